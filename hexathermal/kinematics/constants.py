@@ -1,0 +1,168 @@
+"""The arrays of numbers that the compiled loops read, made once for each machine."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from itertools import permutations
+
+import numpy as np
+
+from hexathermal.kinematics import layout as at
+from hexathermal.machine.hexapod import Hexapod
+from hexathermal.machine.thermal import ThermalModel
+from hexathermal.poses import FloatArray
+
+SWAPPED_UNITS = 20.0
+"""A pose whose mean leg is this many times longer than the longest leg is refused: millimetres were meant."""
+
+LARGEST_CONDITION = 1e7
+"""Condition number (lengths over the machine's size) above which a pose is called singular."""
+
+
+@dataclass(frozen=True, eq=False)
+class Constants:
+    """One machine's numbers for the loops; see `layout` for their places.
+
+    `unlimited` is `machine` without strokes; `radius` is the platform joints' about `centre`; `notes` takes what the
+    solver for one pose writes down and nobody reads.
+    """
+
+    machine: FloatArray
+    unlimited: FloatArray
+    forward: FloatArray
+    law: FloatArray
+    centre: FloatArray
+    size: float
+    radius: float
+    notes: FloatArray
+
+
+def constants(hexapod: Hexapod) -> Constants:
+    """Return the machine's constants, made on first use."""
+    try:
+        made: Constants = hexapod._prepared["constants"]
+    except KeyError:
+        made = hexapod._prepared["constants"] = _made(hexapod)
+    return made
+
+
+def dimensionless(J: FloatArray, radius: float) -> FloatArray:
+    """Return Jacobians with rotations counted as motions of the joints: last three columns over their radius."""
+    return np.asarray(J / np.array([1.0, 1.0, 1.0, radius, radius, radius]))
+
+
+def _made(hexapod: Hexapod) -> Constants:
+    """Return fresh constants."""
+    p, b, home = hexapod.platform_joints, hexapod.base_joints, hexapod.home
+    centre = p.mean(axis=0)
+    radius = float(np.sqrt(((p - centre) ** 2).sum(axis=1).mean())) or 1.0
+    lengths = hexapod._home_lengths()
+    size = float(max(lengths.max(), np.linalg.norm(p - centre, axis=1).max()))
+    law = thermal_rows(hexapod.thermal)
+    machine = _machine(hexapod, lengths, size)
+    unlimited = machine.copy()
+    unlimited[at.SHORTEST : at.SHORTEST + 6], unlimited[at.LONGEST : at.LONGEST + 6] = 0.0, np.inf
+    forward = _forward(p - centre, b, home, centre, size)
+    return Constants(machine, unlimited, forward, law, centre, size, radius, np.zeros(3))
+
+
+def _machine(hexapod: Hexapod, lengths: FloatArray, size: float) -> FloatArray:
+    """Return the machine constants."""
+    p, b, home = hexapod.platform_joints, hexapod.base_joints, hexapod.home
+    c = np.zeros(at.MACHINE_LENGTH)
+    c[at.PLATFORM : at.PLATFORM + 18], c[at.BASE : at.BASE + 18] = p.ravel(), b.ravel()
+    c[at.Q0 : at.Q0 + 6] = 0.0 if hexapod.retracted_length is None else hexapod.retracted_length
+    shortest, longest = hexapod.length_limits
+    # the last bit of a length may be lost between a pose and its lengths: a limit itself must not be refused
+    slack = 4.0 * np.finfo(float).eps * size
+    c[at.SHORTEST : at.SHORTEST + 6], c[at.LONGEST : at.LONGEST + 6] = shortest - slack, longest + slack
+    u = (p @ home[:3, :3].T + home[:3, 3] - b) / lengths[:, None]
+    c[at.BASE_AXES : at.BASE_AXES + 18] = u.ravel()
+    c[at.PLATFORM_AXES : at.PLATFORM_AXES + 18] = (u @ home[:3, :3]).ravel()
+    for first, cone in ((at.BASE_COSINES, hexapod.base_cone), (at.PLATFORM_COSINES, hexapod.platform_cone)):
+        c[first : first + 6] = -2.0 if cone is None else np.cos(cone) - 1e-15
+        c[at.HAS_CONES] = max(c[at.HAS_CONES], float(cone is not None))
+    c[at.SIZE] = size
+    reach = longest.max() if np.isfinite(longest).all() else np.inf
+    c[at.LARGEST_TOTAL] = 6.0 * SWAPPED_UNITS * reach if np.isfinite(reach) else np.finfo(float).max
+    return c
+
+
+def _newton_matrix(p: FloatArray, b: FloatArray, R: FloatArray, t: FloatArray) -> FloatArray:
+    """Return Newton's matrix, rows ``[d, s x d]``, of six squared lengths."""
+    s = p @ R.T
+    d = s + t - b
+    return np.hstack([d, np.cross(s, d)])
+
+
+def _smallest_pivot(A: FloatArray, best: float) -> float:
+    """Return the smallest pivot of an elimination in the given order; stops early below `best`."""
+    A = A.copy()
+    smallest = np.inf
+    for k in range(6):
+        smallest = min(smallest, abs(A[k, k]))
+        if smallest <= best:
+            return 0.0
+        A[k + 1 :] -= np.outer(A[k + 1 :, k] / A[k, k], A[k])
+    return float(smallest)
+
+
+def _forward(p: FloatArray, b: FloatArray, home: FloatArray, centre: FloatArray, size: float) -> FloatArray:
+    """Return the forward constants; the determinant is 0 where home itself is singular."""
+    R, t = home[:3, :3], home[:3, 3] + home[:3, :3] @ centre
+    A = _newton_matrix(p, b, R, t)
+    scaled = A / np.array([1, 1, 1, size, size, size]) / size
+    best, order = 0.0, tuple(range(6))
+    for candidate in permutations(range(6)):
+        pivot = _smallest_pivot(scaled[list(candidate)], best)
+        if pivot > best:
+            best, order = pivot, candidate
+    o = list(order)
+    f = np.zeros(at.FORWARD_LENGTH)
+    f[at.F_PLATFORM : at.F_PLATFORM + 18], f[at.F_BASE : at.F_BASE + 18] = p[o].ravel(), b[o].ravel()
+    f[at.F_T : at.F_T + 3] = t
+    f[at.F_Q : at.F_Q + 4] = quaternion(R)
+    f[at.F_INVERSE_SIZE] = 1.0 / size
+    f[at.F_ORDER : at.F_ORDER + 6] = o
+    f[at.F_CENTRE : at.F_CENTRE + 3] = centre
+    if best > 0.0 and np.linalg.cond(scaled) < LARGEST_CONDITION:
+        f[at.F_INVERSE : at.F_INVERSE + 36] = np.linalg.inv(A[o]).ravel()
+        f[at.F_DETERMINANT] = np.linalg.det(A[o])
+    else:
+        f[at.F_INVERSE : at.F_INVERSE + 36] = np.nan
+        f[at.F_DETERMINANT] = np.nan
+    return f
+
+
+def quaternion(R: FloatArray) -> FloatArray:
+    """Return the unit quaternion (x, y, z, w) of a rotation: the eigenvector of Bar-Itzhack's matrix."""
+    K = np.array(
+        [
+            [R[0, 0] - R[1, 1] - R[2, 2], R[0, 1] + R[1, 0], R[0, 2] + R[2, 0], R[2, 1] - R[1, 2]],
+            [R[0, 1] + R[1, 0], R[1, 1] - R[0, 0] - R[2, 2], R[1, 2] + R[2, 1], R[0, 2] - R[2, 0]],
+            [R[0, 2] + R[2, 0], R[1, 2] + R[2, 1], R[2, 2] - R[0, 0] - R[1, 1], R[1, 0] - R[0, 1]],
+            [R[2, 1] - R[1, 2], R[0, 2] - R[2, 0], R[1, 0] - R[0, 1], R[0, 0] + R[1, 1] + R[2, 2]],
+        ]
+    )
+    q = np.linalg.eigh(K)[1][:, 3]
+    return np.asarray(q if q[3] >= 0.0 else -q)
+
+
+def thermal_rows(thermal: ThermalModel | None) -> FloatArray:
+    """Return the law as rows of `layout`, one column a sensor."""
+    names = () if thermal is None else thermal.sensor_names
+    law = np.zeros((at.LAW_ROWS, len(names)))
+    if thermal is None:
+        return law
+    column = 0
+    for i, leg in enumerate(thermal.legs):
+        for a, b in zip(leg.A, leg.B, strict=True):
+            law[at.LAW_A + i, column], law[at.LAW_B + i, column] = a, b
+            column += 1
+    for row, plate in ((at.LAW_PLATFORM, thermal.platform), (at.LAW_BASE, thermal.base)):
+        if plate is not None and plate.sensor is not None:
+            law[row, column] = plate.expansion
+            column += 1
+    law[at.LAW_REFERENCE] = thermal.reference_temperature_degC
+    law[at.LAW_LOWEST], law[at.LAW_HIGHEST] = thermal.valid_degC
+    return law

@@ -1,0 +1,266 @@
+"""Forward kinematics: the pose of the platform at given leg lengths, or a clear refusal."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from enum import IntEnum
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from hexathermal.errors import ArgumentError, KinematicsError
+from hexathermal.kinematics import layout as at
+from hexathermal.kinematics.batches import in_chunks, place, solvers, where
+from hexathermal.kinematics.constants import LARGEST_CONDITION, constants
+from hexathermal.kinematics.inverse import plain
+from hexathermal.kinematics.jacobian import condition_number
+from hexathermal.kinematics.refusals import refuse_forward
+from hexathermal.machine.hexapod import Hexapod
+from hexathermal.poses import FloatArray, PoseLike, finite_array, like, pose_array
+
+_NO_INFO = np.empty((0, 3))
+_NO_EXPANSION = np.zeros((1, 2))
+
+
+class ForwardStatus(IntEnum):
+    """How a forward solution ended."""
+
+    OK = at.OK
+    OUT_OF_STROKE = at.OUT_OF_STROKE
+    OUT_OF_CONE = at.OUT_OF_CONE
+    SINGULAR = at.SINGULAR
+    NOT_CONVERGED = at.NOT_CONVERGED
+    OTHER_BRANCH = at.OTHER_BRANCH
+
+
+@dataclass(frozen=True, eq=False)
+class ForwardResult:
+    """Forward kinematics with everything that was learnt on the way; nothing is raised for a status.
+
+    Attributes
+    ----------
+    pose : array, shape (..., 4, 4) [m]
+        Platform in base; where the status is not `ForwardStatus.OK`, the last iterate or the pose that breaks a limit.
+    status : array, shape (...), int
+        Values of `ForwardStatus`.
+    iterations : array, shape (...), int
+        Linear systems solved.
+    residual : array, shape (...) [m]
+        Largest difference between wanted and reached length.
+    condition_number : array, shape (...)
+        Of the Jacobian at the pose, see `condition_number`.
+    assembly_mode : array, shape (...), int
+        Sign of ``det J`` as compared with home: 1 the same, -1 another, 0 singular.
+    """
+
+    pose: FloatArray
+    status: npt.NDArray[np.int8]
+    iterations: npt.NDArray[np.int64]
+    residual: FloatArray
+    condition_number: FloatArray
+    assembly_mode: npt.NDArray[np.int8]
+
+    @property
+    def ok(self) -> npt.NDArray[np.bool_]:
+        """Whether each pose was reached within all limits, shape (...)."""
+        return np.asarray(self.status == ForwardStatus.OK)
+
+
+def _checked_lengths(lengths: npt.ArrayLike) -> FloatArray:
+    """Return lengths as a contiguous array (..., 6) of positive numbers."""
+    array = finite_array(lengths, (6,), "lengths")
+    if array.size and not array.min() > 0.0:
+        index = tuple(int(k) for k in np.argwhere(array <= 0.0)[0])
+        raise ArgumentError(
+            f"leg {index[-1] + 1} has length {array[index]:g} m{where(index[:-1])}; lengths are inter-articular (q0 + q) "
+            "and above 0: were strokes given?"
+        )
+    return array if plain(array) else np.array(array, order="C")
+
+
+def _starts(guess: PoseLike | None, hexapod: Hexapod, lead: tuple[int, ...]) -> FloatArray:
+    """Return start poses, one or as many as there are lengths."""
+    if guess is None:
+        return np.array(hexapod.home)[None]
+    array = np.array(pose_array(guess, "guess"))
+    if array.ndim == 2:
+        return array[None]
+    try:
+        return np.array(np.broadcast_to(array, (*lead, 4, 4))).reshape(-1, 4, 4)
+    except ValueError:
+        raise ArgumentError(f"guess has shape {array.shape}; expected (4, 4) or {(*lead, 4, 4)}") from None
+
+
+def run(
+    hexapod: Hexapod,
+    lengths: FloatArray,
+    starts: FloatArray | None,
+    *,
+    commands: FloatArray | None = None,
+    expansions: FloatArray = _NO_EXPANSION,
+    with_info: bool = False,
+) -> tuple[FloatArray, npt.NDArray[np.int8], FloatArray]:
+    """Solve a flat batch: poses, codes and info (empty unless asked for).
+
+    Parameters
+    ----------
+    lengths : array, shape (N, 6) [m]
+        True lengths.
+    starts : array, shape (1 or N, 4, 4) [m], or None
+        None: home, with the fast solver first.
+    commands : array, shape (N, 6) [m]
+        Lengths that the strokes are held against; default the lengths themselves.
+    expansions : array, shape (1 or N, 2)
+        ``alpha dT`` of platform and base.
+    """
+    made = constants(hexapod)
+    n = lengths.shape[0]
+    held = lengths if commands is None else commands
+    limits = made.machine if commands is None else made.unlimited
+    out, codes = np.empty((n, 4, 4)), np.zeros(n, dtype=np.int8)
+    info = np.zeros((n, 3)) if with_info else _NO_INFO
+    fast, careful = solvers()
+    from_home = starts is None and bool(np.isfinite(made.forward[at.F_DETERMINANT]))
+    home = np.array(hexapod.home)[None]
+    cold = not expansions.any()
+
+    def part(array: FloatArray, i: int, j: int) -> FloatArray:
+        return array if array.shape[0] <= 1 else array[i:j]
+
+    def work(i: int, j: int) -> int:
+        notes = info[i:j] if with_info else info
+        begin = home if starts is None else part(starts, i, j)
+        if from_home:
+            not_ok = fast.forward_many(limits, made.forward, lengths[i:j], out[i:j], codes[i:j], notes)
+            if cold and not_ok == 0:
+                return 0
+            if not cold:
+                begin = np.where((codes[i:j] == at.OK)[:, None, None], out[i:j], home)
+        return int(
+            careful.careful_many(
+                made.machine, made.centre, made.size, lengths[i:j], held[i:j], begin, part(expansions, i, j),
+                from_home and cold, out[i:j], codes[i:j], notes,
+            )
+        )  # fmt: skip
+
+    if sum(in_chunks(n, work)):
+        _mark_singular(hexapod, out, codes)
+    return out, codes, info
+
+
+def _mark_singular(hexapod: Hexapod, poses: FloatArray, codes: npt.NDArray[np.int8]) -> None:
+    """Call poses that were not reached singular where their Jacobian is."""
+    doubtful = np.flatnonzero((codes == at.NOT_CONVERGED) | (codes == at.OTHER_BRANCH) | (codes == at.SINGULAR))
+    finite = doubtful[np.isfinite(poses[doubtful]).all(axis=(1, 2))]
+    for k in finite:
+        try:
+            if condition_number(hexapod, poses[k]) > LARGEST_CONDITION:
+                codes[k] = at.SINGULAR
+        except (ArgumentError, KinematicsError):
+            continue
+
+
+def solve_forward(hexapod: Hexapod, lengths: npt.ArrayLike, guess: PoseLike | None = None) -> ForwardResult:
+    """Return the pose of the platform at given leg lengths, with status, residual and conditioning.
+
+    The pose with ``|t + R p_i - b_i| = L_i`` on the branch of the start: Newton on the squared lengths until its step is
+    below 1e-7 (rad, or parts of the machine's size; the error left is its square), then the lengths are checked:
+    ``max |L(pose) - L| <= 2e-14 size``.  Where Newton's steps do not contract at once, the lengths are changed from the
+    start's to the wanted ones in small parts and the posture is followed.
+
+    Parameters
+    ----------
+    hexapod : Hexapod
+    lengths : array, shape (..., 6) [m]
+        Inter-articular lengths ``q0 + q``.
+    guess : SE3 or array, shape (4, 4) or (..., 4, 4) [m], optional
+        Where to start, and whose branch to stay on. Default: home.
+
+    Returns
+    -------
+    ForwardResult
+        Arrays with the leading shape of `lengths`.
+
+    Raises
+    ------
+    ArgumentError
+        Wrong shape, not finite, or lengths not above 0.
+
+    Examples
+    --------
+    >>> import hexathermal as ht
+    >>> hexapod = ht.load_hexapod("reference")
+    >>> result = solve_forward(hexapod, hexapod.inverse_kinematics(hexapod.home))
+    >>> ForwardStatus(int(result.status)).name, bool(result.residual < 1e-14)
+    ('OK', True)
+    """
+    array = _checked_lengths(lengths)
+    lead = array.shape[:-1]
+    flat = array.reshape(-1, 6)
+    starts = None if guess is None else _starts(guess, hexapod, lead)
+    poses, codes, info = run(hexapod, flat, starts, with_info=True)
+    condition = np.full(len(codes), np.inf)
+    good = np.isfinite(poses).all(axis=(1, 2)) & (codes != at.NOT_CONVERGED)
+    if good.any():
+        condition[good] = condition_number(hexapod, poses[good])
+    codes[(condition > LARGEST_CONDITION) & good] = at.SINGULAR
+    return ForwardResult(
+        pose=poses.reshape(*lead, 4, 4),
+        status=codes.reshape(lead),
+        iterations=info[:, 0].astype(np.int64).reshape(lead),
+        residual=info[:, 1].reshape(lead),
+        condition_number=condition.reshape(lead),
+        assembly_mode=_modes(hexapod, poses).reshape(lead),
+    )
+
+
+def _modes(hexapod: Hexapod, poses: FloatArray) -> npt.NDArray[np.int8]:
+    """Return the sign of ``det J`` as compared with home."""
+    p, b = hexapod.platform_joints, hexapod.base_joints
+    s = np.einsum("nij,kj->nki", np.concatenate([hexapod.home[None], poses])[:, :3, :3], p)
+    t = np.concatenate([hexapod.home[None], poses])[:, None, :3, 3]
+    d = s + t - b
+    with np.errstate(all="ignore"):
+        signs = np.sign(np.linalg.det(np.concatenate([d, np.cross(s, d)], axis=-1)))
+    return np.nan_to_num(signs[1:] * signs[0]).astype(np.int8)
+
+
+def forward_kinematics(hexapod: Hexapod, lengths: npt.ArrayLike, guess: PoseLike | None = None) -> Any:
+    """Return the pose of the platform at given leg lengths, or raise.
+
+    See `solve_forward` for the equation and the stopping rule.
+
+    Parameters
+    ----------
+    hexapod : Hexapod
+    lengths : array, shape (..., 6) [m]
+        Inter-articular lengths ``q0 + q``.
+    guess : SE3 or array, shape (4, 4) or (..., 4, 4) [m], optional
+        Where to start, and whose branch to stay on. Default: home. An SE3 gives an SE3.
+
+    Returns
+    -------
+    array, shape (..., 4, 4) [m], or SE3
+
+    Raises
+    ------
+    OutOfStrokeError, JointConeError, SingularPoseError, NotConvergedError, OtherBranchError
+        With leg, value and limits, for the first pose of the batch that is refused.
+    ArgumentError
+        Wrong shape, not finite, or lengths not above 0.
+    """
+    if guess is None and plain(lengths) and lengths.shape == (6,):  # type: ignore[union-attr]
+        made = constants(hexapod)
+        out = np.empty((4, 4))
+        if solvers()[0].forward_one(made.machine, made.forward, lengths, out, made.notes) == 0:
+            return out
+    array = _checked_lengths(lengths)
+    lead = array.shape[:-1]
+    flat = array.reshape(-1, 6)
+    starts = None if guess is None else _starts(guess, hexapod, lead)
+    poses, codes, _info = run(hexapod, flat, starts)
+    if codes.any():
+        bad = int(np.flatnonzero(codes)[0])
+        refuse_forward(hexapod, int(codes[bad]), poses[bad], flat[bad], place(bad, lead))
+    return like(guess, poses.reshape(*lead, 4, 4))

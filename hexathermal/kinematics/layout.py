@@ -1,0 +1,66 @@
+"""Where a machine's numbers stand in the arrays that the compiled loops read, the loops' tolerances and codes."""
+
+from __future__ import annotations
+
+# --- machine constants, one array of LENGTH numbers (m, unit vectors, cosines)
+PLATFORM = 0
+BASE = 18
+Q0 = 36
+SHORTEST = 42
+LONGEST = 48
+BASE_AXES = 54
+BASE_COSINES = 72
+PLATFORM_AXES = 78
+PLATFORM_COSINES = 96
+SIZE = 102
+LARGEST_TOTAL = 103
+HAS_CONES = 104
+MACHINE_LENGTH = 105
+
+# --- forward constants: joints with the legs in elimination order, home, and the inverse of Newton's matrix at home.
+# The solver's platform origin is the centroid of the platform joints (F_CENTRE in the platform frame), so that a far
+# pivot costs no accuracy.
+F_PLATFORM = 0
+F_BASE = 18
+F_T = 36
+F_Q = 39
+F_INVERSE = 43
+F_DETERMINANT = 79
+F_INVERSE_SIZE = 80
+F_ORDER = 81
+F_CENTRE = 87
+FORWARD_LENGTH = 90
+
+# --- rows of the thermal law, one column a sensor: A and B of the six legs, plates, reference and range
+LAW_A = 0
+LAW_B = 6
+LAW_PLATFORM = 12
+LAW_BASE = 13
+LAW_REFERENCE = 14
+LAW_LOWEST = 15
+LAW_HIGHEST = 16
+LAW_ROWS = 17
+
+BLOCK = 64
+"""Poses that are worked on together, by coordinate."""
+
+ROTATION_TOLERANCE = 1e-9
+"""Largest ``|R^T R - I|`` of an accepted rotation: less than 1 nm at a joint 1 m from the origin."""
+
+STEP_TOLERANCE = 1e-7
+"""Newton stops after a step below this (rad, or fractions of the machine's size): the error left is its square."""
+
+CONTRACTION = 0.05
+"""Largest Newton step (same unit) after the two chord steps for which the branch is taken as certain."""
+
+DETERMINANT_RATIO = 0.05
+"""Smallest determinant, as a part of home's, for which the branch is taken as certain."""
+
+OK, OUT_OF_STROKE, OUT_OF_CONE, SINGULAR, NOT_CONVERGED, OTHER_BRANCH = 0, 1, 2, 3, 4, 5
+"""Outcomes of forward kinematics: the values of `ForwardStatus`."""
+
+UNSURE = 6
+"""The fast loop asks for the careful solver."""
+
+BAD_POSE, BAD_TEMPERATURE = 7, 8
+"""Outcomes of the loops that start from a pose."""

@@ -1,0 +1,211 @@
+"""Loops over poses: leg lengths, Jacobians and thermally corrected lengths, one pose or millions.
+
+Poses come as ``(N, 4, 4)``.  Work is done in blocks of 64: a block is turned into arrays by coordinate, the straight
+formulas run over it as vector code, and the result is turned back.  Every pose is checked on the way.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from hexathermal.kinematics.compiled import formula, loop
+from hexathermal.kinematics.formulas import (
+    commanded_length,
+    dot,
+    expanded,
+    jacobian_row,
+    leg_length,
+    leg_vector,
+    pose_of,
+    rotate,
+    rotation_error,
+    six_joints,
+    triple,
+)
+from hexathermal.kinematics.layout import (
+    BAD_POSE,
+    BAD_TEMPERATURE,
+    BASE,
+    BASE_AXES,
+    BASE_COSINES,
+    BLOCK,
+    LARGEST_TOTAL,
+    LAW_A,
+    LAW_B,
+    LAW_BASE,
+    LAW_HIGHEST,
+    LAW_LOWEST,
+    LAW_PLATFORM,
+    LAW_REFERENCE,
+    LONGEST,
+    OK,
+    OUT_OF_CONE,
+    OUT_OF_STROKE,
+    PLATFORM,
+    PLATFORM_AXES,
+    PLATFORM_COSINES,
+    Q0,
+    ROTATION_TOLERANCE,
+    SHORTEST,
+)
+
+
+@formula
+def bad_bottom(T):
+    """Return how far the last row of a pose is from ``[0, 0, 0, 1]``."""
+    return abs(T[3, 0]) + abs(T[3, 1]) + abs(T[3, 2]) + abs(T[3, 3] - 1.0)
+
+
+@formula
+def bad_cone(c, R, i, d, length):
+    """Return whether a leg leans further than the cones of its two joints allow."""
+    lean = dot(triple(c, BASE_AXES + 3 * i), d)
+    own = dot(rotate(R, triple(c, PLATFORM_AXES + 3 * i)), d)
+    return lean < c[BASE_COSINES + i] * length or own < c[PLATFORM_COSINES + i] * length
+
+
+@loop
+def lengths_one(c, T, out):
+    """Leg lengths of one pose; returns a code."""
+    R, t = pose_of(T)
+    if not (rotation_error(R) + bad_bottom(T) < ROTATION_TOLERANCE):
+        return BAD_POSE
+    total = 0.0
+    for i in range(6):
+        out[i] = leg_length(R, t, triple(c, PLATFORM + 3 * i), triple(c, BASE + 3 * i))
+        total += out[i]
+    return OK if total <= c[LARGEST_TOTAL] else BAD_POSE
+
+
+@formula
+def gathered(T, first, width, s):
+    """Turn a block of poses into arrays by coordinate; rows 0-11 the pose, row 12 the error of its last row."""
+    for j in range(width):
+        P = T[first + j]
+        s[j], s[BLOCK + j], s[2 * BLOCK + j], s[3 * BLOCK + j] = P[0, 0], P[0, 1], P[0, 2], P[0, 3]
+        s[4 * BLOCK + j], s[5 * BLOCK + j], s[6 * BLOCK + j], s[7 * BLOCK + j] = P[1, 0], P[1, 1], P[1, 2], P[1, 3]
+        s[8 * BLOCK + j], s[9 * BLOCK + j], s[10 * BLOCK + j], s[11 * BLOCK + j] = P[2, 0], P[2, 1], P[2, 2], P[2, 3]
+        s[12 * BLOCK + j] = abs(P[3, 0]) + abs(P[3, 1]) + abs(P[3, 2]) + abs(P[3, 3] - 1.0)
+
+
+@formula
+def lane(s, j):
+    """Return pose ``j`` of a block as ``(R, t)``."""
+    R = (s[j], s[BLOCK + j], s[2 * BLOCK + j], s[4 * BLOCK + j], s[5 * BLOCK + j], s[6 * BLOCK + j], s[8 * BLOCK + j], s[9 * BLOCK + j], s[10 * BLOCK + j])
+    return R, (s[3 * BLOCK + j], s[7 * BLOCK + j], s[11 * BLOCK + j])
+
+
+@formula
+def six_lengths(R, t, P, B):
+    """Return the six leg lengths."""
+    return (
+        leg_length(R, t, P[0], B[0]), leg_length(R, t, P[1], B[1]), leg_length(R, t, P[2], B[2]),
+        leg_length(R, t, P[3], B[3]), leg_length(R, t, P[4], B[4]), leg_length(R, t, P[5], B[5]),
+    )  # fmt: skip
+
+
+@loop
+def lengths_many(c, T, out):
+    """Leg lengths of many poses; returns the index of the first bad pose or -1."""
+    n = T.shape[0]
+    P, B, most = six_joints(c, PLATFORM), six_joints(c, BASE), c[LARGEST_TOTAL]
+    s, o, error = np.zeros(13 * BLOCK), np.zeros(6 * BLOCK), np.zeros(BLOCK)
+    for first in range(0, n, BLOCK):
+        width = min(BLOCK, n - first)
+        gathered(T, first, width, s)
+        for j in range(BLOCK):
+            R, t = lane(s, j)
+            L = six_lengths(R, t, P, B)
+            o[j], o[BLOCK + j], o[2 * BLOCK + j] = L[0], L[1], L[2]
+            o[3 * BLOCK + j], o[4 * BLOCK + j], o[5 * BLOCK + j] = L[3], L[4], L[5]
+            total = L[0] + L[1] + L[2] + L[3] + L[4] + L[5]
+            error[j] = rotation_error(R) + s[12 * BLOCK + j] + (0.0 if total <= most else 1.0)
+        # a loop of its own: a count next to the formula would keep the compiler from vector code
+        wrong = 0
+        for j in range(width):
+            wrong += 0 if error[j] < ROTATION_TOLERANCE else 1
+        if wrong:
+            for j in range(width):
+                if not (error[j] < ROTATION_TOLERANCE):
+                    return first + j
+        for j in range(width):
+            for i in range(6):
+                out[first + j, i] = o[i * BLOCK + j]
+    return -1
+
+
+@loop
+def jacobians_many(c, T, out):
+    """Jacobians of many poses; returns the index of the first bad pose or -1."""
+    for k in range(T.shape[0]):
+        R, t = pose_of(T[k])
+        if not (rotation_error(R) + bad_bottom(T[k]) < ROTATION_TOLERANCE):
+            return k
+        for i in range(6):
+            row = jacobian_row(R, t, triple(c, PLATFORM + 3 * i), triple(c, BASE + 3 * i))
+            out[k, i, 0], out[k, i, 1], out[k, i, 2] = row[0], row[1], row[2]
+            out[k, i, 3], out[k, i, 4], out[k, i, 5] = row[3], row[4], row[5]
+            if not np.isfinite(row[0] + row[3]):
+                return k
+    return -1
+
+
+@loop
+def corrected_one(c, law, T, temps, out):
+    """Commanded lengths of one pose at one set of temperatures; returns a code, `out` holds what was reached."""
+    R, t = pose_of(T)
+    if not (rotation_error(R) + bad_bottom(T) < ROTATION_TOLERANCE):
+        return BAD_POSE
+    n = temps.shape[0]
+    ep, eb = 0.0, 0.0
+    for k in range(n):
+        v = temps[k]
+        if not ((v >= law[LAW_LOWEST, k]) & (v <= law[LAW_HIGHEST, k])):
+            return BAD_TEMPERATURE
+        ep += law[LAW_PLATFORM, k] * (v - law[LAW_REFERENCE, k])
+        eb += law[LAW_BASE, k] * (v - law[LAW_REFERENCE, k])
+    code = OK
+    for i in range(6):
+        a, b = 0.0, 0.0
+        for k in range(n):
+            dT = temps[k] - law[LAW_REFERENCE, k]
+            a += law[LAW_A + i, k] * dT
+            b += law[LAW_B + i, k] * dT
+        p = expanded(triple(c, PLATFORM + 3 * i), ep)
+        _s, d = leg_vector(R, t, p, expanded(triple(c, BASE + 3 * i), eb))
+        wanted = np.sqrt(dot(d, d))
+        out[i] = commanded_length(a, b, c[Q0 + i], wanted)
+        if not ((out[i] >= c[SHORTEST + i]) & (out[i] <= c[LONGEST + i])):
+            code = OUT_OF_STROKE
+        elif code == OK and bad_cone(c, R, i, d, wanted):
+            code = OUT_OF_CONE
+    return code
+
+
+@loop
+def corrected_many(c, law, T, temps, which_pose, which_temps, out):
+    """Commanded lengths of many poses; returns the index of the first bad result or -1.
+
+    Result ``k`` joins pose ``which_pose[k]`` and temperatures ``which_temps[k]``; an empty index array means ``k``
+    itself, or 0 where there is only one.
+    """
+    for k in range(out.shape[0]):
+        i = which_pose[k] if which_pose.shape[0] else (k if T.shape[0] > 1 else 0)
+        m = which_temps[k] if which_temps.shape[0] else (k if temps.shape[0] > 1 else 0)
+        if corrected_one(c, law, T[i], temps[m], out[k]) != OK:
+            return k
+    return -1
+
+
+@loop
+def plate_scales(law, temps, out):
+    """Expansion of platform and base, and effective `a`, `b` of the legs: rows ``[ep, eb, a1..a6, b1..b6]``."""
+    for m in range(temps.shape[0]):
+        for r in range(14):
+            out[m, r] = 0.0
+        for k in range(temps.shape[1]):
+            dT = temps[m, k] - law[LAW_REFERENCE, k]
+            out[m, 0] += law[LAW_PLATFORM, k] * dT
+            out[m, 1] += law[LAW_BASE, k] * dT
+            for i in range(12):
+                out[m, 2 + i] += law[LAW_A + i, k] * dT

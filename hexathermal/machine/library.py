@@ -1,0 +1,65 @@
+"""The machines that come with the package: one folder each under `models/`."""
+
+from __future__ import annotations
+
+from functools import cache
+from pathlib import Path
+
+from hexathermal.errors import UnknownNameError
+from hexathermal.machine.files import read_hexapod
+from hexathermal.machine.hexapod import Hexapod
+
+
+def models_folder() -> Path:
+    """Return the folder of the bundled machines: inside the installed package, or beside it in a checkout."""
+    package = Path(__file__).resolve().parent.parent
+    inside = package / "models"
+    return inside if inside.is_dir() else package.parent / "models"
+
+
+def _folders() -> dict[str, Path]:
+    """Return the machines' folders by name."""
+    return {file.parent.name: file.parent for file in sorted(models_folder().glob("*/hexapod.toml"))}
+
+
+def bundled_hexapods() -> tuple[str, ...]:
+    """Return the names of the bundled machines, sorted.
+
+    Examples
+    --------
+    >>> "reference" in bundled_hexapods()
+    True
+    """
+    return tuple(_folders())
+
+
+@cache
+def _bundled(name: str) -> Hexapod:
+    return read_hexapod(_folders()[name])
+
+
+def load_hexapod(name_or_path: str | Path) -> Hexapod:
+    """Return a bundled machine by name, or the machine of a hexapod.toml, or of a folder that holds one.
+
+    Raises
+    ------
+    UnknownNameError
+        Neither a bundled name nor a path; `available` lists the names.
+    FileFormatError
+        The file has bad fields; all are listed with line and column.
+
+    Examples
+    --------
+    >>> load_hexapod("reference").name
+    'reference'
+    """
+    if isinstance(name_or_path, str) and name_or_path in _folders():
+        return _bundled(name_or_path)
+    path = Path(name_or_path)
+    if path.exists():
+        return read_hexapod(path)
+    raise UnknownNameError(
+        f"{str(name_or_path)!r} is neither a bundled machine ({', '.join(bundled_hexapods())}) "
+        "nor the path of a hexapod.toml or of a folder that holds one",
+        bundled_hexapods(),
+    )

@@ -1,0 +1,37 @@
+"""What a machine can be asked, and who answers.
+
+`Hexapod` is the lowest storey: it may not import the kinematics and predictions that its methods call.  It states
+here what it needs, and the package puts `hexathermal.predict.answers` in place when it is imported.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Any, Protocol
+
+import numpy.typing as npt
+
+from hexathermal.poses import FloatArray, PoseLike
+
+if TYPE_CHECKING:
+    from hexathermal.machine.hexapod import Hexapod
+
+TemperaturesLike = npt.ArrayLike | Mapping[str, npt.ArrayLike]
+
+
+class Answers(Protocol):
+    """The functions behind the methods of `Hexapod`; each takes the machine first."""
+
+    def inverse_kinematics(self, hexapod: Hexapod, pose: PoseLike, /) -> FloatArray: ...
+    def forward_kinematics(self, hexapod: Hexapod, lengths: npt.ArrayLike, guess: PoseLike | None, /) -> Any: ...
+    def solve_forward(self, hexapod: Hexapod, lengths: npt.ArrayLike, guess: PoseLike | None, /) -> Any: ...
+    def jacobian(self, hexapod: Hexapod, pose: PoseLike, /) -> FloatArray: ...
+    def assembly_modes(self, hexapod: Hexapod, lengths: npt.ArrayLike, /) -> FloatArray: ...
+    def corrected_leg_lengths(self, hexapod: Hexapod, pose: PoseLike, temps: TemperaturesLike, /) -> FloatArray: ...
+    def corrected_pose(self, hexapod: Hexapod, pose: PoseLike, temps: TemperaturesLike, /) -> Any: ...
+    def predicted_pose(self, hexapod: Hexapod, lengths: npt.ArrayLike, temps: TemperaturesLike, /) -> FloatArray: ...
+    def leg_drift(self, hexapod: Hexapod, lengths: npt.ArrayLike, temps: TemperaturesLike, /) -> FloatArray: ...
+
+
+answers: Answers
+"""Set by ``import hexathermal``."""

@@ -1,0 +1,196 @@
+"""The thermal model of a machine: expansion laws of legs and plates, and which thermometer speaks for which part.
+
+Leg (paper, eqs. 3, 4 and 8): ``drift = sum_s A_s q0 dT_s + B_s q dT_s``.  Plate (eq. 1): a joint at ``v`` from the
+plate's origin moves to ``v (1 + alpha dT)``.  ``dT = T - T_reference``; the reference lives in the model.
+
+This module holds the numbers; the equations themselves stand in `hexathermal.kinematics.formulas`.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+import numpy.typing as npt
+
+from hexathermal.errors import ArgumentError
+from hexathermal.poses import FloatArray, as_array, finite_array
+
+ABSOLUTE_ZERO_DEGC = -273.15
+DEFAULT_RANGE_DEGC = (-60.0, 120.0)
+"""Range of a law that states none: metals with constant expansion; 20 degC given in kelvin is caught."""
+
+LARGEST_EXPANSION_PER_K = 1e-3
+"""Coefficients above this are taken for a wrong unit: metals stay below 3e-5 /K, polymers below 3e-4 /K."""
+
+
+def frozen(array: FloatArray) -> FloatArray:
+    """Return a read-only copy."""
+    copy = np.array(array, dtype=np.float64)
+    copy.setflags(write=False)
+    return copy
+
+
+def _coefficients(values: npt.ArrayLike, count: int, what: str) -> FloatArray:
+    """Return checked expansion coefficients, one for each sensor."""
+    array = np.atleast_1d(as_array(values, what))
+    array = finite_array(array, (count,), what)
+    if array.ndim != 1:
+        raise ArgumentError(f"{what} has shape {array.shape}; expected ({count},), one value for each sensor")
+    if (np.abs(array) > LARGEST_EXPANSION_PER_K).any():
+        raise ArgumentError(
+            f"{what} holds {array[np.abs(array).argmax()]:g} /K, above {LARGEST_EXPANSION_PER_K:g} /K; "
+            "expansion is given in 1/K (the paper's 1.99e-3 um/mm/K is 1.99e-6 /K)"
+        )
+    return frozen(array)
+
+
+@dataclass(frozen=True, eq=False)
+class LegLaw:
+    """Expansion law of one leg: ``drift = sum_s A_s q0 dT_s + B_s q dT_s`` (paper, eqs. 4 and 8).
+
+    Parameters
+    ----------
+    sensors : tuple of str
+        Names of the leg's thermometers, unique within the leg.
+    A, B : array, shape (s,) [1/K]
+        Coefficients of the retracted length and of the stroke, one for each sensor.
+    covariance : array, shape (2 s, 2 s) [1/K^2], optional
+        Covariance of ``[A_1 .. A_s, B_1 .. B_s]``.
+    campaign : str
+        Where the coefficients come from.
+    """
+
+    sensors: tuple[str, ...]
+    A: FloatArray
+    B: FloatArray
+    covariance: FloatArray | None = None
+    campaign: str = ""
+
+    def __post_init__(self) -> None:
+        set_ = object.__setattr__
+        sensors = (self.sensors,) if isinstance(self.sensors, str) else tuple(self.sensors)
+        if not sensors or not all(isinstance(name, str) and name for name in sensors):
+            raise ArgumentError(f"a leg law needs at least one sensor name, found {sensors!r}")
+        if len(set(sensors)) != len(sensors):
+            raise ArgumentError(f"a leg law names a sensor twice: {sensors}")
+        set_(self, "sensors", sensors)
+        set_(self, "A", _coefficients(self.A, len(sensors), "A_per_K"))
+        set_(self, "B", _coefficients(self.B, len(sensors), "B_per_K"))
+        if self.covariance is not None:
+            n = 2 * len(sensors)
+            matrix = finite_array(self.covariance, (n, n), "covariance")
+            if matrix.shape != (n, n) or not np.allclose(matrix, matrix.T, rtol=1e-9, atol=0.0):
+                raise ArgumentError(f"covariance must be a symmetric ({n}, {n}) matrix of [A, B]")
+            if np.linalg.eigvalsh(matrix).min() < -1e-9 * abs(np.diag(matrix)).max():
+                raise ArgumentError("covariance has a negative eigenvalue: it is no covariance")
+            set_(self, "covariance", frozen(matrix))
+
+    def __eq__(self, other: object) -> bool:
+        if not isinstance(other, LegLaw):
+            return NotImplemented
+        return (
+            self.sensors == other.sensors
+            and np.array_equal(self.A, other.A)
+            and np.array_equal(self.B, other.B)
+            and (self.covariance is None) == (other.covariance is None)
+            and (self.covariance is None or np.array_equal(self.covariance, other.covariance))  # type: ignore[arg-type]
+            and self.campaign == other.campaign
+        )
+
+    __hash__ = None  # type: ignore[assignment]
+
+
+@dataclass(frozen=True)
+class PlateLaw:
+    """Expansion of a plate about its origin: ``v -> v (1 + expansion dT)`` (paper, eq. 1).
+
+    Parameters
+    ----------
+    expansion : float [1/K]
+    sensor : str or None
+        Name of its thermometer; None: the plate is not compensated, its expansion enters the error budget.
+    """
+
+    expansion: float
+    sensor: str | None = None
+
+    def __post_init__(self) -> None:
+        value = _coefficients([self.expansion], 1, "expansion_per_K")[0]
+        object.__setattr__(self, "expansion", float(value))
+        if self.sensor is not None and not (isinstance(self.sensor, str) and self.sensor):
+            raise ArgumentError(f"the plate's sensor must be a name or left out, found {self.sensor!r}")
+
+
+@dataclass(frozen=True, eq=False)
+class ThermalModel:
+    """Laws of six legs and two plates, reference temperatures and range of validity.
+
+    Parameters
+    ----------
+    legs : LegLaw or six of them
+        One law for all legs (each with its own sensors), or one a leg.
+    platform, base : PlateLaw, optional
+    reference_temperature_degC : float or array, shape (n,)
+        Temperature at which the machine was calibrated; one, or one for each of `sensor_names`.
+    valid_degC : (float, float)
+        Temperatures outside are refused.
+
+    Attributes
+    ----------
+    sensor_names : tuple of str
+        ``leg1_<sensor>`` .. ``leg6_<sensor>``, then ``platform_<sensor>`` and ``base_<sensor>`` where they exist.
+    """
+
+    legs: tuple[LegLaw, ...]
+    platform: PlateLaw | None = None
+    base: PlateLaw | None = None
+    reference_temperature_degC: FloatArray | float = 20.0
+    valid_degC: tuple[float, float] = DEFAULT_RANGE_DEGC
+    sensor_names: tuple[str, ...] = field(init=False)
+
+    def __post_init__(self) -> None:
+        set_ = object.__setattr__
+        legs = (self.legs,) * 6 if isinstance(self.legs, LegLaw) else tuple(self.legs)
+        if len(legs) != 6 or not all(isinstance(law, LegLaw) for law in legs):
+            raise ArgumentError(f"legs must be one LegLaw or six, found {len(legs)}")
+        set_(self, "legs", legs)
+        names = [_full_name(f"leg{i + 1}", sensor) for i, law in enumerate(legs) for sensor in law.sensors]
+        for part, plate in (("platform", self.platform), ("base", self.base)):
+            if plate is not None and plate.sensor is not None:
+                names.append(_full_name(part, plate.sensor))
+        set_(self, "sensor_names", tuple(names))
+        reference = finite_array(np.atleast_1d(as_array(self.reference_temperature_degC, "reference")), (), "reference")
+        if reference.shape not in ((1,), (len(names),)):
+            raise ArgumentError(
+                f"reference_temperature_degC has shape {reference.shape}; expected one value or {len(names)}, "
+                f"in the order {', '.join(names)}"
+            )
+        set_(self, "reference_temperature_degC", frozen(np.broadcast_to(reference, (len(names),))))
+        low, high = (float(value) for value in finite_array(self.valid_degC, (2,), "valid_degC"))
+        if not ABSOLUTE_ZERO_DEGC <= low < high:
+            raise ArgumentError(f"valid_degC must be [low, high] above absolute zero, found [{low:g}, {high:g}]")
+        set_(self, "valid_degC", (low, high))
+        if ((reference < low) | (reference > high)).any():
+            raise ArgumentError(f"reference temperature {reference[0]:g} degC lies outside valid_degC [{low:g}, {high:g}]")
+
+    def __eq__(self, other: object) -> bool:
+        if not isinstance(other, ThermalModel):
+            return NotImplemented
+        return (
+            self.legs == other.legs
+            and (self.platform, self.base, self.valid_degC) == (other.platform, other.base, other.valid_degC)
+            and np.array_equal(self.reference_temperature_degC, other.reference_temperature_degC)
+        )
+
+    __hash__ = None  # type: ignore[assignment]
+
+    @property
+    def common_law(self) -> bool:
+        """Whether all six legs follow the same law."""
+        return all(law == self.legs[0] for law in self.legs)
+
+
+def _full_name(part: str, sensor: str) -> str:
+    """Return ``part_sensor``, the column name of the sensor without its unit."""
+    return sensor if sensor.startswith(part + "_") else f"{part}_{sensor}"

@@ -1,0 +1,138 @@
+"""Hexapod -> hexapod.toml, so that reading it again gives the same machine to the last bit."""
+
+from __future__ import annotations
+
+import os
+import re
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import tomli_w
+
+from hexathermal.errors import ArgumentError
+from hexathermal.machine.files import FORMAT, Reader
+from hexathermal.machine.hexapod import Hexapod
+from hexathermal.machine.thermal import LegLaw, PlateLaw, ThermalModel
+from hexathermal.machine.units import metres, radians, same, shortest
+from hexathermal.poses import FloatArray
+
+
+_ROW = re.compile(r"\[\s*\n([^\[\]\"]*?),?\s*\n\s*\]")
+"""An innermost array of numbers that is spread over lines."""
+
+
+def _on_one_line(row: re.Match[str]) -> str:
+    """Return a row of numbers on one line."""
+    return "[" + " ".join(row.group(1).split()) + "]"
+
+
+def write_hexapod(hexapod: Hexapod, path: str | Path) -> Path:
+    """Write a machine as hexapod.toml; a folder gets the file inside. Returns the file's path.
+
+    The file is written whole or not at all.
+
+    Raises
+    ------
+    ArgumentError
+        Home is turned: the format holds a home position only.
+    """
+    file = Path(path)
+    file = file / "hexapod.toml" if file.is_dir() or not file.suffix else file
+    text = _ROW.sub(_on_one_line, tomli_w.dumps(_document(hexapod), indent=2))
+    file.parent.mkdir(parents=True, exist_ok=True)
+    part = file.with_suffix(".toml.part")
+    part.write_text(text, encoding="utf-8")
+    os.replace(part, file)
+    return file
+
+
+def _numbers(array: FloatArray | float, reader: Reader) -> Any:
+    """Return an array as nested lists of the shortest exact decimals."""
+    if isinstance(array, np.ndarray) and array.ndim:
+        return [_numbers(row, reader) for row in array]
+    return float(array) if reader is same else shortest(float(array), reader)
+
+
+def _one_or_six(array: FloatArray, reader: Reader) -> Any:
+    """Return one value where all six legs share it."""
+    return _numbers(array[0] if (array == array[0]).all() else array, reader)
+
+
+def _document(hexapod: Hexapod) -> dict[str, Any]:
+    """Return the file's content."""
+    if not np.array_equal(hexapod.home[:3, :3], np.eye(3)):
+        raise ArgumentError("hexapod.toml holds a home position only: turn the platform frame so that home is not turned")
+    document: dict[str, Any] = {"format": FORMAT, "name": hexapod.name, "source": hexapod.source, "grade": hexapod.grade}
+    document["geometry"] = _geometry(hexapod)
+    if hexapod.thermal is not None:
+        document["thermal"] = _thermal(hexapod.thermal)
+    if hexapod.limits is not None:
+        limits = hexapod.limits
+        axes: dict[str, Any] = {"convention": limits.convention}
+        for axis in ("x", "y", "z"):
+            axes[f"{axis}_mm"] = _numbers(np.array(getattr(limits, axis)), metres)
+        for axis in ("rx", "ry", "rz"):
+            axes[f"{axis}_deg"] = _numbers(np.array(getattr(limits, axis)), radians)
+        document["limits"] = axes
+    if hexapod.bodies is not None:
+        bodies = hexapod.bodies
+        kg = ("leg_body_mass", "leg_rod_mass", "platform_mass")
+        mm = ("leg_body_diameter", "leg_rod_diameter", "platform_thickness", "base_thickness")
+        document["bodies"] = {f"{key}_mm": _numbers(getattr(bodies, key), metres) for key in mm}
+        document["bodies"] |= {f"{key}_kg": _numbers(getattr(bodies, key), same) for key in kg}
+    return document
+
+
+def _geometry(hexapod: Hexapod) -> dict[str, Any]:
+    """Return the table [geometry]."""
+    table: dict[str, Any] = {
+        "base_joints_mm": _numbers(hexapod.base_joints, metres),
+        "platform_joints_mm": _numbers(hexapod.platform_joints, metres),
+        "home_mm": _numbers(hexapod.home[:3, 3], metres),
+    }
+    if hexapod.retracted_length is not None:
+        table["q0_mm"] = _one_or_six(hexapod.retracted_length, metres)
+    if hexapod.stroke is not None:
+        table["stroke_mm"] = _one_or_six(hexapod.stroke, metres)
+    if hexapod.base_cone is not None:
+        table["base_cone_deg"] = _one_or_six(hexapod.base_cone, radians)
+    if hexapod.platform_cone is not None:
+        table["platform_cone_deg"] = _one_or_six(hexapod.platform_cone, radians)
+    return table
+
+
+def _thermal(model: ThermalModel) -> dict[str, Any]:
+    """Return the table [thermal]."""
+    reference = np.asarray(model.reference_temperature_degC)
+    table: dict[str, Any] = {
+        "reference_temperature_degC": _numbers(reference[0] if (reference == reference[0]).all() else reference, same),
+        "valid_degC": _numbers(np.array(model.valid_degC), same),
+    }
+    if model.common_law:
+        table["leg"] = _leg(model.legs[0])
+    else:
+        table["legs"] = [_leg(law) for law in model.legs]
+    for part, plate in (("platform", model.platform), ("base", model.base)):
+        if plate is not None:
+            table[part] = _plate(plate)
+    return table
+
+
+def _leg(law: LegLaw) -> dict[str, Any]:
+    """Return one leg's table."""
+    table: dict[str, Any] = {
+        "sensors": list(law.sensors),
+        "A_per_K": _numbers(law.A, same),
+        "B_per_K": _numbers(law.B, same),
+    }
+    if law.covariance is not None:
+        table["covariance_per_K2"] = _numbers(law.covariance, same)
+    if law.campaign:
+        table["campaign"] = law.campaign
+    return table
+
+
+def _plate(plate: PlateLaw) -> dict[str, Any]:
+    """Return one plate's table."""
+    return {"expansion_per_K": plate.expansion} | ({} if plate.sensor is None else {"sensor": plate.sensor})

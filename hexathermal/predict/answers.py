@@ -1,0 +1,19 @@
+"""The functions behind the methods of `Hexapod`, gathered for `hexathermal.machine.ports`."""
+
+from __future__ import annotations
+
+from hexathermal.kinematics.forward import forward_kinematics, solve_forward
+from hexathermal.kinematics.inverse import inverse_kinematics
+from hexathermal.kinematics.jacobian import jacobian
+from hexathermal.predict.correction import corrected_leg_lengths, corrected_pose, leg_drift, predicted_pose
+
+__all__ = [
+    "corrected_leg_lengths",
+    "corrected_pose",
+    "forward_kinematics",
+    "inverse_kinematics",
+    "jacobian",
+    "leg_drift",
+    "predicted_pose",
+    "solve_forward",
+]

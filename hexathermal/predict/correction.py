@@ -1,0 +1,275 @@
+"""Corrected leg lengths, corrected pose and predicted pose: the main job.
+
+``drift_i = sum_s A_s q0 dT_s + B_s q dT_s`` (paper, eqs. 4 and 8), with ``q`` the commanded rod displacement, and plates
+that expand about their origins (eq. 1).  ``corrected = wanted - drift(corrected)`` is solved exactly.
+"""
+
+from __future__ import annotations
+
+from typing import Any, NoReturn
+
+import numpy as np
+import numpy.typing as npt
+
+from hexathermal.errors import ArgumentError
+from hexathermal.kinematics import layout as at
+from hexathermal.kinematics.batches import in_chunks, loops, place, where
+from hexathermal.kinematics.constants import constants
+from hexathermal.kinematics.forward import run
+from hexathermal.kinematics.inverse import inverse_kinematics, plain, poses_of, refuse_pose
+from hexathermal.kinematics.refusals import refuse_cone, refuse_forward, refuse_stroke
+from hexathermal.machine.hexapod import Hexapod
+from hexathermal.machine.library import load_hexapod
+from hexathermal.machine.ports import TemperaturesLike
+from hexathermal.poses import FloatArray, PoseLike, finite_array, like
+from hexathermal.predict.temperatures import (
+    active_model,
+    check_temperatures,
+    refuse_temperatures,
+    temperature_array,
+)
+
+_ITSELF = np.empty(0, dtype=np.int64)
+
+
+def corrected_leg_lengths(hexapod: Hexapod, pose: PoseLike, temps: TemperaturesLike) -> FloatArray:
+    """Return the leg lengths to command so that a warm machine stands at the wanted pose.
+
+    With ``a = sum A_s dT_s``, ``b = sum B_s dT_s`` and the length ``L`` of the leg between the expanded plates at the
+    wanted pose: ``corrected = q0 + (L - q0 - a q0) / (1 + b)``, which solves ``corrected + drift(corrected) = L``
+    exactly.
+
+    Parameters
+    ----------
+    hexapod : Hexapod
+    pose : SE3 or array, shape (..., 4, 4) [m]
+        Platform in base.
+    temps : array, shape (..., n) [degC], or mapping of sensor name to values
+        In the order of `hexapod.sensor_names`; for a machine with one sensor a leg, (..., 6). Poses and temperatures
+        broadcast against each other.
+
+    Returns
+    -------
+    array, shape (..., 6) [m]
+        Inter-articular lengths ``q0 + q``; `Hexapod.strokes` gives ``q``.
+
+    Raises
+    ------
+    OutOfStrokeError, JointConeError
+        A corrected length is out of stroke, or a leg out of its cone; with leg, value and limits.
+    TemperatureError
+        A temperature is missing, NaN, impossible or outside the law's range; names the sensor.
+    ThermalModelError
+        The machine has no thermal law: compensation is not active.
+    ArgumentError
+        Wrong shape, or no rigid motion.
+
+    Examples
+    --------
+    >>> import hexathermal as ht
+    >>> hexapod = ht.load_hexapod("reference")
+    >>> warm = hexapod.corrected_leg_lengths(hexapod.home, [22.0] * 6)
+    >>> nominal = hexapod.inverse_kinematics(hexapod.home)
+    >>> bool((warm < nominal).all())          # warm legs are longer than told: tell them less
+    True
+    """
+    made = constants(hexapod)
+    if plain(pose) and plain(temps) and pose.shape == (4, 4) and temps.shape == made.law.shape[1:]:  # type: ignore[union-attr]
+        out = np.empty(6)
+        if made.law.shape[1] and loops().corrected_one(made.machine, made.law, pose, temps, out) == 0:
+            return out
+    array = temperature_array(hexapod, temps)
+    poses = poses_of(pose)
+    lead, which_pose, which_temps = _joined(poses.shape[:-2], array.shape[:-1])
+    flat, hot = poses.reshape(-1, 4, 4), array.reshape(-1, array.shape[-1])
+    out = np.empty((int(np.prod(lead, dtype=np.int64)), 6))
+
+    def work(i: int, j: int) -> int:
+        own_pose, own_temps = which_pose[i:j], which_temps[i:j]
+        T = flat[i:j] if not which_pose.size and flat.shape[0] > 1 else flat
+        hot_ = hot[i:j] if not which_temps.size and hot.shape[0] > 1 else hot
+        bad = loops().corrected_many(made.machine, made.law, T, hot_, own_pose, own_temps, out[i:j])
+        return -1 if bad < 0 else i + int(bad)
+
+    for bad in in_chunks(out.shape[0], work):
+        if bad >= 0:
+            m = int(which_pose[bad]) if which_pose.size else (bad if flat.shape[0] > 1 else 0)
+            n = int(which_temps[bad]) if which_temps.size else (bad if hot.shape[0] > 1 else 0)
+            _refuse(hexapod, flat[m], hot[n], place(bad, lead))
+    return out.reshape(*lead, 6)
+
+
+def _joined(
+    poses: tuple[int, ...], temps: tuple[int, ...]
+) -> tuple[tuple[int, ...], npt.NDArray[np.int64], npt.NDArray[np.int64]]:
+    """Return the joint leading shape, and for each result which pose and which temperatures it takes.
+
+    The index arrays stay empty where results and entries run in step, or where there is one entry for all.
+    """
+    try:
+        lead = np.broadcast_shapes(poses, temps)
+    except ValueError:
+        raise ArgumentError(
+            f"poses with leading shape {poses} and temps with leading shape {temps} do not broadcast; "
+            "add an axis: poses[:, None], or temps[None]"
+        ) from None
+    return lead, _which(poses, lead), _which(temps, lead)
+
+
+def _which(own: tuple[int, ...], lead: tuple[int, ...]) -> npt.NDArray[np.int64]:
+    """Return the flat index of the entry behind each result; empty when in step or only one."""
+    count = int(np.prod(own, dtype=np.int64))
+    if count <= 1 or count == int(np.prod(lead, dtype=np.int64)):
+        return _ITSELF
+    return np.ascontiguousarray(np.broadcast_to(np.arange(count).reshape(own), lead)).reshape(-1)
+
+
+def _refuse(hexapod: Hexapod, pose: FloatArray, temps: FloatArray, index: tuple[int, ...]) -> NoReturn:
+    """Say why a pose and its temperatures were refused."""
+    made = constants(hexapod)
+    out = np.empty(6)
+    code = loops().corrected_one(made.machine, made.law, np.array(pose), np.array(temps), out)
+    if code == at.BAD_TEMPERATURE:
+        refuse_temperatures(hexapod, temps, index)
+    if code == at.OUT_OF_STROKE:
+        inverse_kinematics(hexapod, pose)
+        refuse_stroke(hexapod, out, index)
+    if code == at.OUT_OF_CONE:
+        refuse_cone(hexapod, pose, index)
+    refuse_pose(hexapod, pose, index)
+
+
+def corrected_pose(hexapod: Hexapod, pose: PoseLike, temps: TemperaturesLike) -> Any:
+    """Return the pose to send to a controller that takes poses only.
+
+    The nominal forward kinematics of the corrected lengths: the controller's own inverse kinematics turns it back into
+    exactly those lengths.
+
+    Parameters, broadcasting and errors as in `corrected_leg_lengths`; forward errors as in `forward_kinematics`.
+
+    Returns
+    -------
+    array, shape (..., 4, 4) [m], or SE3 where one SE3 and one set of temperatures were given
+    """
+    lengths = corrected_leg_lengths(hexapod, pose, temps)
+    lead = lengths.shape[:-1]
+    flat = lengths.reshape(-1, 6)
+    poses, codes, _info = run(hexapod, flat, None)
+    if codes.any():
+        bad = int(np.flatnonzero(codes)[0])
+        refuse_forward(hexapod, int(codes[bad]), poses[bad], flat[bad], place(bad, lead))
+    return like(pose, poses.reshape(*lead, 4, 4))
+
+
+def leg_drift(hexapod: Hexapod, lengths: npt.ArrayLike, temps: TemperaturesLike) -> FloatArray:
+    """Return how much longer each warm leg is than it was told to be.
+
+    ``drift = sum_s A_s q0 dT_s + B_s q dT_s`` with ``q = lengths - q0`` (paper, eqs. 4 and 8).
+
+    Parameters
+    ----------
+    hexapod : Hexapod
+    lengths : array, shape (..., 6) [m]
+        Commanded lengths ``q0 + q``.
+    temps : array, shape (..., n) [degC], or mapping
+
+    Returns
+    -------
+    array, shape (..., 6) [m]
+    """
+    commands = finite_array(lengths, (6,), "lengths")
+    warm, _scales = _warm_lengths(hexapod, commands, temps)
+    return warm - commands
+
+
+def _warm_lengths(
+    hexapod: Hexapod, commands: FloatArray, temps: TemperaturesLike
+) -> tuple[FloatArray, FloatArray]:
+    """Return true lengths (..., 6) and expansions (..., 2) of platform and base."""
+    active_model(hexapod)
+    array = temperature_array(hexapod, temps)
+    check_temperatures(hexapod, array)
+    lead, which_command, which_temps = _joined(commands.shape[:-1], array.shape[:-1])
+    hot = array.reshape(-1, array.shape[-1])
+    scales = np.empty((hot.shape[0], 14))
+    made = constants(hexapod)
+    loops().plate_scales(made.law, hot, scales)
+    told = commands.reshape(-1, 6)
+    told = told[which_command] if which_command.size else told
+    rows = scales[which_temps] if which_temps.size else scales
+    warm = loops().true_length(rows[:, 2:8], rows[:, 8:14], hexapod.retracted_length, told)
+    rows = np.broadcast_to(rows, (int(np.prod(lead, dtype=np.int64)), 14))
+    return np.broadcast_to(warm, (rows.shape[0], 6)).reshape(*lead, 6), rows[:, :2].reshape(*lead, 2)
+
+
+def predicted_pose(hexapod: Hexapod, lengths: npt.ArrayLike, temps: TemperaturesLike) -> FloatArray:
+    """Return where the platform of a warm machine really stands at given commanded lengths.
+
+    Each leg is ``commanded + drift`` long and runs between the expanded plates; the pose is their exact forward
+    kinematics.  With nominal lengths (`inverse_kinematics`) this is the platform without correction, with
+    `corrected_leg_lengths` the platform with correction.
+
+    Parameters
+    ----------
+    hexapod : Hexapod
+    lengths : array, shape (..., 6) [m]
+        Commanded lengths ``q0 + q``.
+    temps : array, shape (..., n) [degC], or mapping of sensor name to values
+        Broadcast against `lengths`.
+
+    Returns
+    -------
+    array, shape (..., 4, 4) [m]
+
+    Raises
+    ------
+    OutOfStrokeError
+        A commanded length is out of stroke.
+    TemperatureError, ThermalModelError, ArgumentError, and the errors of `forward_kinematics`.
+
+    Examples
+    --------
+    >>> import hexathermal as ht
+    >>> hexapod = ht.load_hexapod("reference")
+    >>> warm = hexapod.predicted_pose(hexapod.inverse_kinematics(hexapod.home), [25.0] * 6)
+    >>> bool(warm[2, 3] > hexapod.home[2, 3])             # warm legs lift the platform
+    True
+    """
+    commands = finite_array(lengths, (6,), "lengths")
+    warm, expansions = _warm_lengths(hexapod, commands, temps)
+    lead = warm.shape[:-1]
+    true = np.array(warm.reshape(-1, 6))
+    told = np.array(np.broadcast_to(commands, warm.shape).reshape(-1, 6))
+    flat = np.array(expansions.reshape(-1, 2))
+    _check_strokes(hexapod, told, lead)
+    poses, codes, _info = run(hexapod, true, None, commands=told, expansions=flat)
+    if codes.any():
+        bad = int(np.flatnonzero(codes)[0])
+        refuse_forward(hexapod, int(codes[bad]), poses[bad], true[bad], place(bad, lead))
+    return poses.reshape(*lead, 4, 4)
+
+
+def _check_strokes(hexapod: Hexapod, told: FloatArray, lead: tuple[int, ...]) -> None:
+    """Refuse commands that are out of stroke."""
+    c = constants(hexapod).machine
+    out = (told < c[at.SHORTEST : at.SHORTEST + 6]) | (told > c[at.LONGEST : at.LONGEST + 6])
+    if out.any():
+        bad = int(np.flatnonzero(out.any(axis=1))[0])
+        refuse_stroke(hexapod, told[bad], place(bad, lead))
+
+
+def corrected_leg_lengths_of(
+    pose: PoseLike, temps: TemperaturesLike, hexapod: Hexapod | str = "reference"
+) -> FloatArray:
+    """Return the leg lengths to command at a pose and temperatures, in one call.
+
+    See `hexathermal.predict.correction.corrected_leg_lengths`; `hexapod` is a machine, or the name or path of one.
+
+    Examples
+    --------
+    >>> import hexathermal as ht
+    >>> ht.corrected_leg_lengths(ht.load_hexapod("reference").home, [21.5] * 6).shape
+    (6,)
+    """
+    machine = hexapod if isinstance(hexapod, Hexapod) else load_hexapod(hexapod)
+    return corrected_leg_lengths(machine, pose, temps)
