@@ -14,7 +14,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from types import MappingProxyType
-from typing import Any, Protocol, TypeAlias, overload
+from typing import Any, Protocol, TypeAlias
 
 import numpy as np
 import numpy.typing as npt
@@ -47,7 +47,9 @@ class HasHome(Protocol):
     """Anything with a home pose ``(4, 4)`` in the base, such as a `Hexapod`."""
 
     @property
-    def home(self) -> FloatArray: ...
+    def home(self) -> FloatArray:
+        """Home pose (4, 4) [m]."""
+        ...
 
 
 def _convention(name: str) -> str:
@@ -101,8 +103,8 @@ def pose_array(pose: PoseLike, what: str = "pose") -> FloatArray:
     bottom = np.abs(array[..., 3, :] - [0.0, 0.0, 0.0, 1.0]).max(axis=-1)
     if (bottom > ROTATION_TOLERANCE).any():
         raise ArgumentError(
-            f"{what}: the last row must be [0, 0, 0, 1], found {array[np.unravel_index(bottom.argmax(), bottom.shape)][3]};"
-            " is the matrix transposed?"
+            f"{what}: the last row must be [0, 0, 0, 1], found "
+            f"{array[np.unravel_index(bottom.argmax(), bottom.shape)][3]}; is the matrix transposed?"
         )
     error = np.abs(np.swapaxes(R, -1, -2) @ R - np.eye(3)).max(axis=(-1, -2))
     if (error > ROTATION_TOLERANCE).any():
@@ -167,9 +169,7 @@ def pose_from_coordinates(
     return pose if home is None else home @ pose
 
 
-def coordinates_from_pose(
-    pose: PoseLike, convention: str = "fixed-xyz", hexapod: HasHome | None = None
-) -> FloatArray:
+def coordinates_from_pose(pose: PoseLike, convention: str = "fixed-xyz", hexapod: HasHome | None = None) -> FloatArray:
     """Return a controller's six coordinates of a pose: the inverse of `pose_from_coordinates`.
 
     ``ry`` lies in [-90, 90] degrees.  At ``ry = +-90`` (gimbal lock) only a combination of ``rx`` and ``rz`` is
@@ -257,20 +257,12 @@ class Frames:
         set_(self, "_T_machine_user", pose_from_coordinates(self.user, self.convention))
         set_(self, "_T_platform_object", pose_from_coordinates(self.object, self.convention))
 
-    @overload
-    def user_pose(self, machine_pose: pin.SE3) -> pin.SE3: ...
-    @overload
-    def user_pose(self, machine_pose: npt.ArrayLike) -> FloatArray: ...
-    def user_pose(self, machine_pose: PoseLike) -> pin.SE3 | FloatArray:
+    def user_pose(self, machine_pose: PoseLike) -> Any:
         """Return ``inv(U) M O``: the object seen in the user frame. An SE3 gives an SE3."""
         moved = inverse_pose(self._T_machine_user) @ pose_array(machine_pose) @ self._T_platform_object
         return like(machine_pose, moved)
 
-    @overload
-    def machine_pose(self, user_pose: pin.SE3) -> pin.SE3: ...
-    @overload
-    def machine_pose(self, user_pose: npt.ArrayLike) -> FloatArray: ...
-    def machine_pose(self, user_pose: PoseLike) -> pin.SE3 | FloatArray:
+    def machine_pose(self, user_pose: PoseLike) -> Any:
         """Return ``U X inv(O)``: the platform in the machine frame. An SE3 gives an SE3."""
         moved = self._T_machine_user @ pose_array(user_pose) @ inverse_pose(self._T_platform_object)
         return like(user_pose, moved)

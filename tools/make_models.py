@@ -44,7 +44,9 @@ def reference() -> ht.Hexapod:
         home=[0.0, 0.0, 0.0],
         base_cone=np.radians(45.0),
         platform_cone=np.radians(45.0),
-        thermal=ht.ThermalModel(law, platform=invar, base=invar, reference_temperature_degC=20.0, valid_degC=(0.0, 50.0)),
+        thermal=ht.ThermalModel(
+            law, platform=invar, base=invar, reference_temperature_degC=20.0, valid_degC=(0.0, 50.0)
+        ),
         name="reference",
         source="A machine of the class of Robert et al., Model-based thermal drift compensation for high-precision "
         "hexapod robot actuators: stroke 250 mm, eq. (8) on every leg. Geometry chosen here, see README.md",

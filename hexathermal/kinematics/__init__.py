@@ -1,0 +1,1 @@
+"""Pose <-> leg lengths, compiled."""

@@ -23,7 +23,7 @@ formula: Callable[[Callable[..., Any]], Callable[..., Any]] = nb.njit(forceinlin
 
 def sources_digest(folder: Path = Path(__file__).parent) -> str:
     """Return one digest of the files whose text ends up inside every compiled loop."""
-    names = ("compiled.py", "formulas.py", "elimination.py", "layout.py")
+    names = ("compiled.py", "elimination.py", "formulas.py", "forward_loops.py", "layout.py", "lengths_loops.py")
     return hashlib.sha256(b"".join((folder / name).read_bytes() for name in names)).hexdigest()
 
 
@@ -32,7 +32,29 @@ _DIGEST = sources_digest()
 
 def loop(function: Callable[..., Any]) -> Callable[..., Any]:
     """Compile a loop over poses on its first call, or take the build that is kept on disk."""
-    dispatcher: Any = nb.njit(cache=True, **OPTIONS)(function)
+    return _stamped(nb.njit(cache=True, **OPTIONS)(function))
+
+
+def typed_loop(signature: str) -> Callable[[Callable[..., Any]], Callable[..., Any]]:
+    """Compile a loop for one kind of arguments only; any other kind is a `TypeError` at once, before any work."""
+
+    def compiled(function: Callable[..., Any]) -> Callable[..., Any]:
+        dispatcher: Any = _stamped(nb.njit(cache=True, **OPTIONS)(function))
+        dispatcher.compile(signature)
+        dispatcher.disable_compile()
+        return _callable(dispatcher)
+
+    return compiled
+
+
+def _callable(dispatcher: Any) -> Callable[..., Any]:
+    """Return a dispatcher as what it is to its callers."""
+    function: Callable[..., Any] = dispatcher
+    return function
+
+
+def _stamped(dispatcher: Any) -> Callable[..., Any]:
+    """Make a dispatcher's cached build stale when a formula changes."""
     index = dispatcher._cache._cache_file
     index._source_stamp = (index._source_stamp, _DIGEST)
-    return dispatcher  # type: ignore[no-any-return]
+    return _callable(dispatcher)

@@ -9,7 +9,7 @@ import numpy as np
 
 from hexathermal.kinematics import layout as at
 from hexathermal.machine.hexapod import Hexapod
-from hexathermal.machine.thermal import ThermalModel
+from hexathermal.machine.thermal import PlateLaw, ThermalModel
 from hexathermal.poses import FloatArray
 
 SWAPPED_UNITS = 20.0
@@ -23,8 +23,7 @@ LARGEST_CONDITION = 1e7
 class Constants:
     """One machine's numbers for the loops; see `layout` for their places.
 
-    `unlimited` is `machine` without strokes; `radius` is the platform joints' about `centre`; `notes` takes what the
-    solver for one pose writes down and nobody reads.
+    `unlimited` is `machine` without strokes; `radius` is the platform joints' about `centre`.
     """
 
     machine: FloatArray
@@ -34,7 +33,6 @@ class Constants:
     centre: FloatArray
     size: float
     radius: float
-    notes: FloatArray
 
 
 def constants(hexapod: Hexapod) -> Constants:
@@ -63,7 +61,14 @@ def _made(hexapod: Hexapod) -> Constants:
     unlimited = machine.copy()
     unlimited[at.SHORTEST : at.SHORTEST + 6], unlimited[at.LONGEST : at.LONGEST + 6] = 0.0, np.inf
     forward = _forward(p - centre, b, home, centre, size)
-    return Constants(machine, unlimited, forward, law, centre, size, radius, np.zeros(3))
+    order = forward[at.F_ORDER : at.F_ORDER + 6].astype(int)
+    for own, place, width in (
+        (at.BASE_AXES, at.F_BASE_AXES, 3), (at.BASE_COSINES, at.F_BASE_COSINES, 1),
+        (at.PLATFORM_AXES, at.F_PLATFORM_AXES, 3), (at.PLATFORM_COSINES, at.F_PLATFORM_COSINES, 1),
+    ):  # fmt: skip
+        rows = machine[own : own + 6 * width].reshape(6, width)
+        forward[place : place + 6 * width] = rows[order].ravel()
+    return Constants(machine, unlimited, forward, law, centre, size, radius)
 
 
 def _machine(hexapod: Hexapod, lengths: FloatArray, size: float) -> FloatArray:
@@ -82,6 +87,7 @@ def _machine(hexapod: Hexapod, lengths: FloatArray, size: float) -> FloatArray:
     for first, cone in ((at.BASE_COSINES, hexapod.base_cone), (at.PLATFORM_COSINES, hexapod.platform_cone)):
         c[first : first + 6] = -2.0 if cone is None else np.cos(cone) - 1e-15
         c[at.HAS_CONES] = max(c[at.HAS_CONES], float(cone is not None))
+    c[at.FIRST_SENSOR : at.FIRST_SENSOR + 9] = _first_sensors(hexapod.thermal)
     c[at.SIZE] = size
     reach = longest.max() if np.isfinite(longest).all() else np.inf
     c[at.LARGEST_TOTAL] = 6.0 * SWAPPED_UNITS * reach if np.isfinite(reach) else np.finfo(float).max
@@ -150,19 +156,26 @@ def quaternion(R: FloatArray) -> FloatArray:
 
 def thermal_rows(thermal: ThermalModel | None) -> FloatArray:
     """Return the law as rows of `layout`, one column a sensor."""
-    names = () if thermal is None else thermal.sensor_names
-    law = np.zeros((at.LAW_ROWS, len(names)))
+    law = np.zeros((at.LAW_ROWS, 0 if thermal is None else len(thermal.sensor_names)))
     if thermal is None:
         return law
-    column = 0
-    for i, leg in enumerate(thermal.legs):
-        for a, b in zip(leg.A, leg.B, strict=True):
-            law[at.LAW_A + i, column], law[at.LAW_B + i, column] = a, b
-            column += 1
-    for row, plate in ((at.LAW_PLATFORM, thermal.platform), (at.LAW_BASE, thermal.base)):
-        if plate is not None and plate.sensor is not None:
-            law[row, column] = plate.expansion
-            column += 1
+    law[at.LAW_A] = [*(a for leg in thermal.legs for a in leg.A), *(plate.expansion for plate in _measured(thermal))]
+    law[at.LAW_B] = [*(b for leg in thermal.legs for b in leg.B), *(0.0 for _plate in _measured(thermal))]
     law[at.LAW_REFERENCE] = thermal.reference_temperature_degC
     law[at.LAW_LOWEST], law[at.LAW_HIGHEST] = thermal.valid_degC
     return law
+
+
+def _measured(thermal: ThermalModel) -> list[PlateLaw]:
+    """Return the plates that have a thermometer, platform first."""
+    return [plate for plate in (thermal.platform, thermal.base) if plate is not None and plate.sensor is not None]
+
+
+def _first_sensors(thermal: ThermalModel | None) -> list[int]:
+    """Return the first column of each part's sensors (six legs, platform, base) and the number of columns."""
+    counts = [0] * 8
+    if thermal is not None:
+        counts[:6] = [len(leg.sensors) for leg in thermal.legs]
+        for part, plate in ((at.PLATFORM_PART, thermal.platform), (at.BASE_PART, thermal.base)):
+            counts[part] = int(plate is not None and plate.sensor is not None)
+    return [0, *np.cumsum(counts).tolist()]

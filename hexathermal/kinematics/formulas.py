@@ -57,7 +57,7 @@ def leg_length(R, t, p, b):
 
 @formula
 def jacobian_row(R, t, p, b):
-    """Return ``[u, (R p) x u]``: the rate of a length for a twist (velocity of the platform's origin, then rotation)."""
+    """Return ``[u, (R p) x u]``: the rate of a length for a twist (velocity of the platform's origin, rotation)."""
     s, d = leg_vector(R, t, p, b)
     i = 1.0 / np.sqrt(dot(d, d))
     u = (d[0] * i, d[1] * i, d[2] * i)
@@ -113,7 +113,7 @@ def rotation_of(x, y, z, w):
 
 @formula
 def moved(t, q, x):
-    """Return the pose after the step ``x`` (translation, rotation vector): Cayley's map, second order, no trigonometry."""
+    """Return the pose after the step ``x`` (translation, rotation vector), turned by Cayley's map: no trigonometry."""
     a, b, c = 0.5 * x[3], 0.5 * x[4], 0.5 * x[5]
     i, j, k, w = q
     n0 = i + a * w + b * k - c * j

@@ -17,7 +17,7 @@ from hexathermal.kinematics.inverse import plain
 from hexathermal.kinematics.jacobian import condition_number
 from hexathermal.kinematics.refusals import refuse_forward
 from hexathermal.machine.hexapod import Hexapod
-from hexathermal.poses import FloatArray, PoseLike, finite_array, like, pose_array
+from hexathermal.poses import FloatArray, PoseLike, as_array, finite_array, like, pose_array
 
 _NO_INFO = np.empty((0, 3))
 _NO_EXPANSION = np.zeros((1, 2))
@@ -67,14 +67,22 @@ class ForwardResult:
         return np.asarray(self.status == ForwardStatus.OK)
 
 
-def _checked_lengths(lengths: npt.ArrayLike) -> FloatArray:
+def lengths_of(lengths: npt.ArrayLike) -> FloatArray:
+    """Return lengths as a contiguous array (..., 6); the loops judge its entries."""
+    array = as_array(lengths, "lengths")
+    if array.ndim < 1 or array.shape[-1] != 6:
+        raise ArgumentError(f"lengths has shape {array.shape}; expected (..., 6)")
+    return array if plain(array) else np.array(array, dtype=np.float64, order="C")
+
+
+def checked_lengths(lengths: npt.ArrayLike) -> FloatArray:
     """Return lengths as a contiguous array (..., 6) of positive numbers."""
     array = finite_array(lengths, (6,), "lengths")
     if array.size and not array.min() > 0.0:
         index = tuple(int(k) for k in np.argwhere(array <= 0.0)[0])
         raise ArgumentError(
-            f"leg {index[-1] + 1} has length {array[index]:g} m{where(index[:-1])}; lengths are inter-articular (q0 + q) "
-            "and above 0: were strokes given?"
+            f"leg {index[-1] + 1} has length {array[index]:g} m{where(index[:-1])}; lengths are inter-articular "
+            "(q0 + q) and above 0: were strokes given?"
         )
     return array if plain(array) else np.array(array, order="C")
 
@@ -164,8 +172,8 @@ def _mark_singular(hexapod: Hexapod, poses: FloatArray, codes: npt.NDArray[np.in
 def solve_forward(hexapod: Hexapod, lengths: npt.ArrayLike, guess: PoseLike | None = None) -> ForwardResult:
     """Return the pose of the platform at given leg lengths, with status, residual and conditioning.
 
-    The pose with ``|t + R p_i - b_i| = L_i`` on the branch of the start: Newton on the squared lengths until its step is
-    below 1e-7 (rad, or parts of the machine's size; the error left is its square), then the lengths are checked:
+    The pose with ``|t + R p_i - b_i| = L_i`` on the branch of the start: Newton on the squared lengths until its step
+    is below 1e-7 (rad, or parts of the machine's size; the error left is its square), then the lengths are checked:
     ``max |L(pose) - L| <= 2e-14 size``.  Where Newton's steps do not contract at once, the lengths are changed from the
     start's to the wanted ones in small parts and the posture is followed.
 
@@ -195,7 +203,7 @@ def solve_forward(hexapod: Hexapod, lengths: npt.ArrayLike, guess: PoseLike | No
     >>> ForwardStatus(int(result.status)).name, bool(result.residual < 1e-14)
     ('OK', True)
     """
-    array = _checked_lengths(lengths)
+    array = checked_lengths(lengths)
     lead = array.shape[:-1]
     flat = array.reshape(-1, 6)
     starts = None if guess is None else _starts(guess, hexapod, lead)
@@ -223,7 +231,7 @@ def _modes(hexapod: Hexapod, poses: FloatArray) -> npt.NDArray[np.int8]:
     d = s + t - b
     with np.errstate(all="ignore"):
         signs = np.sign(np.linalg.det(np.concatenate([d, np.cross(s, d)], axis=-1)))
-    return np.nan_to_num(signs[1:] * signs[0]).astype(np.int8)
+    return np.asarray(np.nan_to_num(signs[1:] * signs[0]), dtype=np.int8)
 
 
 def forward_kinematics(hexapod: Hexapod, lengths: npt.ArrayLike, guess: PoseLike | None = None) -> Any:
@@ -250,17 +258,21 @@ def forward_kinematics(hexapod: Hexapod, lengths: npt.ArrayLike, guess: PoseLike
     ArgumentError
         Wrong shape, not finite, or lengths not above 0.
     """
-    if guess is None and plain(lengths) and lengths.shape == (6,):  # type: ignore[union-attr]
+    if guess is None and type(lengths) is np.ndarray:
         made = constants(hexapod)
         out = np.empty((4, 4))
-        if solvers()[0].forward_one(made.machine, made.forward, lengths, out, made.notes) == 0:
-            return out
-    array = _checked_lengths(lengths)
+        try:
+            if solvers()[0].forward_one(made.machine, made.forward, lengths, out) == 0:
+                return out
+        except TypeError:  # not one writable array of six doubles: the way for all that follows
+            pass
+    array = lengths_of(lengths)
     lead = array.shape[:-1]
     flat = array.reshape(-1, 6)
     starts = None if guess is None else _starts(guess, hexapod, lead)
     poses, codes, _info = run(hexapod, flat, starts)
     if codes.any():
+        checked_lengths(array)
         bad = int(np.flatnonzero(codes)[0])
         refuse_forward(hexapod, int(codes[bad]), poses[bad], flat[bad], place(bad, lead))
     return like(guess, poses.reshape(*lead, 4, 4))

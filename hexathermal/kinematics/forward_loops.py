@@ -10,9 +10,10 @@ from __future__ import annotations
 
 import numpy as np
 
-from hexathermal.kinematics.compiled import formula, loop
+from hexathermal.kinematics.compiled import formula, loop, typed_loop
 from hexathermal.kinematics.formulas import (
     chord_step,
+    dot,
     leg_length,
     leg_vector,
     moved,
@@ -24,17 +25,22 @@ from hexathermal.kinematics.formulas import (
     triple,
 )
 from hexathermal.kinematics.layout import (
+    BAD_SHAPE,
     BASE,
     BLOCK,
     CONTRACTION,
     DETERMINANT_RATIO,
     F_BASE,
+    F_BASE_AXES,
+    F_BASE_COSINES,
     F_CENTRE,
     F_DETERMINANT,
     F_INVERSE,
     F_INVERSE_SIZE,
     F_ORDER,
     F_PLATFORM,
+    F_PLATFORM_AXES,
+    F_PLATFORM_COSINES,
     F_Q,
     F_T,
     HAS_CONES,
@@ -115,7 +121,7 @@ def stroke_and_cones(c, R, t, L):
         if not ((L[i] >= c[SHORTEST + i]) & (L[i] <= c[LONGEST + i])):
             return OUT_OF_STROKE
         _s, d = leg_vector(R, t, triple(c, PLATFORM + 3 * i), triple(c, BASE + 3 * i))
-        if bad_cone(c, R, i, d, L[i]):
+        if c[HAS_CONES] != 0.0 and bad_cone(c, R, i, d, L[i]):
             code = OUT_OF_CONE
     return code
 
@@ -129,9 +135,11 @@ def ordered(f, L):
     )  # fmt: skip
 
 
-@loop
-def forward_one(c, f, lengths, out, info):
-    """Pose of one set of lengths from home; returns a code; `info` takes steps, residual and determinant ratio."""
+@typed_loop("int64(f8[::1], f8[::1], f8[::1], f8[:,::1])")
+def forward_one(c, f, lengths, out):
+    """Pose of one set of lengths from home; returns a code."""
+    if lengths.shape[0] != 6:
+        return BAD_SHAPE
     P, B, K = six_joints(f, F_PLATFORM), six_joints(f, F_BASE), inverse_at_home(f)
     L = ordered(f, lengths)
     t, q = predicted(f, P, B, L, K)
@@ -148,7 +156,6 @@ def forward_one(c, f, lengths, out, info):
     worst = worst_error(R, t, P, B, L)
     t = from_centre(f, R, t)
     written(R, t, out)
-    info[0], info[1], info[2] = steps + 2.0, worst, ratio
     if not (sure & (worst * f[F_INVERSE_SIZE] < RESIDUAL) & (ratio > DETERMINANT_RATIO) & (size < STEP_TOLERANCE)):
         return UNSURE
     return stroke_and_cones(c, R, t, lengths)
@@ -237,9 +244,47 @@ def finish_block(c, f, s):
 
 
 @formula
+def leans_too_far(R, t, p, b, base_axis, base_cosine, platform_axis, platform_cosine, L):
+    """Return whether a leg of length `L` leans out of one of its joints' cones."""
+    _s, d = leg_vector(R, t, p, b)
+    return (dot(base_axis, d) < base_cosine * L) | (dot(rotate(R, platform_axis), d) < platform_cosine * L)
+
+
+@loop
+def cones_block(f, s):
+    """Set the code of poses that are good but for a joint's cone."""
+    P, B = six_joints(f, F_PLATFORM), six_joints(f, F_BASE)
+    U, V = six_joints(f, F_BASE_AXES), six_joints(f, F_PLATFORM_AXES)
+    g, h = six_numbers(f, F_BASE_COSINES), six_numbers(f, F_PLATFORM_COSINES)
+    for j in range(BLOCK):
+        t, q, L = loaded(s, j)
+        R = rotation_of(q[0], q[1], q[2], q[3])
+        bad = leans_too_far(R, t, P[0], B[0], U[0], g[0], V[0], h[0], L[0])
+        bad |= leans_too_far(R, t, P[1], B[1], U[1], g[1], V[1], h[1], L[1])
+        bad |= leans_too_far(R, t, P[2], B[2], U[2], g[2], V[2], h[2], L[2])
+        bad |= leans_too_far(R, t, P[3], B[3], U[3], g[3], V[3], h[3], L[3])
+        bad |= leans_too_far(R, t, P[4], B[4], U[4], g[4], V[4], h[4], L[4])
+        bad |= leans_too_far(R, t, P[5], B[5], U[5], g[5], V[5], h[5], L[5])
+        s[CODE * BLOCK + j] = OUT_OF_CONE if bad & (s[CODE * BLOCK + j] == OK) else s[CODE * BLOCK + j]
+
+
+@formula
+def six_numbers(c, k):
+    """Return six numbers of an array."""
+    return (c[k], c[k + 1], c[k + 2], c[k + 3], c[k + 4], c[k + 5])
+
+
+@formula
 def lengths_into_block(f, lengths, first, width, s):
     """Copy lengths into a block, legs in elimination order; a short block is filled up with its first pose."""
-    o = (int(f[F_ORDER]), int(f[F_ORDER + 1]), int(f[F_ORDER + 2]), int(f[F_ORDER + 3]), int(f[F_ORDER + 4]), int(f[F_ORDER + 5]))
+    o = (
+        int(f[F_ORDER]),
+        int(f[F_ORDER + 1]),
+        int(f[F_ORDER + 2]),
+        int(f[F_ORDER + 3]),
+        int(f[F_ORDER + 4]),
+        int(f[F_ORDER + 5]),
+    )
     for j in range(BLOCK):
         L = lengths[first + (j if j < width else 0)]
         s[7 * BLOCK + j], s[8 * BLOCK + j], s[9 * BLOCK + j] = L[o[0]], L[o[1]], L[o[2]]
@@ -262,16 +307,15 @@ def forward_many(c, f, lengths, out, codes, info):
             moving = step_block(f, s, False)
             steps += 1
         finish_block(c, f, s)
+        if c[HAS_CONES] != 0.0:
+            cones_block(f, s)
         for j in range(width):
             k = first + j
             R, t = block_pose(s, j)
             t = from_centre(f, R, t)
             written(R, t, out[k])
-            code = int(s[CODE * BLOCK + j])
-            if c[HAS_CONES] and code == OK:
-                code = stroke_and_cones(c, R, t, lengths[k])
-            codes[k] = code
-            not_ok += 0 if code == OK else 1
+            codes[k] = int(s[CODE * BLOCK + j])
+            not_ok += 0 if codes[k] == OK else 1
         if info.shape[0]:
             for j in range(width):
                 info[first + j, 0] = steps + 2.0

@@ -62,10 +62,13 @@ def inverse_kinematics(hexapod: Hexapod, pose: PoseLike) -> FloatArray:
     (6,)
     """
     c = constants(hexapod).machine
-    if plain(pose) and pose.shape == (4, 4):  # type: ignore[union-attr]
+    if type(pose) is np.ndarray:
         out = np.empty(6)
-        if loops().lengths_one(c, pose, out) == 0:
-            return out
+        try:
+            if loops().lengths_one(c, pose, out) == 0:
+                return out
+        except TypeError:  # not one writable 4 x 4 array of doubles: the way for all that follows
+            pass
     poses = poses_of(pose)
     lead = poses.shape[:-2]
     flat = poses.reshape(-1, 4, 4)

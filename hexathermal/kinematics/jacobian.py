@@ -81,7 +81,9 @@ def condition_number(hexapod: Hexapod, pose: PoseLike) -> FloatArray:
     """
     made = constants(hexapod)
     poses = poses_of(pose)
-    return np.asarray(np.linalg.cond(dimensionless(at_centre(jacobian(hexapod, poses), poses, made.centre), made.radius)))
+    return np.asarray(
+        np.linalg.cond(dimensionless(at_centre(jacobian(hexapod, poses), poses, made.centre), made.radius))
+    )
 
 
 def at_centre(J: FloatArray, poses: FloatArray, centre: FloatArray) -> FloatArray:

@@ -15,7 +15,8 @@ PLATFORM_COSINES = 96
 SIZE = 102
 LARGEST_TOTAL = 103
 HAS_CONES = 104
-MACHINE_LENGTH = 105
+FIRST_SENSOR = 105
+MACHINE_LENGTH = 114
 
 # --- forward constants: joints with the legs in elimination order, home, and the inverse of Newton's matrix at home.
 # The solver's platform origin is the centroid of the platform joints (F_CENTRE in the platform frame), so that a far
@@ -29,17 +30,22 @@ F_DETERMINANT = 79
 F_INVERSE_SIZE = 80
 F_ORDER = 81
 F_CENTRE = 87
-FORWARD_LENGTH = 90
+F_BASE_AXES = 90
+F_BASE_COSINES = 108
+F_PLATFORM_AXES = 114
+F_PLATFORM_COSINES = 132
+FORWARD_LENGTH = 138
 
-# --- rows of the thermal law, one column a sensor: A and B of the six legs, plates, reference and range
+# --- rows of the thermal law, one column a sensor, in the order leg 1 .. leg 6, platform, base; the machine's constants
+# from FIRST_SENSOR on tell which columns are whose
 LAW_A = 0
-LAW_B = 6
-LAW_PLATFORM = 12
-LAW_BASE = 13
-LAW_REFERENCE = 14
-LAW_LOWEST = 15
-LAW_HIGHEST = 16
-LAW_ROWS = 17
+"""Coefficient of the retracted length; the expansion for a plate's sensor."""
+LAW_B = 1
+LAW_REFERENCE = 2
+LAW_LOWEST = 3
+LAW_HIGHEST = 4
+LAW_ROWS = 5
+PLATFORM_PART, BASE_PART = 6, 7
 
 BLOCK = 64
 """Poses that are worked on together, by coordinate."""
@@ -62,5 +68,5 @@ OK, OUT_OF_STROKE, OUT_OF_CONE, SINGULAR, NOT_CONVERGED, OTHER_BRANCH = 0, 1, 2,
 UNSURE = 6
 """The fast loop asks for the careful solver."""
 
-BAD_POSE, BAD_TEMPERATURE = 7, 8
+BAD_POSE, BAD_TEMPERATURE, BAD_SHAPE = 7, 8, 9
 """Outcomes of the loops that start from a pose."""

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from hexathermal.kinematics.compiled import formula, loop
+from hexathermal.kinematics.compiled import formula, loop, typed_loop
 from hexathermal.kinematics.formulas import (
     commanded_length,
     dot,
@@ -21,21 +21,24 @@ from hexathermal.kinematics.formulas import (
     rotation_error,
     six_joints,
     triple,
+    true_length,
 )
 from hexathermal.kinematics.layout import (
     BAD_POSE,
+    BAD_SHAPE,
     BAD_TEMPERATURE,
     BASE,
     BASE_AXES,
     BASE_COSINES,
+    BASE_PART,
     BLOCK,
+    FIRST_SENSOR,
+    HAS_CONES,
     LARGEST_TOTAL,
     LAW_A,
     LAW_B,
-    LAW_BASE,
     LAW_HIGHEST,
     LAW_LOWEST,
-    LAW_PLATFORM,
     LAW_REFERENCE,
     LONGEST,
     OK,
@@ -44,6 +47,7 @@ from hexathermal.kinematics.layout import (
     PLATFORM,
     PLATFORM_AXES,
     PLATFORM_COSINES,
+    PLATFORM_PART,
     Q0,
     ROTATION_TOLERANCE,
     SHORTEST,
@@ -64,9 +68,11 @@ def bad_cone(c, R, i, d, length):
     return lean < c[BASE_COSINES + i] * length or own < c[PLATFORM_COSINES + i] * length
 
 
-@loop
+@typed_loop("int64(f8[::1], f8[:,::1], f8[::1])")
 def lengths_one(c, T, out):
     """Leg lengths of one pose; returns a code."""
+    if T.shape[0] != 4 or T.shape[1] != 4:
+        return BAD_SHAPE
     R, t = pose_of(T)
     if not (rotation_error(R) + bad_bottom(T) < ROTATION_TOLERANCE):
         return BAD_POSE
@@ -91,7 +97,17 @@ def gathered(T, first, width, s):
 @formula
 def lane(s, j):
     """Return pose ``j`` of a block as ``(R, t)``."""
-    R = (s[j], s[BLOCK + j], s[2 * BLOCK + j], s[4 * BLOCK + j], s[5 * BLOCK + j], s[6 * BLOCK + j], s[8 * BLOCK + j], s[9 * BLOCK + j], s[10 * BLOCK + j])
+    R = (
+        s[j],
+        s[BLOCK + j],
+        s[2 * BLOCK + j],
+        s[4 * BLOCK + j],
+        s[5 * BLOCK + j],
+        s[6 * BLOCK + j],
+        s[8 * BLOCK + j],
+        s[9 * BLOCK + j],
+        s[10 * BLOCK + j],
+    )
     return R, (s[3 * BLOCK + j], s[7 * BLOCK + j], s[11 * BLOCK + j])
 
 
@@ -150,62 +166,87 @@ def jacobians_many(c, T, out):
     return -1
 
 
-@loop
+@formula
+def first_sensor(c, part):
+    """Return the first column of a part's sensors: legs 0-5, platform, base, end."""
+    return int(c[FIRST_SENSOR + part])
+
+
+@formula
+def weighted(law, row, temps, first, last):
+    """Return ``sum_s law[row, s] dT_s`` over a part's sensors."""
+    total = 0.0
+    for k in range(first, last):
+        total += law[row, k] * (temps[k] - law[LAW_REFERENCE, k])
+    return total
+
+
+@formula
+def plate_expansion(c, law, temps, part):
+    """Return ``alpha dT`` of a plate, 0 where it has no sensor."""
+    return weighted(law, LAW_A, temps, first_sensor(c, part), first_sensor(c, part + 1))
+
+
+@formula
+def leg_coefficients(c, law, temps, i):
+    """Return ``a = sum A_s dT_s`` and ``b = sum B_s dT_s`` of a leg."""
+    first, last = first_sensor(c, i), first_sensor(c, i + 1)
+    return weighted(law, LAW_A, temps, first, last), weighted(law, LAW_B, temps, first, last)
+
+
+@typed_loop("int64(f8[::1], f8[:,::1], f8[:,::1], f8[::1], f8[::1])")
 def corrected_one(c, law, T, temps, out):
     """Commanded lengths of one pose at one set of temperatures; returns a code, `out` holds what was reached."""
+    n = law.shape[1]
+    if T.shape[0] != 4 or T.shape[1] != 4 or temps.shape[0] != n:
+        return BAD_SHAPE
     R, t = pose_of(T)
     if not (rotation_error(R) + bad_bottom(T) < ROTATION_TOLERANCE):
         return BAD_POSE
-    n = temps.shape[0]
-    ep, eb = 0.0, 0.0
     for k in range(n):
-        v = temps[k]
-        if not ((v >= law[LAW_LOWEST, k]) & (v <= law[LAW_HIGHEST, k])):
+        if not ((temps[k] >= law[LAW_LOWEST, k]) & (temps[k] <= law[LAW_HIGHEST, k])):
             return BAD_TEMPERATURE
-        ep += law[LAW_PLATFORM, k] * (v - law[LAW_REFERENCE, k])
-        eb += law[LAW_BASE, k] * (v - law[LAW_REFERENCE, k])
+    ep, eb = plate_expansion(c, law, temps, PLATFORM_PART), plate_expansion(c, law, temps, BASE_PART)
     code = OK
     for i in range(6):
-        a, b = 0.0, 0.0
-        for k in range(n):
-            dT = temps[k] - law[LAW_REFERENCE, k]
-            a += law[LAW_A + i, k] * dT
-            b += law[LAW_B + i, k] * dT
+        a, b = leg_coefficients(c, law, temps, i)
         p = expanded(triple(c, PLATFORM + 3 * i), ep)
         _s, d = leg_vector(R, t, p, expanded(triple(c, BASE + 3 * i), eb))
         wanted = np.sqrt(dot(d, d))
         out[i] = commanded_length(a, b, c[Q0 + i], wanted)
         if not ((out[i] >= c[SHORTEST + i]) & (out[i] <= c[LONGEST + i])):
             code = OUT_OF_STROKE
-        elif code == OK and bad_cone(c, R, i, d, wanted):
+        elif c[HAS_CONES] != 0.0 and code == OK and bad_cone(c, R, i, d, wanted):
             code = OUT_OF_CONE
     return code
+
+
+@formula
+def entry(which, k, count):
+    """Return which entry result `k` takes: an index array, or `k` itself, or 0 where there is only one."""
+    return which[k] if which.shape[0] else (k if count > 1 else 0)
 
 
 @loop
 def corrected_many(c, law, T, temps, which_pose, which_temps, out):
     """Commanded lengths of many poses; returns the index of the first bad result or -1.
 
-    Result ``k`` joins pose ``which_pose[k]`` and temperatures ``which_temps[k]``; an empty index array means ``k``
-    itself, or 0 where there is only one.
+    Result ``k`` joins pose ``which_pose[k]`` and temperatures ``which_temps[k]``, see `entry`.
     """
     for k in range(out.shape[0]):
-        i = which_pose[k] if which_pose.shape[0] else (k if T.shape[0] > 1 else 0)
-        m = which_temps[k] if which_temps.shape[0] else (k if temps.shape[0] > 1 else 0)
+        i, m = entry(which_pose, k, T.shape[0]), entry(which_temps, k, temps.shape[0])
         if corrected_one(c, law, T[i], temps[m], out[k]) != OK:
             return k
     return -1
 
 
 @loop
-def plate_scales(law, temps, out):
-    """Expansion of platform and base, and effective `a`, `b` of the legs: rows ``[ep, eb, a1..a6, b1..b6]``."""
-    for m in range(temps.shape[0]):
-        for r in range(14):
-            out[m, r] = 0.0
-        for k in range(temps.shape[1]):
-            dT = temps[m, k] - law[LAW_REFERENCE, k]
-            out[m, 0] += law[LAW_PLATFORM, k] * dT
-            out[m, 1] += law[LAW_BASE, k] * dT
-            for i in range(12):
-                out[m, 2 + i] += law[LAW_A + i, k] * dT
+def warm_many(c, law, told, temps, which_told, which_temps, out, expansions):
+    """True lengths of commanded legs, and the expansions of platform and base, at many temperatures."""
+    for k in range(out.shape[0]):
+        n, m = entry(which_told, k, told.shape[0]), entry(which_temps, k, temps.shape[0])
+        expansions[k, 0] = plate_expansion(c, law, temps[m], PLATFORM_PART)
+        expansions[k, 1] = plate_expansion(c, law, temps[m], BASE_PART)
+        for i in range(6):
+            a, b = leg_coefficients(c, law, temps[m], i)
+            out[k, i] = true_length(a, b, c[Q0 + i], told[n, i])

@@ -18,6 +18,7 @@ from hexathermal.kinematics import layout as at
 from hexathermal.kinematics.batches import where
 from hexathermal.kinematics.constants import LARGEST_CONDITION, constants
 from hexathermal.kinematics.inverse import inverse_kinematics
+from hexathermal.kinematics.lean import lean_angles
 from hexathermal.machine.hexapod import Hexapod
 from hexathermal.poses import FloatArray
 
@@ -69,25 +70,10 @@ def refuse_stroke(hexapod: Hexapod, lengths: FloatArray, index: tuple[int, ...] 
     side = f"{(low - value) * 1e3:.6g} mm too short" if value < low else f"{(value - high) * 1e3:.6g} mm too long"
     hint = "; lengths are in metres, were millimetres given?" if value > 20.0 * high else ""
     raise OutOfStrokeError(
-        f"leg {leg + 1} out of stroke{where(index)}: {value * 1e3:.6f} mm, allowed [{low * 1e3:.6f}, {high * 1e3:.6f}] mm: "
-        f"{side}{hint}; choose a pose closer to home",
+        f"leg {leg + 1} out of stroke{where(index)}: {value * 1e3:.6f} mm, "
+        f"allowed [{low * 1e3:.6f}, {high * 1e3:.6f}] mm: {side}{hint}; choose a pose closer to home",
         leg=leg + 1, value=value, lower=low, upper=high, index=index,
     )  # fmt: skip
-
-
-def lean_angles(hexapod: Hexapod, pose: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Return the angle [rad] of each leg from its home direction, seen from the base and from the platform."""
-    home = hexapod.home
-    angles = []
-    for turn in (np.eye(3), None):
-        units = []
-        for T in (home, pose):
-            d = hexapod.platform_joints @ T[:3, :3].T + T[:3, 3] - hexapod.base_joints
-            d = d @ (T[:3, :3] if turn is None else turn)
-            units.append(d / np.linalg.norm(d, axis=1, keepdims=True))
-        sine = np.linalg.norm(np.cross(units[0], units[1]), axis=1)
-        angles.append(np.arctan2(sine, (units[0] * units[1]).sum(axis=1)))
-    return angles[0], angles[1]
 
 
 def refuse_cone(hexapod: Hexapod, pose: FloatArray, index: tuple[int, ...] = ()) -> NoReturn:

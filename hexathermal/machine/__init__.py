@@ -1,0 +1,1 @@
+"""What the hexapod is: frozen data, its files, the bundled machines, the closed-loop mechanism."""

@@ -57,13 +57,17 @@ class _Form:
         except tomllib.TOMLDecodeError as error:
             line, column = getattr(error, "lineno", None), getattr(error, "colno", None)
             if line is None:
-                digits = [int(word) for word in str(error).replace(",", " ").replace(")", " ").split() if word.isdigit()]
+                digits = [
+                    int(word) for word in str(error).replace(",", " ").replace(")", " ").split() if word.isdigit()
+                ]
                 line, column = digits[-2:] if len(digits) >= 2 else (max(1, text.count("\n")), 1)
             raise FileFormatError(str(path), (Problem(line, column or 1, f"not valid TOML: {error}"),)) from None
 
-    def complain(self, where: str, message: str) -> None:
+    def complain(self, where: str, message: str) -> Any:
+        """Note a problem; returns None, so that a caller may return it."""
         line, column = self.positions.of(where)
         self.problems.append(Problem(line, column, message))
+        return None
 
     def table(self, data: dict[str, Any], path: str, kind: str) -> dict[str, Any]:
         """Return the checked values of one table: numbers as arrays in SI units."""
@@ -82,7 +86,7 @@ class _Form:
 
     def value(self, value: Any, where: str, rule: str) -> Any:
         """Return one value after checking it against its rule, or None after a complaint."""
-        simple = {"text": (str, "a text"), "table": (dict, "a table"), "tables": (list, "tables [[...]]")}
+        simple: dict[str, tuple[type, str]] = {"text": (str, "a text"), "table": (dict, "a table"), "tables": (list, "tables [[...]]")}
         if rule in simple:
             kind, words = simple[rule]
             if isinstance(value, kind):
@@ -102,8 +106,8 @@ class _Form:
             return self.complain(where, f"{where} has shape {array.shape}; expected {wanted}")
         return array
 
-    def numbers(self, value: Any, where: str, reader: Reader) -> FloatArray | None:
-        """Return nested lists of numbers as an array in SI units."""
+    def numbers(self, value: Any, where: str, reader: Reader) -> Any:
+        """Return nested lists of numbers as an array in SI units, or None after a complaint."""
 
         def walk(item: Any) -> Any:
             if isinstance(item, list):
@@ -200,7 +204,7 @@ def read_hexapod(path: str | Path) -> Hexapod:
     form.finish()
     hexapod = form.build("geometry", lambda: Hexapod(**fields))
     form.finish()
-    assert isinstance(hexapod, Hexapod)  # noqa: S101 - narrows the type; finish() has raised otherwise
+    assert isinstance(hexapod, Hexapod)
     return hexapod
 
 
@@ -244,7 +248,7 @@ def _thermal(form: _Form, data: dict[str, Any]) -> Any:
         if len(laws) != 6:
             form.complain("thermal.legs.0", f"found {len(laws)} [[thermal.legs]]; expected six, one for each leg")
     platform, base = _plate(form, thermal, "platform"), _plate(form, thermal, "base")
-    if "reference_temperature_degC" not in thermal and "thermal.reference_temperature_degC":
+    if "reference_temperature_degC" not in thermal:
         form.complain("thermal", "key 'reference_temperature_degC' is missing in [thermal]")
     if len(form.problems) > before:
         return None
@@ -258,8 +262,8 @@ def _limits(form: _Form, limits: dict[str, Any]) -> Any:
     axes = ("x_mm", "y_mm", "z_mm", "rx_deg", "ry_deg", "rz_deg")
     if any(axis not in limits for axis in axes):
         return None
-    convention = limits.get("convention", "fixed-xyz")
-    return form.build("limits", lambda: PoseLimits(*(tuple(limits[axis]) for axis in axes), convention=convention))
+    pairs = {axis.partition("_")[0]: tuple(limits[axis]) for axis in axes}
+    return form.build("limits", lambda: PoseLimits(**pairs, convention=limits.get("convention", "fixed-xyz")))
 
 
 def _bodies(form: _Form, bodies: dict[str, Any]) -> Any:

@@ -37,7 +37,15 @@ def _joints(value: npt.ArrayLike, what: str) -> FloatArray:
     return frozen(array)
 
 
-@dataclass(frozen=True, eq=False, repr=False)
+def _cone(value: npt.ArrayLike | None, what: str) -> FloatArray | None:
+    """Return six cone half-angles; None stays None."""
+    cone = _six(value, what)
+    if cone is not None and not ((cone > 0.0) & (cone <= np.pi)).all():
+        raise ArgumentError(f"{what} must lie in (0, pi] rad, found {cone.tolist()}; were degrees meant?")
+    return cone
+
+
+@dataclass(frozen=True, eq=False, repr=False, init=False)
 class Hexapod:
     """A Gough-Stewart hexapod, cold and warm; immutable, its arrays are read-only.
 
@@ -85,7 +93,7 @@ class Hexapod:
     platform_joints: FloatArray
     retracted_length: FloatArray | None = None
     stroke: FloatArray | None = None
-    home: FloatArray = None  # type: ignore[assignment]
+    home: FloatArray = field(default_factory=lambda: np.eye(4))
     thermal: ThermalModel | None = None
     base_cone: FloatArray | None = None
     platform_cone: FloatArray | None = None
@@ -96,21 +104,46 @@ class Hexapod:
     limits: PoseLimits | None = None
     _prepared: dict[str, Any] = field(default_factory=dict, init=False, repr=False, compare=False)
 
-    def __post_init__(self) -> None:
+    def __init__(
+        self,
+        base_joints: npt.ArrayLike,
+        platform_joints: npt.ArrayLike,
+        retracted_length: npt.ArrayLike | None = None,
+        stroke: npt.ArrayLike | None = None,
+        home: PoseLike | None = None,
+        thermal: ThermalModel | None = None,
+        base_cone: npt.ArrayLike | None = None,
+        platform_cone: npt.ArrayLike | None = None,
+        name: str = "",
+        source: str = "",
+        grade: str = "C",
+        bodies: Bodies | None = None,
+        limits: PoseLimits | None = None,
+    ) -> None:
         set_ = object.__setattr__
-        set_(self, "base_joints", _joints(self.base_joints, "base_joints"))
-        set_(self, "platform_joints", _joints(self.platform_joints, "platform_joints"))
-        set_(self, "retracted_length", _six(self.retracted_length, "retracted_length"))
-        self._check_stroke()
-        set_(self, "home", frozen(self._checked_home()))
-        for what in ("base_cone", "platform_cone"):
-            cone = _six(getattr(self, what), what)
-            if cone is not None and not ((cone > 0.0) & (cone <= np.pi)).all():
-                raise ArgumentError(f"{what} must lie in (0, pi] rad, found {cone.tolist()}; were degrees meant?")
-            set_(self, what, cone)
+        set_(self, "_prepared", {})
+        set_(self, "base_joints", _joints(base_joints, "base_joints"))
+        set_(self, "platform_joints", _joints(platform_joints, "platform_joints"))
+        set_(self, "retracted_length", _six(retracted_length, "retracted_length"))
+        set_(self, "stroke", self._checked_stroke(stroke))
+        set_(self, "home", frozen(self._checked_home(home)))
+        set_(self, "base_cone", _cone(base_cone, "base_cone"))
+        set_(self, "platform_cone", _cone(platform_cone, "platform_cone"))
+        for what, text in (("name", name), ("source", source), ("grade", grade)):
+            set_(self, what, str(text))
+        for what, part, kind in (
+            ("thermal", thermal, ThermalModel),
+            ("bodies", bodies, Bodies),
+            ("limits", limits, PoseLimits),
+        ):
+            if part is not None and not isinstance(part, kind):
+                raise ArgumentError(f"{what} must be a {kind.__name__}, found {type(part).__name__}")
+            set_(self, what, part)
+        self._check_whole()
+
+    def _check_whole(self) -> None:
+        """Check what concerns several fields."""
         if self.thermal is not None:
-            if not isinstance(self.thermal, ThermalModel):
-                raise ArgumentError(f"thermal must be a ThermalModel, found {type(self.thermal).__name__}")
             if self.retracted_length is None:
                 raise ArgumentError("a thermal law needs retracted_length: its drift is A q0 dT + B q dT")
         if self.grade not in GRADES:
@@ -118,7 +151,9 @@ class Hexapod:
         lengths = self._home_lengths()
         if not (lengths > 0.0).all():
             leg = int(lengths.argmin()) + 1
-            raise ArgumentError(f"leg {leg} has length 0 at home: its base and platform joint coincide; give another home")
+            raise ArgumentError(
+                f"leg {leg} has length 0 at home: its base and platform joint coincide; give another home"
+            )
         shortest, longest = self.length_limits
         if ((lengths < shortest) | (lengths > longest)).any():
             leg = int(np.maximum(shortest - lengths, lengths - longest).argmax())
@@ -127,15 +162,15 @@ class Hexapod:
                 f"allowed [{shortest[leg]:.6g}, {longest[leg]:.6g}] m; check home, q0 and stroke, and their units"
             )
 
-    def _check_stroke(self) -> None:
-        """Check `retracted_length` and `stroke` together."""
+    def _checked_stroke(self, given: npt.ArrayLike | None) -> FloatArray | None:
+        """Return the strokes (6, 2), checked together with `retracted_length`."""
         if self.retracted_length is not None and not (self.retracted_length > 0.0).all():
             raise ArgumentError(f"retracted_length must be above 0 m, found {self.retracted_length.tolist()}")
-        if self.stroke is None:
-            return
+        if given is None:
+            return None
         if self.retracted_length is None:
             raise ArgumentError("stroke needs retracted_length: a leg is q0 + q long")
-        array = finite_array(self.stroke, (2,), "stroke")
+        array = finite_array(given, (2,), "stroke")
         if array.shape not in ((2,), (6, 2)):
             raise ArgumentError(f"stroke has shape {array.shape}; expected [low, high] for all legs, or (6, 2)")
         stroke = np.broadcast_to(array, (6, 2))
@@ -143,17 +178,17 @@ class Hexapod:
             raise ArgumentError(f"stroke must be [low, high] with low < high, found {array.tolist()}")
         if not (self.retracted_length + stroke[:, 0] > 0.0).all():
             raise ArgumentError("stroke lets a leg shrink to nothing: q0 + low must be above 0 m")
-        object.__setattr__(self, "stroke", frozen(stroke))
+        return frozen(stroke)
 
-    def _checked_home(self) -> FloatArray:
+    def _checked_home(self, home: PoseLike | None) -> FloatArray:
         """Return home as a 4 x 4 array."""
-        if self.home is None:
+        if home is None:
             return default_home(self)
-        if not isinstance(self.home, pin.SE3) and np.shape(self.home) == (3,):
+        if not isinstance(home, pin.SE3) and as_array(home, "home").shape == (3,):
             pose = np.eye(4)
-            pose[:3, 3] = finite_array(self.home, (3,), "home")
+            pose[:3, 3] = finite_array(home, (3,), "home")
             return pose
-        pose = pose_array(self.home, "home")
+        pose = pose_array(home, "home")
         if pose.shape != (4, 4):
             raise ArgumentError(f"home has shape {pose.shape}; expected (3,), (4, 4) or an SE3")
         return pose
@@ -198,7 +233,7 @@ class Hexapod:
         return ports.answers.jacobian(self, pose)
 
     def assembly_modes(self, lengths: npt.ArrayLike) -> FloatArray:
-        """Return all real postures; see `hexathermal.kinematics.modes.assembly_modes`."""
+        """Return all real postures; see `hexathermal.kinematics.postures.assembly_modes`."""
         return ports.answers.assembly_modes(self, lengths)
 
     def corrected_leg_lengths(self, pose: PoseLike, temps: TemperaturesLike) -> FloatArray:

@@ -1,4 +1,4 @@
-"""Where the Pinocchio machine stands against its limits: joint angles, margins, distances; and its solids to draw.
+"""The Pinocchio machine against its limits: joint angles, margins, distances between legs; solids to draw.
 
 Distances are coal's, between capsules of the leg diameters.
 """
@@ -12,7 +12,6 @@ import coal
 import numpy as np
 import pinocchio as pin
 
-from hexathermal.errors import MissingDependencyError
 from hexathermal.machine.hexapod import Hexapod
 from hexathermal.machine.pinocchio_loads import LegJoints, Shapes
 from hexathermal.poses import FloatArray
@@ -29,7 +28,7 @@ class JointAngles:
     Attributes
     ----------
     universal : array, shape (6, 2) [rad]
-        Turn about the first axis (across leg and base z, fixed to the base), then about the second (across the leg).
+        Turn about the first axis (fixed to the base, across leg and base z), then about the second.
     travel : array, shape (6,) [m]
         Of the prismatic joint, counted from home: ``travel = L - L_home``; the stroke is ``q = L - q0``.
     spherical : array, shape (6, 3) [rad]
@@ -52,8 +51,7 @@ class Clearance:
     Attributes
     ----------
     between : array, shape (6, 6) [m]
-        Smallest distance of each two legs, negative where they overlap; infinity on the diagonal, and where every
-        pair of their capsules is left out.
+        Smallest distance of each two legs, negative where they overlap; infinity on the diagonal.
     smallest : float [m]
         Smallest of all.
     legs : (int, int)
@@ -87,7 +85,7 @@ class Margins:
     base_cone, platform_cone : array, shape (6,) [rad]
         ``cone - angle``.
     rod_overlap : array, shape (6,) [m]
-        Length of rod inside the body.  The sections are derived from the stroke, so `allowed` does not ask it.
+        Length of rod inside the body.  Its sections are derived, not stated: `allowed` does not ask it.
     clearance : Clearance
         Distances between the legs.
     """
@@ -111,19 +109,49 @@ class Margins:
 
 
 class Solid(NamedTuple):
-    """One solid of the drawing: its name, a `trimesh.Trimesh` in its own frame, and that frame in the base (4, 4)."""
+    """A solid to draw: name, `trimesh.Trimesh` in its own frame [m], and that frame in the base (4, 4)."""
 
     name: str
     mesh: Any
     pose: FloatArray
 
 
-def capsule_ends(shapes: Shapes, leg: int, home_length: float) -> tuple[FloatArray, FloatArray]:
-    """Return where the axes of body and rod capsule begin and end along a leg at home, from the base joint [m].
+def joint_angles(legs: FloatArray) -> JointAngles:
+    """Return the joint angles of six rows ``[2 universal, prismatic, quaternion xyzw]``."""
+    (s0, s1), (c0, c1) = np.sin(legs[:, :2]).T, np.cos(legs[:, :2]).T
+    x, y, z, w = legs[:, 3:].T
+    return JointAngles(
+        universal=legs[:, :2],
+        travel=legs[:, 2],
+        spherical=np.array([pin.log3(pin.Quaternion(ball).matrix()) for ball in legs[:, 3:]]),
+        base_cone=np.arctan2(np.hypot(s1, s0 * c1), c0 * c1),
+        platform_cone=2.0 * np.arctan2(np.hypot(x, y), np.hypot(z, w)),
+    )
 
-    At the joint both begin one own diameter off its centre (a fork or a ball stands there, not a tube), but not more
-    than a quarter of their length.  The body's axis ends where the body ends, so its cap reaches one radius further;
-    the rod's covers what stands out of the body at full stretch.
+
+def margins(
+    hexapod: Hexapod, shapes: Shapes, lengths: FloatArray, angles: JointAngles, legs_apart: Clearance
+) -> Margins:
+    """Return what is left to each limit of the machine at these lengths and joint angles."""
+    shortest, longest = hexapod.length_limits
+    stroke = np.stack([lengths - shortest, longest - lengths], axis=1)
+    cones = (hexapod.base_cone, hexapod.platform_cone)
+    at_base, at_platform = (np.full(6, np.inf) if cone is None else cone for cone in cones)
+    return Margins(
+        stroke=np.full((6, 2), np.inf) if hexapod.stroke is None else stroke,
+        base_cone=at_base - angles.base_cone,
+        platform_cone=at_platform - angles.platform_cone,
+        rod_overlap=shapes.body_lengths + shapes.rod_lengths - lengths,
+        clearance=legs_apart,
+    )
+
+
+def capsule_ends(shapes: Shapes, leg: int, home_length: float) -> tuple[FloatArray, FloatArray]:
+    """Return where the axes of a leg's body and rod capsule begin and end at home, from the base joint [m].
+
+    At its joint each begins one own diameter off the centre (a fork or a ball stands there, not a tube), but
+    not more than a quarter of its length.  The body's axis ends where the body ends, so its cap reaches one
+    radius further; the rod's covers what stands out of the body at full stretch.
     """
     body, rod = float(shapes.body_lengths[leg]), float(shapes.rod_shown[leg])
     body_gap = min(shapes.bodies.leg_body_diameter, 0.25 * body)
@@ -139,9 +167,9 @@ def _along(low: float, high: float) -> pin.SE3:
 def hinged_pairs(hexapod: Hexapod, shapes: Shapes) -> tuple[tuple[str, str], ...]:
     """Return the pairs of capsules that are left out, because they hang on one hinge.
 
-    Two bodies whose base joints are nearer than a body diameter overlap at that joint at every pose (a 3-3 machine,
-    whose legs share joints); so do two rods whose platform joints are nearer than a rod diameter.  They are left out
-    of distances; body against rod of the same two legs stays, and so does the pair at the legs' other end.
+    Two bodies whose base joints are nearer than a body diameter overlap at that joint at every pose (a 3-3
+    machine, whose legs share joints); so do two rods whose platform joints are nearer than a rod diameter.
+    Body against rod of the same two legs stays, and so does the like pair at the legs' other end.
     """
     sides = (
         ("body", hexapod.base_joints, shapes.bodies.leg_body_diameter),
@@ -168,9 +196,8 @@ def collision_model(
             ("rod", joint.prismatic, rod, shapes.bodies.leg_rod_diameter),
         ):
             capsule = coal.Capsule(0.5 * diameter, float(high - low))
-            geometry.addGeometryObject(
-                pin.GeometryObject(f"leg{leg + 1}_{part}", parent, _along(low, high), capsule)
-            )
+            solid = pin.GeometryObject(f"leg{leg + 1}_{part}", parent, _along(low, high), capsule)
+            geometry.addGeometryObject(solid)
     left_out = set(hinged_pairs(hexapod, shapes))
     names = [item.name for item in geometry.geometryObjects]
     for a in range(12):
@@ -180,14 +207,15 @@ def collision_model(
     return geometry
 
 
-def clearance(geometry: pin.GeometryModel, placed: pin.GeometryData, nearest: int) -> Clearance:
-    """Read the distances that Pinocchio has computed; `nearest` is the pair it found nearest."""
+def clearance(geometry: pin.GeometryModel, placed: pin.GeometryData) -> Clearance:
+    """Read the distances that Pinocchio has computed."""
     between = np.full((6, 6), np.inf)
-    for pair, result in zip(geometry.collisionPairs, placed.distanceResults, strict=True):
-        i, j = sorted((pair.first // 2, pair.second // 2))
-        between[i, j] = between[j, i] = min(between[i, j], result.min_distance)
+    found = [result.min_distance for result in placed.distanceResults]
+    for pair, distance in zip(geometry.collisionPairs, found, strict=True):
+        i, j = pair.first // 2, pair.second // 2
+        between[i, j] = between[j, i] = min(between[i, j], distance)
+    nearest, kinds = int(np.argmin(found)), ("body", "rod")
     pair, result = geometry.collisionPairs[nearest], placed.distanceResults[nearest]
-    kinds = ("body", "rod")
     return Clearance(
         between=between,
         smallest=float(result.min_distance),
@@ -198,7 +226,7 @@ def clearance(geometry: pin.GeometryModel, placed: pin.GeometryData, nearest: in
 
 
 def visual_model(
-    hexapod: Hexapod, shapes: Shapes, joints: tuple[LegJoints, ...], platform: int, lengths: FloatArray
+    hexapod: Hexapod, shapes: Shapes, joints: tuple[LegJoints, ...], lengths: FloatArray, platform: int
 ) -> pin.GeometryModel:
     """Return plates, joints, bodies and rods as coal cylinders and spheres, for `pinocchio.visualize`."""
     geometry = pin.GeometryModel()
@@ -224,17 +252,9 @@ def visual_model(
 
 
 def solids(geometry: pin.GeometryModel, placed: pin.GeometryData) -> list[Solid]:
-    """Return the solids of a placed visual model as trimesh meshes.
+    """Return the solids of a placed visual model as trimesh meshes."""
+    import trimesh  # slow to load, and only drawings need it
 
-    Raises
-    ------
-    MissingDependencyError
-        trimesh is not installed.
-    """
-    try:
-        import trimesh
-    except ImportError:
-        raise MissingDependencyError("solids need trimesh; install it: pip install trimesh") from None
     drawn = []
     for item, placement in zip(geometry.geometryObjects, placed.oMg, strict=True):
         shape = item.geometry

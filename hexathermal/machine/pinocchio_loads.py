@@ -1,6 +1,6 @@
 """Bodies and forces of the Pinocchio machine: sizes, masses, the links of a leg, axial forces.
 
-What a `Hexapod` does not say about its bodies is derived here from its geometry, in steel, and stated as such.
+What a `Hexapod` does not say about its bodies is derived here from its geometry, in steel.
 Forces follow from the equilibrium of the closed loop (`axial_forces`).
 """
 
@@ -35,7 +35,7 @@ LEAST_RCOND = 1e-9
 
 @dataclass(frozen=True)
 class LegJoints:
-    """Pinocchio's indices of one leg's joints: the body hangs on the universal, the rod on the prismatic joint."""
+    """Pinocchio's joint indices of a leg: the body hangs on the universal, the rod on the prismatic joint."""
 
     universal: int
     prismatic: int
@@ -89,7 +89,7 @@ def home_lengths(hexapod: Hexapod) -> FloatArray:
 
 
 def leg_extremes(hexapod: Hexapod) -> tuple[FloatArray, FloatArray]:
-    """Return the shortest and longest leg that bodies are sized for [m]: the stroke, or 0.8 and 1.2 of home."""
+    """Return shortest and longest leg that bodies are sized for [m]: by the stroke, or 0.8, 1.2 of home."""
     if hexapod.stroke is not None:
         return hexapod.length_limits
     at_home = home_lengths(hexapod)
@@ -99,8 +99,8 @@ def leg_extremes(hexapod: Hexapod) -> tuple[FloatArray, FloatArray]:
 def section_lengths(hexapod: Hexapod) -> FloatArray:
     """Return the length of body and rod [m], shape (6,): ``min(0.55 L_max, 0.95 L_min)``, the same for both.
 
-    So they overlap by a tenth of ``L_max`` at full stretch, and the rod's end stays above the base joint.  Where
-    ``L_max > 1.9 L_min`` one telescopic stage is not enough: `Margins.rod_overlap` is then negative at full stretch.
+    So they overlap by a tenth of ``L_max`` at full stretch, and the rod's end stays above the base joint.
+    Where ``L_max > 1.9 L_min`` one stage is not enough: `Margins.rod_overlap` turns negative at full stretch.
     """
     shortest, longest = leg_extremes(hexapod)
     return np.minimum(0.55 * longest, 0.95 * shortest)
@@ -117,10 +117,11 @@ def joint_plate(joints: FloatArray, thickness: float) -> Plate:
 
 
 def default_bodies(hexapod: Hexapod) -> Bodies:
-    """Return the bodies of a machine that states none: a guess in steel (7850 kg/m^3) for first drawings and loads.
+    """Return bodies for a machine that states none: a guess in steel, for first drawings and loads.
 
-    Body diameter = mean home length / 12; rod = 0.6 of it, solid; body = tube around the rod; both plates are discs
-    through the joints, half a body diameter thick; lengths as `section_lengths` says, averaged over the legs.
+    Density 7850 kg/m^3; body diameter = mean home length / 12; rod = 0.6 of it, solid; body = tube around
+    the rod; both plates are discs through the joints, half a body diameter thick; lengths: the mean of
+    `section_lengths`.
     """
     outer = DIAMETER_PER_LENGTH * float(home_lengths(hexapod).mean())
     inner = ROD_PER_BODY * outer
@@ -139,7 +140,7 @@ def default_bodies(hexapod: Hexapod) -> Bodies:
 
 
 def machine_shapes(hexapod: Hexapod) -> Shapes:
-    """Return the sizes of all bodies; see `section_lengths` and, where `hexapod.bodies` is None, `default_bodies`."""
+    """Return the sizes of all bodies: `hexapod.bodies` or else `default_bodies`, and `section_lengths`."""
     bodies = default_bodies(hexapod) if hexapod.bodies is None else hexapod.bodies
     sections = section_lengths(hexapod)
     return Shapes(
@@ -160,7 +161,7 @@ def cylinder_inertia(mass: float, outer: float, inner: float, length: float, mid
 
 
 def leg_inertias(shapes: Shapes, leg: int, home_length: float) -> tuple[pin.Inertia, pin.Inertia]:
-    """Return the inertias of body and rod in the leg's frame at the base joint, the rod as it stands at home."""
+    """Return the inertias of body and rod in the leg's frame at the base joint; the rod stands as at home."""
     bodies, body, rod = shapes.bodies, shapes.body_lengths[leg], shapes.rod_lengths[leg]
     bore = bodies.leg_rod_diameter if bodies.leg_rod_diameter < bodies.leg_body_diameter else 0.0
     return (
@@ -186,8 +187,10 @@ def leg_frames(hexapod: Hexapod) -> tuple[pin.SE3, ...]:
     return tuple(frames)
 
 
-def add_leg(model: pin.Model, shapes: Shapes, leg: int, frame: pin.SE3, home_length: float) -> LegJoints:
-    """Add universal, prismatic and spherical joint of one leg, and the links that hang on them."""
+def add_leg(
+    model: pin.Model, shapes: Shapes, leg: int, frame: pin.SE3, home_length: float, limits: FloatArray
+) -> LegJoints:
+    """Add universal, prismatic and spherical joint of a leg, and their links; `limits` are lengths [m]."""
     label, still = f"leg{leg + 1}", pin.SE3.Identity()
     body, rod = leg_inertias(shapes, leg, home_length)
     across = pin.JointModelUniversal(np.array([1.0, 0.0, 0.0]), np.array([0.0, 1.0, 0.0]))
@@ -195,6 +198,8 @@ def add_leg(model: pin.Model, shapes: Shapes, leg: int, frame: pin.SE3, home_len
     model.appendBodyToJoint(universal, body, still)
     prismatic = model.addJoint(universal, pin.JointModelPZ(), still, f"{label}_prismatic")
     model.appendBodyToJoint(prismatic, rod, still)
+    place = model.joints[prismatic].idx_q
+    model.lowerPositionLimit[place], model.upperPositionLimit[place] = limits - home_length
     end = pin.SE3(np.eye(3), np.array([0.0, 0.0, home_length]))
     spherical = model.addJoint(prismatic, pin.JointModelSpherical(), end, f"{label}_spherical")
     return LegJoints(int(universal), int(prismatic), int(spherical))
@@ -226,29 +231,34 @@ def checked_vector(value: object, what: str) -> FloatArray:
     return vector
 
 
-def axial_forces(response: FloatArray, gravity: FloatArray, radius: float) -> FloatArray:
+def axial_forces(response: FloatArray, gravity: FloatArray, platform: Plate) -> FloatArray:
     """Return the axial force of each leg at which the closed loop stands still.
 
-    Equilibrium of tree and loops is ``g = S^T f + J^T w``: generalised gravity ``g``, actuators ``S``, forces ``w`` of
-    the six closures; passive joints carry no torque.  With ``Y_i = J_leg,i^-1 J_platform,i`` the leg rows give
-    ``w_i``, and the platform rows ``sum_i -Y_i[2]^T f_i = g_platform - sum_i Y_i^T g_i``.
+    Equilibrium of tree and loops is ``g = S^T f + J^T w``: generalised gravity ``g``, actuators ``S``, forces
+    ``w`` of the six closures; passive joints carry no torque.  With ``Y_i = J_leg,i^-1 J_platform,i`` the
+    legs' rows give ``w_i``, and the platform's rows ``sum_i -Y_i[2]^T f_i = g_platform - sum_i Y_i^T g_i``.
 
     Parameters
     ----------
     response : array, shape (6, 6, 6)
-        ``Y``: joint rates of each leg per rate of the platform are ``-Y``; row 2 is the prismatic joint.
-    gravity : array, shape (42,) [N m, N m, N, N m, N m, N m for each leg; N, N m for the platform]
-    radius : float [m]
-        Lever by which rotations are scaled to lengths in the test for singularity.
+        ``Y``: joint rates of each leg are ``-Y`` times the platform's; row 2 is the prismatic joint.
+    gravity : array, shape (42,) [N m or N]
+        Generalised forces that hold the tree: six a leg, then the platform's, in its axes.
+    platform : Plate
+        The test for singularity counts motions at its centre, rotations times its radius.
+
+    Returns
+    -------
+    array, shape (6,) [N]
 
     Raises
     ------
     SingularPoseError
-        ``1 / cond <= 1e-9`` for the Jacobian with rotations scaled by `radius`.
+        ``1 / cond <= 1e-9`` for the Jacobian so scaled.
     """
     jacobian = -response[:, 2, :]
-    scaled = jacobian / np.repeat([1.0, radius], 3)
-    singular = np.linalg.svd(scaled, compute_uv=False)
+    turning = jacobian[:, 3:] - np.cross(platform.centre, jacobian[:, :3])
+    singular = np.linalg.svd(np.hstack([jacobian[:, :3], turning / platform.radius]), compute_uv=False)
     rcond = float(singular[-1] / singular[0])
     if not rcond > LEAST_RCOND:
         raise SingularPoseError(

@@ -8,6 +8,7 @@ This module holds the numbers; the equations themselves stand in `hexathermal.ki
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -45,7 +46,7 @@ def _coefficients(values: npt.ArrayLike, count: int, what: str) -> FloatArray:
     return frozen(array)
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, init=False)
 class LegLaw:
     """Expansion law of one leg: ``drift = sum_s A_s q0 dT_s + B_s q dT_s`` (paper, eqs. 4 and 8).
 
@@ -67,19 +68,28 @@ class LegLaw:
     covariance: FloatArray | None = None
     campaign: str = ""
 
-    def __post_init__(self) -> None:
+    def __init__(
+        self,
+        sensors: str | Sequence[str],
+        A: npt.ArrayLike,
+        B: npt.ArrayLike,
+        covariance: npt.ArrayLike | None = None,
+        campaign: str = "",
+    ) -> None:
         set_ = object.__setattr__
-        sensors = (self.sensors,) if isinstance(self.sensors, str) else tuple(self.sensors)
-        if not sensors or not all(isinstance(name, str) and name for name in sensors):
-            raise ArgumentError(f"a leg law needs at least one sensor name, found {sensors!r}")
-        if len(set(sensors)) != len(sensors):
-            raise ArgumentError(f"a leg law names a sensor twice: {sensors}")
-        set_(self, "sensors", sensors)
-        set_(self, "A", _coefficients(self.A, len(sensors), "A_per_K"))
-        set_(self, "B", _coefficients(self.B, len(sensors), "B_per_K"))
-        if self.covariance is not None:
-            n = 2 * len(sensors)
-            matrix = finite_array(self.covariance, (n, n), "covariance")
+        names = (sensors,) if isinstance(sensors, str) else tuple(sensors)
+        if not names or not all(isinstance(name, str) and name for name in names):
+            raise ArgumentError(f"a leg law needs at least one sensor name, found {names!r}")
+        if len(set(names)) != len(names):
+            raise ArgumentError(f"a leg law names a sensor twice: {names}")
+        set_(self, "sensors", names)
+        set_(self, "A", _coefficients(A, len(names), "A_per_K"))
+        set_(self, "B", _coefficients(B, len(names), "B_per_K"))
+        set_(self, "covariance", None)
+        set_(self, "campaign", str(campaign))
+        if covariance is not None:
+            n = 2 * len(names)
+            matrix = finite_array(covariance, (n, n), "covariance")
             if matrix.shape != (n, n) or not np.allclose(matrix, matrix.T, rtol=1e-9, atol=0.0):
                 raise ArgumentError(f"covariance must be a symmetric ({n}, {n}) matrix of [A, B]")
             if np.linalg.eigvalsh(matrix).min() < -1e-9 * abs(np.diag(matrix)).max():
@@ -122,7 +132,7 @@ class PlateLaw:
             raise ArgumentError(f"the plate's sensor must be a name or left out, found {self.sensor!r}")
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, init=False)
 class ThermalModel:
     """Laws of six legs and two plates, reference temperatures and range of validity.
 
@@ -145,34 +155,48 @@ class ThermalModel:
     legs: tuple[LegLaw, ...]
     platform: PlateLaw | None = None
     base: PlateLaw | None = None
-    reference_temperature_degC: FloatArray | float = 20.0
+    reference_temperature_degC: FloatArray = field(default_factory=lambda: np.array(20.0))
     valid_degC: tuple[float, float] = DEFAULT_RANGE_DEGC
     sensor_names: tuple[str, ...] = field(init=False)
 
-    def __post_init__(self) -> None:
+    def __init__(
+        self,
+        legs: LegLaw | Sequence[LegLaw],
+        platform: PlateLaw | None = None,
+        base: PlateLaw | None = None,
+        reference_temperature_degC: npt.ArrayLike = 20.0,
+        valid_degC: Sequence[float] | FloatArray = DEFAULT_RANGE_DEGC,
+    ) -> None:
         set_ = object.__setattr__
-        legs = (self.legs,) * 6 if isinstance(self.legs, LegLaw) else tuple(self.legs)
-        if len(legs) != 6 or not all(isinstance(law, LegLaw) for law in legs):
-            raise ArgumentError(f"legs must be one LegLaw or six, found {len(legs)}")
-        set_(self, "legs", legs)
-        names = [_full_name(f"leg{i + 1}", sensor) for i, law in enumerate(legs) for sensor in law.sensors]
+        laws = (legs,) * 6 if isinstance(legs, LegLaw) else tuple(legs)
+        if len(laws) != 6 or not all(isinstance(law, LegLaw) for law in laws):
+            raise ArgumentError(f"legs must be one LegLaw or six, found {len(laws)}")
+        for plate in (platform, base):
+            if plate is not None and not isinstance(plate, PlateLaw):
+                raise ArgumentError(f"platform and base must be PlateLaw or None, found {type(plate).__name__}")
+        set_(self, "legs", laws)
+        set_(self, "platform", platform)
+        set_(self, "base", base)
+        names = [_full_name(f"leg{i + 1}", sensor) for i, law in enumerate(laws) for sensor in law.sensors]
         for part, plate in (("platform", self.platform), ("base", self.base)):
             if plate is not None and plate.sensor is not None:
                 names.append(_full_name(part, plate.sensor))
         set_(self, "sensor_names", tuple(names))
-        reference = finite_array(np.atleast_1d(as_array(self.reference_temperature_degC, "reference")), (), "reference")
+        reference = finite_array(np.atleast_1d(as_array(reference_temperature_degC, "reference")), (), "reference")
         if reference.shape not in ((1,), (len(names),)):
             raise ArgumentError(
                 f"reference_temperature_degC has shape {reference.shape}; expected one value or {len(names)}, "
                 f"in the order {', '.join(names)}"
             )
         set_(self, "reference_temperature_degC", frozen(np.broadcast_to(reference, (len(names),))))
-        low, high = (float(value) for value in finite_array(self.valid_degC, (2,), "valid_degC"))
+        low, high = (float(value) for value in finite_array(valid_degC, (2,), "valid_degC"))
         if not ABSOLUTE_ZERO_DEGC <= low < high:
             raise ArgumentError(f"valid_degC must be [low, high] above absolute zero, found [{low:g}, {high:g}]")
         set_(self, "valid_degC", (low, high))
         if ((reference < low) | (reference > high)).any():
-            raise ArgumentError(f"reference temperature {reference[0]:g} degC lies outside valid_degC [{low:g}, {high:g}]")
+            raise ArgumentError(
+                f"reference temperature {reference[0]:g} degC lies outside valid_degC [{low:g}, {high:g}]"
+            )
 
     def __eq__(self, other: object) -> bool:
         if not isinstance(other, ThermalModel):

@@ -17,7 +17,6 @@ from hexathermal.machine.thermal import LegLaw, PlateLaw, ThermalModel
 from hexathermal.machine.units import metres, radians, same, shortest
 from hexathermal.poses import FloatArray
 
-
 _ROW = re.compile(r"\[\s*\n([^\[\]\"]*?),?\s*\n\s*\]")
 """An innermost array of numbers that is spread over lines."""
 
@@ -62,8 +61,15 @@ def _one_or_six(array: FloatArray, reader: Reader) -> Any:
 def _document(hexapod: Hexapod) -> dict[str, Any]:
     """Return the file's content."""
     if not np.array_equal(hexapod.home[:3, :3], np.eye(3)):
-        raise ArgumentError("hexapod.toml holds a home position only: turn the platform frame so that home is not turned")
-    document: dict[str, Any] = {"format": FORMAT, "name": hexapod.name, "source": hexapod.source, "grade": hexapod.grade}
+        raise ArgumentError(
+            "hexapod.toml holds a home position only: turn the platform frame so that home is not turned"
+        )
+    document: dict[str, Any] = {
+        "format": FORMAT,
+        "name": hexapod.name,
+        "source": hexapod.source,
+        "grade": hexapod.grade,
+    }
     document["geometry"] = _geometry(hexapod)
     if hexapod.thermal is not None:
         document["thermal"] = _thermal(hexapod.thermal)

@@ -1,0 +1,1 @@
+"""Pose and temperatures -> where the platform really stands."""

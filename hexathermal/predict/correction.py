@@ -1,7 +1,7 @@
 """Corrected leg lengths, corrected pose and predicted pose: the main job.
 
-``drift_i = sum_s A_s q0 dT_s + B_s q dT_s`` (paper, eqs. 4 and 8), with ``q`` the commanded rod displacement, and plates
-that expand about their origins (eq. 1).  ``corrected = wanted - drift(corrected)`` is solved exactly.
+``drift_i = sum_s A_s q0 dT_s + B_s q dT_s`` (paper, eqs. 4 and 8), with ``q`` the commanded rod displacement, and
+plates that expand about their origins (eq. 1).  ``corrected = wanted - drift(corrected)`` is solved exactly.
 """
 
 from __future__ import annotations
@@ -13,10 +13,10 @@ import numpy.typing as npt
 
 from hexathermal.errors import ArgumentError
 from hexathermal.kinematics import layout as at
-from hexathermal.kinematics.batches import in_chunks, loops, place, where
+from hexathermal.kinematics.batches import in_chunks, loops, place
 from hexathermal.kinematics.constants import constants
 from hexathermal.kinematics.forward import run
-from hexathermal.kinematics.inverse import inverse_kinematics, plain, poses_of, refuse_pose
+from hexathermal.kinematics.inverse import inverse_kinematics, poses_of, refuse_pose
 from hexathermal.kinematics.refusals import refuse_cone, refuse_forward, refuse_stroke
 from hexathermal.machine.hexapod import Hexapod
 from hexathermal.machine.library import load_hexapod
@@ -74,12 +74,19 @@ def corrected_leg_lengths(hexapod: Hexapod, pose: PoseLike, temps: TemperaturesL
     True
     """
     made = constants(hexapod)
-    if plain(pose) and plain(temps) and pose.shape == (4, 4) and temps.shape == made.law.shape[1:]:  # type: ignore[union-attr]
+    if type(pose) is np.ndarray and type(temps) is np.ndarray and made.law.size:
         out = np.empty(6)
-        if made.law.shape[1] and loops().corrected_one(made.machine, made.law, pose, temps, out) == 0:
-            return out
+        try:
+            if loops().corrected_one(made.machine, made.law, pose, temps, out) == 0:
+                return out
+        except TypeError:  # not one pose and one set of temperatures in writable doubles: the way for all that follows
+            pass
     array = temperature_array(hexapod, temps)
     poses = poses_of(pose)
+    if poses.ndim == 2 and array.ndim == 1:
+        out = np.empty(6)
+        if loops().corrected_one(made.machine, made.law, poses, array, out) == 0:
+            return out
     lead, which_pose, which_temps = _joined(poses.shape[:-2], array.shape[:-1])
     flat, hot = poses.reshape(-1, 4, 4), array.reshape(-1, array.shape[-1])
     out = np.empty((int(np.prod(lead, dtype=np.int64)), 6))
@@ -182,24 +189,18 @@ def leg_drift(hexapod: Hexapod, lengths: npt.ArrayLike, temps: TemperaturesLike)
     return warm - commands
 
 
-def _warm_lengths(
-    hexapod: Hexapod, commands: FloatArray, temps: TemperaturesLike
-) -> tuple[FloatArray, FloatArray]:
+def _warm_lengths(hexapod: Hexapod, commands: FloatArray, temps: TemperaturesLike) -> tuple[FloatArray, FloatArray]:
     """Return true lengths (..., 6) and expansions (..., 2) of platform and base."""
     active_model(hexapod)
     array = temperature_array(hexapod, temps)
     check_temperatures(hexapod, array)
     lead, which_command, which_temps = _joined(commands.shape[:-1], array.shape[:-1])
-    hot = array.reshape(-1, array.shape[-1])
-    scales = np.empty((hot.shape[0], 14))
+    told, hot = np.array(commands).reshape(-1, 6), array.reshape(-1, array.shape[-1])
+    count = int(np.prod(lead, dtype=np.int64))
+    warm, expansions = np.empty((count, 6)), np.empty((count, 2))
     made = constants(hexapod)
-    loops().plate_scales(made.law, hot, scales)
-    told = commands.reshape(-1, 6)
-    told = told[which_command] if which_command.size else told
-    rows = scales[which_temps] if which_temps.size else scales
-    warm = loops().true_length(rows[:, 2:8], rows[:, 8:14], hexapod.retracted_length, told)
-    rows = np.broadcast_to(rows, (int(np.prod(lead, dtype=np.int64)), 14))
-    return np.broadcast_to(warm, (rows.shape[0], 6)).reshape(*lead, 6), rows[:, :2].reshape(*lead, 2)
+    loops().warm_many(made.machine, made.law, told, hot, which_command, which_temps, warm, expansions)
+    return warm.reshape(*lead, 6), expansions.reshape(*lead, 2)
 
 
 def predicted_pose(hexapod: Hexapod, lengths: npt.ArrayLike, temps: TemperaturesLike) -> FloatArray:

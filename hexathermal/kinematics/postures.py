@@ -1,0 +1,66 @@
+"""All postures of a machine at given leg lengths."""
+
+from __future__ import annotations
+
+import numpy as np
+import numpy.typing as npt
+
+from hexathermal.errors import KinematicsError
+from hexathermal.kinematics.batches import place, where
+from hexathermal.kinematics.forward import checked_lengths
+from hexathermal.kinematics.modes import assembly_modes as all_modes
+from hexathermal.machine.hexapod import Hexapod
+from hexathermal.poses import FloatArray
+
+
+def assembly_modes(hexapod: Hexapod, lengths: npt.ArrayLike) -> FloatArray:
+    """Return every real posture with the given leg lengths, up to 40, each polished; limits are not applied.
+
+    All solutions of ``|t + R p_i - b_i| = L_i``, found by following the 40 complex solutions of a generic machine; see
+    `hexathermal.kinematics.modes.assembly_modes` for method and record.
+
+    Parameters
+    ----------
+    hexapod : Hexapod
+    lengths : array, shape (..., 6) [m]
+
+    Returns
+    -------
+    array, shape (..., k, 4, 4) [m]
+        Ordered by falling z, y, x; ``k = 0`` where no posture exists. In a batch the shorter lists are filled up with
+        NaN.
+
+    Raises
+    ------
+    KinematicsError
+        Not every solution could be accounted for, as on machines that move with locked legs.
+    ArgumentError
+        Wrong shape, not finite, or lengths not above 0.
+
+    Examples
+    --------
+    >>> import hexathermal as ht
+    >>> hexapod = ht.load_hexapod("reference")
+    >>> modes = assembly_modes(hexapod, hexapod.inverse_kinematics(hexapod.home))
+    >>> bool(np.isclose(modes, hexapod.home, atol=1e-12).all(axis=(1, 2)).any())
+    True
+    """
+    array = checked_lengths(lengths)
+    lead = array.shape[:-1]
+    found = []
+    for k, row in enumerate(array.reshape(-1, 6)):
+        modes = all_modes(hexapod.base_joints, hexapod.platform_joints, row)
+        if not modes.complete:
+            index = place(k, lead)
+            raise KinematicsError(
+                f"the postures{where(index)} could not all be found: {modes.paths_failed} of 40 paths stayed open "
+                f"({len(modes.poses)} real postures were met); the machine may move with locked legs",
+                value=float(modes.paths_failed),
+                index=index,
+            )
+        found.append(modes.poses)
+    most = max((len(poses) for poses in found), default=0)
+    out = np.full((len(found), most, 4, 4), np.nan)
+    for row_out, poses in zip(out, found, strict=True):
+        row_out[: len(poses)] = poses
+    return out.reshape(*lead, most, 4, 4)

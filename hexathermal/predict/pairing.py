@@ -1,0 +1,211 @@
+"""Which temperatures belong to which pose of a trajectory, both read as streams.
+
+Three ways, chosen from the files: a single row of temperatures serves all poses; where both files have ``time_s``,
+temperatures are interpolated linearly at the times of the poses; else row k belongs to row k.
+"""
+
+from __future__ import annotations
+
+from typing import Protocol
+
+import numpy as np
+
+from hexathermal.errors import FileFormatError, Problem, TemperatureError
+from hexathermal.kinematics.batches import where
+from hexathermal.machine.hexapod import Hexapod
+from hexathermal.poses import FloatArray
+from hexathermal.predict.table_streams import Rows, TableStream
+from hexathermal.predict.temperatures import check_temperatures
+
+
+class Temperatures(Protocol):
+    """Temperatures that follow a stream of poses.
+
+    `pairing` says in words how; `time` holds the temperatures' own times where poses bring none; `range_degC` are the
+    extremes read so far.
+    """
+
+    pairing: str
+
+    def of(self, poses: Rows) -> tuple[FloatArray, FloatArray | None]:
+        """Return temperatures (n, s) or (s,) [degC] of the next poses, and their times [s] where only they have any."""
+
+    def finish(self) -> None:
+        """Read what is left after the last pose, and refuse what does not fit."""
+
+
+class _Checked:
+    """A stream of temperatures, every row held against the law's range."""
+
+    def __init__(self, hexapod: Hexapod, stream: TableStream) -> None:
+        self.hexapod, self.stream = hexapod, stream
+        self.lowest, self.highest = np.inf, -np.inf
+
+    def next_rows(self) -> Rows | None:
+        rows = self.stream.next_rows()
+        if rows is None:
+            return None
+        try:
+            check_temperatures(self.hexapod, rows.numbers)
+        except TemperatureError as error:
+            line = self.stream.line(rows.first + error.index[0])
+            column = self.stream.header.column(f"{error.sensor}_degC")
+            text = str(error).replace(where(error.index), "", 1)
+            raise TemperatureError(
+                f"{self.stream.path}, line {line}, column {column}: {text}",
+                sensor=error.sensor, value=error.value, lower=error.lower, upper=error.upper,
+                index=(rows.first + error.index[0],),
+            ) from None  # fmt: skip
+        self.lowest = min(self.lowest, float(rows.numbers.min()))
+        self.highest = max(self.highest, float(rows.numbers.max()))
+        return rows
+
+
+class _One:
+    """One row of temperatures for all poses."""
+
+    pairing = "one row of temperatures for all poses"
+
+    def __init__(self, row: FloatArray) -> None:
+        self.row = row
+
+    def of(self, poses: Rows) -> tuple[FloatArray, FloatArray | None]:
+        return self.row, None
+
+    def finish(self) -> None:
+        return None
+
+
+class _ByRow:
+    """Row k of the temperatures for row k of the poses."""
+
+    pairing = "row by row"
+
+    def __init__(self, poses: TableStream, temps: _Checked, seen: list[Rows]) -> None:
+        self.poses, self.temps, self.waiting = poses, temps, seen
+
+    def of(self, poses: Rows) -> tuple[FloatArray, FloatArray | None]:
+        numbers: list[FloatArray] = []
+        times: list[FloatArray] = []
+        missing = len(poses)
+        while missing:
+            rows = self.waiting.pop(0) if self.waiting else self.temps.next_rows()
+            if rows is None:
+                self.poses.drain()
+                raise self._unequal()
+            if len(rows) > missing:
+                self.waiting.insert(0, _part(rows, missing, len(rows)))
+                rows = _part(rows, 0, missing)
+            missing -= len(rows)
+            numbers.append(rows.numbers)
+            times += [] if rows.time is None else [rows.time]
+        return np.concatenate(numbers), np.concatenate(times) if times and poses.time is None else None
+
+    def finish(self) -> None:
+        if self.waiting or self.temps.next_rows() is not None:
+            self.temps.stream.drain()
+            raise self._unequal()
+
+    def _unequal(self) -> FileFormatError:
+        """Return the error of files with different numbers of rows."""
+        poses, temps = self.poses, self.temps.stream
+        shorter = temps if temps.count < poses.count else poses
+        message = (
+            f"the file ends after {shorter.count} rows, but {poses.path} has {poses.count} poses and {temps.path} "
+            f"{temps.count} rows of temperatures; row k belongs to row k: give as many, or one row of temperatures for "
+            "all poses, or a column time_s in both files"
+        )
+        return FileFormatError(str(shorter.path), (Problem(shorter.line(shorter.count - 1), 1, message),))
+
+
+class _ByTime:
+    """Temperatures interpolated linearly at the times of the poses."""
+
+    pairing = "interpolated linearly at the poses' time_s"
+
+    def __init__(self, poses: TableStream, temps: _Checked, seen: list[Rows]) -> None:
+        self.poses, self.temps, self.waiting = poses, temps, seen
+        self.first = float(_time(seen[0])[0])
+        self.time, self.numbers = np.empty(0), np.empty((0, seen[0].numbers.shape[1]))
+
+    def of(self, poses: Rows) -> tuple[FloatArray, FloatArray | None]:
+        time = _time(poses)
+        if time[0] < self.first:
+            raise self._outside(poses, 0)
+        out = np.empty((len(poses), self.numbers.shape[1]))
+        done = 0
+        while True:
+            until = int(np.searchsorted(time, self.time[-1], side="right")) if self.time.size else 0
+            if until > done:
+                out[done:until] = interpolated(self.time, self.numbers, time[done:until])
+                done = until
+            if done == len(poses):
+                return out, None
+            rows = self.waiting.pop(0) if self.waiting else self.temps.next_rows()
+            if rows is None:
+                raise self._outside(poses, done)
+            # the last row stays: a pose may stand between two blocks
+            self.time = np.concatenate([self.time[-1:], _time(rows)])
+            self.numbers = np.concatenate([self.numbers[-1:], rows.numbers])
+
+    def finish(self) -> None:
+        while self.temps.next_rows() is not None:
+            pass
+
+    def _outside(self, poses: Rows, k: int) -> FileFormatError:
+        """Return the error of a pose before the first or after the last temperatures."""
+        line = self.poses.line(poses.first + k)
+        self.poses.drain()
+        self.temps.stream.drain()
+        header, temps = self.poses.header, self.temps.stream
+        message = (
+            f"time_s is {_time(poses)[k]!s}, outside the time span of the temperatures: {temps.path} spans "
+            f"[{temps.first_time}, {temps.last_time}] s, the poses [{self.poses.first_time}, {self.poses.last_time}] s; "
+            "nothing is extrapolated: both files must count from the same zero and the temperatures reach further"
+        )
+        return FileFormatError(str(self.poses.path), (Problem(line, header.column("time_s"), message),))
+
+
+def _time(rows: Rows) -> FloatArray:
+    """Return the times of rows that have them."""
+    return np.empty(0) if rows.time is None else rows.time
+
+
+def _part(rows: Rows, first: int, last: int) -> Rows:
+    """Return some of the rows."""
+    time = None if rows.time is None else rows.time[first:last]
+    return Rows(rows.first + first, time, rows.numbers[first:last], ())
+
+
+def interpolated(time: FloatArray, values: FloatArray, wanted: FloatArray) -> FloatArray:
+    """Return values at wanted times, linear between the two rows around each; exact at the rows themselves.
+
+    Parameters
+    ----------
+    time : array, shape (n,) [s]
+        Increasing; ``time[0] <= wanted <= time[-1]``.
+    values : array, shape (n, s)
+    wanted : array, shape (m,) [s]
+
+    Returns
+    -------
+    array, shape (m, s)
+    """
+    if len(time) == 1:
+        return np.repeat(values, len(wanted), axis=0)
+    k = np.clip(np.searchsorted(time, wanted, side="right") - 1, 0, len(time) - 2)
+    share = ((wanted - time[k]) / (time[k + 1] - time[k]))[:, None]
+    return np.asarray(values[k] * (1.0 - share) + values[k + 1] * share)
+
+
+def paired(hexapod: Hexapod, poses: TableStream, temps: TableStream) -> tuple[Temperatures, _Checked]:
+    """Return the temperatures that follow the poses, in the way that the two files ask for, and their stream."""
+    checked = _Checked(hexapod, temps)
+    seen: list[Rows] = []
+    while sum(map(len, seen)) < 2 and (rows := checked.next_rows()) is not None:
+        seen.append(rows)
+    if sum(map(len, seen)) == 1:
+        return _One(seen[0].numbers[0]), checked
+    if poses.header.has_time and temps.header.has_time:
+        return _ByTime(poses, checked, seen), checked
+    return _ByRow(poses, checked, seen), checked

@@ -1,0 +1,48 @@
+"""Machines and random poses that many tests share; every random draw shows its seed when a test fails."""
+
+from __future__ import annotations
+
+import os
+
+# before numba is imported: tests must not depend on how many threads a machine has
+os.environ.setdefault("OMP_NUM_THREADS", "1")
+
+import numpy as np
+import pytest
+from hypothesis import settings
+
+import hexathermal as ht
+
+settings.register_profile("house", deadline=None, max_examples=60, derandomize=True, print_blob=True)
+settings.load_profile("house")
+
+
+@pytest.fixture
+def rng(request: pytest.FixtureRequest) -> np.random.Generator:
+    """A generator whose seed depends on the test's name only."""
+    seed = sum(ord(letter) * (k + 1) for k, letter in enumerate(request.node.nodeid))
+    print(f"seed {seed}")
+    return np.random.default_rng(seed)
+
+
+@pytest.fixture(params=ht.bundled_hexapods())
+def hexapod(request: pytest.FixtureRequest) -> ht.Hexapod:
+    """Each bundled machine."""
+    return ht.load_hexapod(request.param)
+
+
+@pytest.fixture
+def reference() -> ht.Hexapod:
+    return ht.load_hexapod("reference")
+
+
+@pytest.fixture
+def two_plates() -> ht.Hexapod:
+    """The reference machine with a thermometer on each plate, steel, and a two-sensor law on every leg."""
+    import dataclasses
+
+    law = ht.LegLaw(("T7", "T15"), np.array([1.2e-6, 0.8e-6]), np.array([0.5e-6, 0.6e-6]))
+    model = ht.ThermalModel(
+        law, ht.PlateLaw(11.5e-6, "T1"), ht.PlateLaw(11.5e-6, "T1"), reference_temperature_degC=20.0, valid_degC=(0, 50)
+    )
+    return dataclasses.replace(ht.load_hexapod("reference"), thermal=model, name="two plates")
