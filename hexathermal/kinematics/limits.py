@@ -104,25 +104,35 @@ class Standing(NamedTuple):
 
 def standing(hexapod: Hexapod, poses: FloatArray) -> Standing:
     """Return how the legs stand at poses (N, 4, 4); a leg of length 0 has no direction (NaN) and makes the pose singular."""
-    parts = in_chunks(len(poses), lambda i, j: _standing(hexapod, poses[i:j]))
+
+    def part(first: int, last: int) -> tuple[FloatArray, FloatArray, FloatArray, npt.NDArray[np.int8]]:
+        lengths, J = rates(hexapod, poses[first:last])
+        return lengths, J[..., :3], *conditioning(hexapod, J, poses[first:last])
+
+    parts = in_chunks(len(poses), part)
     return Standing(poses, *(np.concatenate(column) for column in zip(*parts, strict=True)))
 
 
-def _standing(hexapod: Hexapod, poses: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray, npt.NDArray[np.int8]]:
-    """Return `Standing` of one chunk, less its poses."""
-    made = constants(hexapod)
+def rates(hexapod: Hexapod, poses: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Return lengths (N, 6) and Jacobians (N, 6, 6), the latter NaN at poses where a leg has length 0."""
     lengths = inverse_kinematics(hexapod, poses)
     whole = (lengths > 0.0).all(axis=1)
-    usable = poses if whole.all() else np.where(whole[:, None, None], poses, hexapod.home)
-    J = jacobian(hexapod, np.concatenate([hexapod.home[None], usable]))
-    at_home = np.concatenate([hexapod.home[None], usable])
-    scaled = dimensionless(at_centre(J, at_home, made.centre), made.radius)
+    if whole.all():
+        return lengths, jacobian(hexapod, poses)
+    J = jacobian(hexapod, np.where(whole[:, None, None], poses, hexapod.home))
+    return lengths, np.where(whole[:, None, None], J, np.nan)
+
+
+def conditioning(hexapod: Hexapod, J: FloatArray, poses: FloatArray) -> tuple[FloatArray, npt.NDArray[np.int8]]:
+    """Return the singular values (N, 6) of the dimensionless Jacobian, falling, and the side of each pose."""
+    made = constants(hexapod)
+    home = np.array(hexapod.home)[None]
+    both, at_both = np.concatenate([jacobian(hexapod, home), J]), np.concatenate([home, poses])
+    scaled = np.nan_to_num(dimensionless(at_centre(both, at_both, made.centre), made.radius))
     values = np.linalg.svd(scaled, compute_uv=False)
-    sign = np.where(values[:, 0] <= LARGEST_CONDITION * values[:, 5], np.sign(np.linalg.det(scaled)), 0.0)
-    units = J[1:, :, :3]
-    if not whole.all():
-        units = np.where(whole[:, None, None], units, np.nan)
-    return lengths, units, values[1:] * whole[:, None], (sign[1:] * sign[0] * whole).astype(np.int8)
+    regular = values[:, 0] < LARGEST_CONDITION * values[:, 5]
+    sign = np.where(regular, np.sign(np.linalg.det(scaled)), 0.0)
+    return values[1:], (sign[1:] * sign[0]).astype(np.int8)
 
 
 def travel_range(hexapod: Hexapod) -> FloatArray | None:

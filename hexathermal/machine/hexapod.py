@@ -143,9 +143,8 @@ class Hexapod:
 
     def _check_whole(self) -> None:
         """Check what concerns several fields."""
-        if self.thermal is not None:
-            if self.retracted_length is None:
-                raise ArgumentError("a thermal law needs retracted_length: its drift is A q0 dT + B q dT")
+        if self.thermal is not None and self.retracted_length is None:
+            raise ArgumentError("a thermal law needs retracted_length: its drift is A q0 dT + B q dT")
         if self.grade not in GRADES:
             raise ArgumentError(f"grade {self.grade!r} is not known; choose 'A' identified, 'B' measured, 'C' drawing")
         lengths = self._home_lengths()

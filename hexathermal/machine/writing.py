@@ -11,7 +11,8 @@ import numpy as np
 import tomli_w
 
 from hexathermal.errors import ArgumentError
-from hexathermal.machine.files import FORMAT, Reader
+from hexathermal.machine.files import FORMAT
+from hexathermal.machine.forms import Reader
 from hexathermal.machine.hexapod import Hexapod
 from hexathermal.machine.thermal import LegLaw, PlateLaw, ThermalModel
 from hexathermal.machine.units import metres, radians, same, shortest

@@ -85,9 +85,11 @@ def read_header(path: Path, wanted: tuple[str, ...]) -> Header:
     if end is None and len(start) == LONGEST_LINE:
         raise refuse(f"the header line is longer than {LONGEST_LINE} bytes: this is no CSV file")
     try:
-        names = next(csv.reader([content.decode("utf-8")], strict=True))
+        names = next(csv.reader([content.decode("utf-8")], strict=True, skipinitialspace=True))
     except (UnicodeDecodeError, csv.Error) as error:
-        raise refuse(f"not a CSV header in UTF-8 ({error}); is the file packed, or a spreadsheet's own format?") from None
+        raise refuse(
+            f"not a CSV header in UTF-8 ({error}); is the file packed, or a spreadsheet's own format?"
+        ) from None
     if "\0" in content.decode("utf-8"):
         raise refuse("the header holds zero bytes: not a text file in UTF-8 (UTF-16?)")
     if len(names) == 1 and len(wanted) > 1:
@@ -110,16 +112,25 @@ def match_columns(path: Path, names: tuple[str, ...], wanted: tuple[str, ...], *
         if not name:
             problems.append(Problem(line, k + 1, "the column has no name"))
         elif name in names[:k]:
-            problems.append(Problem(line, k + 1, f"column {name} is there twice, first as column {names.index(name) + 1}"))
+            problems.append(
+                Problem(line, k + 1, f"column {name} is there twice, first as column {names.index(name) + 1}")
+            )
     for name in wanted:
         if name not in names:
-            close = get_close_matches(name, [found for found in names if found not in wanted], 1, 0.6)
-            hint = f"; was {close[0]!r} meant?" if close else ""
             found = ", ".join(names[:20]) + (", ..." if len(names) > 20 else "")
+            hint = _hint(name, [other for other in names if other not in wanted])
             problems.append(Problem(line, 1, f"column {name} is missing{hint}; the header names: {found}"))
     if problems:
         raise FileFormatError(str(path), tuple(problems))
     return Header(names, wanted, line, end)
+
+
+def _hint(name: str, others: list[str]) -> str:
+    """Return which other column may have been meant: the name in other letters, without its unit, or nearly."""
+    plain = name.rpartition("_")[0].lower()
+    same = [other for other in others if other.lower() in (name.lower(), plain)]
+    close = same or get_close_matches(name, others, 1, 0.85)
+    return f"; was {close[0]!r} meant?" if close else ""
 
 
 @dataclass(frozen=True)

@@ -111,9 +111,8 @@ class _ByRow:
         poses, temps = self.poses, self.temps.stream
         shorter = temps if temps.count < poses.count else poses
         message = (
-            f"the file ends after {shorter.count} rows, but {poses.path} has {poses.count} poses and {temps.path} "
-            f"{temps.count} rows of temperatures; row k belongs to row k: give as many, or one row of temperatures for "
-            "all poses, or a column time_s in both files"
+            f"the file ends too early: {poses.path} has {_rows(poses.count)}, {temps.path} has {_rows(temps.count)}, and "
+            "row k belongs to row k; give as many, or one row of temperatures for all poses, or time_s in both files"
         )
         return FileFormatError(str(shorter.path), (Problem(shorter.line(shorter.count - 1), 1, message),))
 
@@ -160,7 +159,7 @@ class _ByTime:
         header, temps = self.poses.header, self.temps.stream
         message = (
             f"time_s is {_time(poses)[k]!s}, outside the time span of the temperatures: {temps.path} spans "
-            f"[{temps.first_time}, {temps.last_time}] s, the poses [{self.poses.first_time}, {self.poses.last_time}] s; "
+            f"[{temps.first_time}, {temps.last_time}] s, poses span [{self.poses.first_time}, {self.poses.last_time}] s; "
             "nothing is extrapolated: both files must count from the same zero and the temperatures reach further"
         )
         return FileFormatError(str(self.poses.path), (Problem(line, header.column("time_s"), message),))
@@ -169,6 +168,11 @@ class _ByTime:
 def _time(rows: Rows) -> FloatArray:
     """Return the times of rows that have them."""
     return np.empty(0) if rows.time is None else rows.time
+
+
+def _rows(count: int) -> str:
+    """Return a number of rows in words."""
+    return f"{count} row" + ("s" if count != 1 else "")
 
 
 def _part(rows: Rows, first: int, last: int) -> Rows:

@@ -33,10 +33,10 @@ from hexathermal.predict.bad_rows import (
     read_header,
 )
 
-BLOCK_BYTES = 4 << 20
-"""Part of a CSV file read at a time: some 60 000 rows of a trajectory."""
+BLOCK_BYTES = 2 << 20
+"""Part of a CSV file read at a time: some 30 000 rows of a trajectory."""
 
-BLOCK_ROWS = 1 << 16
+BLOCK_ROWS = 1 << 15
 """Rows of a Parquet file read at a time."""
 
 NO_ROWS = "the file has a header but no rows; expected at least one"
@@ -44,7 +44,7 @@ NO_ROWS = "the file has a header but no rows; expected at least one"
 
 @dataclass(frozen=True, eq=False)
 class Rows:
-    """Consecutive rows of a table: number of the first (from 0), times [s], numbers (n, k) and the texts of the rest."""
+    """Consecutive rows of a table: number of the first (from 0), times [s], numbers (n, k), and the other columns."""
 
     first: int
     time: FloatArray | None
@@ -160,9 +160,7 @@ class CsvStream(TableStream):
         for text in self._texts():
             if not text.strip(b"\r\n"):
                 continue
-            read = pa.csv.ReadOptions(
-                column_names=list(self.header.names), block_size=len(text) + 1, use_threads=False
-            )
+            read = pa.csv.ReadOptions(column_names=list(self.header.names), block_size=len(text) + 1, use_threads=False)
             try:
                 table = pa.csv.read_csv(pa.BufferReader(text), read_options=read, convert_options=convert)
             except pa.ArrowInvalid as error:
@@ -189,12 +187,15 @@ class CsvStream(TableStream):
             yield rest
 
     def done(self) -> int:
+        """Return about how many bytes have been read."""
         return self._places[-1].byte if self._places else 0
 
     def line(self, row: int) -> int:
+        """Return the physical line of a row."""
         return line_of(self.path, self._places[bisect_right(self._places, row, key=lambda place: place.row) - 1], row)
 
     def refuse(self, reason: str) -> FileFormatError:
+        """Return what is wrong with the first bad row after those handed on."""
         return bad_row(self.path, self.header, self._places[-1], self.last_time, reason)
 
 
@@ -227,12 +228,15 @@ class ParquetStream(TableStream):
                 yield block.cast(schema, safe=False)
 
     def done(self) -> int:
+        """Return about how many bytes have been read."""
         return int(self.size * self.count / max(1, self._file.metadata.num_rows))
 
     def line(self, row: int) -> int:
+        """Return the row's number from 1."""
         return row + 1
 
     def refuse(self, reason: str) -> FileFormatError:
+        """Return what is wrong with the first bad row after those handed on."""
         found = next(filter(None, self._again()), (Problem(self.count + 1, 1, reason),))
         return FileFormatError(str(self.path), found)
 
@@ -256,20 +260,21 @@ def _problems_of(header: Header, row: int, values: dict[str, float | None], last
     """Return what is wrong with the numbers of one row of a Parquet file."""
     problems = []
     for name, value in values.items():
-        where = Problem(row, header.column(name), "")
         if value is None:
-            problems.append(Problem(where.line, where.column, f"row {row}: {name} is missing, expected a number"))
+            message = f"{name} is missing, expected a number"
         elif not np.isfinite(value):
-            problems.append(Problem(where.line, where.column, f"row {row}: {name} is {value}, expected a finite number"))
+            message = f"{name} is {value}, expected a finite number"
         elif name == "time_s" and not value > last:
-            text = f"row {row}: time_s is {value!r}, expected more than {last!r}, the row before: times must increase"
-            problems.append(Problem(where.line, where.column, text))
+            message = f"time_s is {value!r}, expected more than {last!r}, the row before: times must increase"
+        else:
+            continue
+        problems.append(Problem(row, header.column(name), f"(row {row}) {message}"))
     return tuple(problems)
 
 
 def _is_number(kind: Any) -> bool:
     """Whether a column type is a number."""
-    return pa.types.is_integer(kind) or pa.types.is_floating(kind) or pa.types.is_decimal(kind)
+    return bool(pa.types.is_integer(kind) or pa.types.is_floating(kind) or pa.types.is_decimal(kind))
 
 
 def is_parquet(path: Path) -> bool:

@@ -24,7 +24,7 @@ import pyarrow.parquet
 from hexathermal.errors import ArgumentError, FileFormatError, KinematicsError, Problem
 from hexathermal.kinematics.batches import where
 from hexathermal.machine.hexapod import Hexapod
-from hexathermal.poses import Frames, FloatArray, coordinates_from_pose, inverse_pose, pose_from_coordinates
+from hexathermal.poses import FloatArray, Frames, coordinates_from_pose, inverse_pose, pose_from_coordinates
 from hexathermal.predict.pairing import paired
 from hexathermal.predict.table_streams import Rows, TableStream, is_parquet, open_table
 from hexathermal.predict.temperatures import active_model
