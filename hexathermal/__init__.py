@@ -19,7 +19,7 @@ from hexathermal.machine.thermal import LegLaw, PlateLaw, ThermalModel
 from hexathermal.machine.writing import write_hexapod
 from hexathermal.poses import Frames, coordinates_from_pose, pose_from_coordinates
 from hexathermal.predict import answers as _answers
-from hexathermal.predict.correction import corrected_leg_lengths_of as corrected_leg_lengths
+from hexathermal.predict.one_call import corrected_leg_lengths
 
 _ports.answers = _answers
 

@@ -153,16 +153,15 @@ def pose_from_coordinates(
     """
     name = _convention(convention)
     six = finite_array(coordinates, (6,), "coordinates")
-    cos, sin = np.cos(np.radians(six[..., 3:])), np.sin(np.radians(six[..., 3:]))
-    turns = np.zeros((3, *six.shape[:-1], 3, 3))
-    for axis in range(3):
-        j, k = (axis + 1) % 3, (axis + 2) % 3
-        turns[axis][..., axis, axis] = 1.0
-        turns[axis][..., j, j] = turns[axis][..., k, k] = cos[..., axis]
-        turns[axis][..., k, j] = sin[..., axis]
-        turns[axis][..., j, k] = -sin[..., axis]
+    # Rx Ry Rz = (Rz(-rz) Ry(-ry) Rx(-rx))^T: one product serves both conventions
+    sign = 1.0 if name == "fixed-xyz" else -1.0
+    a, b, c = (np.radians(sign * six[..., k]) for k in (3, 4, 5))
+    (ca, sa), (cb, sb), (cc, sc) = ((np.cos(angle), np.sin(angle)) for angle in (a, b, c))
     pose = np.zeros((*six.shape[:-1], 4, 4))
-    pose[..., :3, :3] = turns[2] @ turns[1] @ turns[0] if name == "fixed-xyz" else turns[0] @ turns[1] @ turns[2]
+    R = pose[..., :3, :3] if name == "fixed-xyz" else np.swapaxes(pose[..., :3, :3], -1, -2)
+    R[..., 0, 0], R[..., 0, 1], R[..., 0, 2] = cc * cb, cc * sb * sa - sc * ca, cc * sb * ca + sc * sa
+    R[..., 1, 0], R[..., 1, 1], R[..., 1, 2] = sc * cb, sc * sb * sa + cc * ca, sc * sb * ca - cc * sa
+    R[..., 2, 0], R[..., 2, 1], R[..., 2, 2] = -sb, cb * sa, cb * ca
     pose[..., :3, 3] = six[..., :3] / 1000.0
     pose[..., 3, 3] = 1.0
     home = _home(hexapod)

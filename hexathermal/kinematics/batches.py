@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from concurrent.futures import ThreadPoolExecutor
 from functools import cache
 from types import ModuleType
@@ -44,6 +44,11 @@ def in_chunks(count: int, work: Callable[[int, int], Any]) -> list[Any]:
     edges = np.linspace(0, count, 4 * threads + 1).astype(int)
     with ThreadPoolExecutor(threads) as pool:
         return list(pool.map(work, edges[:-1], edges[1:]))
+
+
+def slices(count: int, size: int = 8192) -> Iterator[slice]:
+    """Return slices over ``range(count)``: array work in parts keeps its memory small."""
+    return (slice(first, min(first + size, count)) for first in range(0, count, size))
 
 
 def place(index: int, shape: tuple[int, ...]) -> tuple[int, ...]:

@@ -11,7 +11,7 @@ import numpy.typing as npt
 
 from hexathermal.errors import ArgumentError, KinematicsError
 from hexathermal.kinematics import layout as at
-from hexathermal.kinematics.batches import in_chunks, place, solvers, where
+from hexathermal.kinematics.batches import in_chunks, place, slices, solvers, where
 from hexathermal.kinematics.constants import LARGEST_CONDITION, constants
 from hexathermal.kinematics.inverse import plain
 from hexathermal.kinematics.jacobian import condition_number
@@ -225,13 +225,19 @@ def solve_forward(hexapod: Hexapod, lengths: npt.ArrayLike, guess: PoseLike | No
 
 def _modes(hexapod: Hexapod, poses: FloatArray) -> npt.NDArray[np.int8]:
     """Return the sign of ``det J`` as compared with home."""
-    p, b = hexapod.platform_joints, hexapod.base_joints
-    s = np.einsum("nij,kj->nki", np.concatenate([hexapod.home[None], poses])[:, :3, :3], p)
-    t = np.concatenate([hexapod.home[None], poses])[:, None, :3, 3]
-    d = s + t - b
+    own = _signs(hexapod, hexapod.home[None])[0]
+    out = np.zeros(len(poses), dtype=np.int8)
+    for part in slices(len(poses)):
+        out[part] = np.nan_to_num(_signs(hexapod, poses[part]) * own)
+    return out
+
+
+def _signs(hexapod: Hexapod, poses: FloatArray) -> FloatArray:
+    """Return the sign of the determinant of the rows ``[d, s x d]``, NaN where a pose is not finite."""
+    s = np.einsum("nij,kj->nki", poses[:, :3, :3], hexapod.platform_joints)
+    d = s + poses[:, None, :3, 3] - hexapod.base_joints
     with np.errstate(all="ignore"):
-        signs = np.sign(np.linalg.det(np.concatenate([d, np.cross(s, d)], axis=-1)))
-    return np.asarray(np.nan_to_num(signs[1:] * signs[0]), dtype=np.int8)
+        return np.asarray(np.sign(np.linalg.det(np.concatenate([d, np.cross(s, d)], axis=-1))))
 
 
 def forward_kinematics(hexapod: Hexapod, lengths: npt.ArrayLike, guess: PoseLike | None = None) -> Any:

@@ -89,7 +89,9 @@ def refuse_pose(hexapod: Hexapod, pose: FloatArray, index: tuple[int, ...] = ())
     """Say what is wrong with a pose that a loop refused."""
     pose_array(pose, f"pose{where(index)}")
     lengths = np.linalg.norm(hexapod.platform_joints @ pose[:3, :3].T + pose[:3, 3] - hexapod.base_joints, axis=1)
+    longest = hexapod.length_limits[1].max()
+    allowed = f"the longest allowed is {longest:.6g} m" if np.isfinite(longest) else "no number can hold its square"
     raise ArgumentError(
         f"pose{where(index)} is far outside the machine: its mean leg would be {lengths.mean():.6g} m long, "
-        f"the longest allowed is {hexapod.length_limits[1].max():.6g} m; poses are in metres, were millimetres given?"
+        f"{allowed}; poses are in metres, were millimetres given?"
     )

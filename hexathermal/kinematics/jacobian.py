@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from hexathermal.errors import KinematicsError
-from hexathermal.kinematics.batches import in_chunks, loops, place, where
+from hexathermal.kinematics.batches import in_chunks, loops, place, slices, where
 from hexathermal.kinematics.constants import constants, dimensionless
 from hexathermal.kinematics.inverse import poses_of, refuse_pose
 from hexathermal.machine.hexapod import Hexapod
@@ -81,9 +81,12 @@ def condition_number(hexapod: Hexapod, pose: PoseLike) -> FloatArray:
     """
     made = constants(hexapod)
     poses = poses_of(pose)
-    return np.asarray(
-        np.linalg.cond(dimensionless(at_centre(jacobian(hexapod, poses), poses, made.centre), made.radius))
-    )
+    flat = poses.reshape(-1, 4, 4)
+    out = np.empty(flat.shape[0])
+    for part in slices(flat.shape[0]):
+        J = at_centre(jacobian(hexapod, flat[part]), flat[part], made.centre)
+        out[part] = np.linalg.cond(dimensionless(J, made.radius))
+    return out.reshape(poses.shape[:-2])
 
 
 def at_centre(J: FloatArray, poses: FloatArray, centre: FloatArray) -> FloatArray:

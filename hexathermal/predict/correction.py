@@ -19,7 +19,6 @@ from hexathermal.kinematics.forward import run
 from hexathermal.kinematics.inverse import inverse_kinematics, poses_of, refuse_pose
 from hexathermal.kinematics.refusals import refuse_cone, refuse_forward, refuse_stroke
 from hexathermal.machine.hexapod import Hexapod
-from hexathermal.machine.library import load_hexapod
 from hexathermal.machine.ports import TemperaturesLike
 from hexathermal.poses import FloatArray, PoseLike, finite_array, like
 from hexathermal.predict.temperatures import (
@@ -257,20 +256,3 @@ def _check_strokes(hexapod: Hexapod, told: FloatArray, lead: tuple[int, ...]) ->
     if out.any():
         bad = int(np.flatnonzero(out.any(axis=1))[0])
         refuse_stroke(hexapod, told[bad], place(bad, lead))
-
-
-def corrected_leg_lengths_of(
-    pose: PoseLike, temps: TemperaturesLike, hexapod: Hexapod | str = "reference"
-) -> FloatArray:
-    """Return the leg lengths to command at a pose and temperatures, in one call.
-
-    See `hexathermal.predict.correction.corrected_leg_lengths`; `hexapod` is a machine, or the name or path of one.
-
-    Examples
-    --------
-    >>> import hexathermal as ht
-    >>> ht.corrected_leg_lengths(ht.load_hexapod("reference").home, [21.5] * 6).shape
-    (6,)
-    """
-    machine = hexapod if isinstance(hexapod, Hexapod) else load_hexapod(hexapod)
-    return corrected_leg_lengths(machine, pose, temps)

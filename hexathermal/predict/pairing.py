@@ -111,8 +111,8 @@ class _ByRow:
         poses, temps = self.poses, self.temps.stream
         shorter = temps if temps.count < poses.count else poses
         message = (
-            f"the file ends too early: {poses.path} has {_rows(poses.count)}, {temps.path} has {_rows(temps.count)}, and "
-            "row k belongs to row k; give as many, or one row of temperatures for all poses, or time_s in both files"
+            f"the file ends too early: {poses.path} has {_rows(poses.count)}, {temps.path} has {_rows(temps.count)}, "
+            "and row k belongs to row k; give as many, or one row of temperatures for all poses, or time_s in both files"
         )
         return FileFormatError(str(shorter.path), (Problem(shorter.line(shorter.count - 1), 1, message),))
 
@@ -156,13 +156,13 @@ class _ByTime:
         line = self.poses.line(poses.first + k)
         self.poses.drain()
         self.temps.stream.drain()
-        header, temps = self.poses.header, self.temps.stream
+        column, temps, own = self.poses.header.column("time_s"), self.temps.stream, self.poses
         message = (
             f"time_s is {_time(poses)[k]!s}, outside the time span of the temperatures: {temps.path} spans "
-            f"[{temps.first_time}, {temps.last_time}] s, poses span [{self.poses.first_time}, {self.poses.last_time}] s; "
+            f"[{temps.first_time}, {temps.last_time}] s, poses span [{own.first_time}, {own.last_time}] s: "
             "nothing is extrapolated: both files must count from the same zero and the temperatures reach further"
         )
-        return FileFormatError(str(self.poses.path), (Problem(line, header.column("time_s"), message),))
+        return FileFormatError(str(own.path), (Problem(line, column, message),))
 
 
 def _time(rows: Rows) -> FloatArray:

@@ -1,0 +1,248 @@
+"""A machine warms through a working day: what its platform does with and without thermal correction.
+
+The truth: legs and plates expand by their laws at their true temperatures.  The controller knows only what the
+machine's own thermometers read; the temperature of a plate without a thermometer stays unknown to it.
+"""
+
+from __future__ import annotations
+
+import csv
+import json
+from dataclasses import asdict, dataclass, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from scipy.spatial.transform import Rotation
+
+from hexathermal.errors import KinematicsError
+from hexathermal.machine.hexapod import Hexapod
+from hexathermal.poses import FloatArray, coordinates_from_pose, pose_from_coordinates
+from hexathermal.predict.temperatures import active_model
+from hexathermal.simulate.day import (
+    HOUR_S,
+    DayTemperatures,
+    WorkingDay,
+    day_temperatures,
+    readings,
+    reference_degC,
+    sensor_truth,
+)
+
+FORMAT = "hexathermal-demo/1"
+TRAVEL_SHARE = 0.2
+"""Half-width of the work trajectory as a part of the stroke; of the mean leg at home where no stroke is known."""
+
+LIMIT_SHARE = 0.8
+"""Largest part of the maker's travel limits that the work trajectory uses."""
+
+
+@dataclass(frozen=True, eq=False)
+class Demonstration:
+    """One simulated day of a machine; n times, m work poses.
+
+    Attributes
+    ----------
+    truth : DayTemperatures
+    readings : array, shape (n, s) [degC]
+        What the controller knows, in the order of `hexapod.sensor_names`.
+    poses : array, shape (m, 4, 4) [m]
+        Wanted poses, platform in base.
+    nominal : array, shape (m, 6) [m]
+        Leg lengths without correction.
+    corrected : array, shape (n, m, 6) [m]
+        Leg lengths with correction.
+    errors_without, errors_with : array, shape (n, m, 6) [m, m, m, rad, rad, rad]
+        Reached minus wanted pose: the platform's origin and the rotation vector, both in base axes.
+    """
+
+    hexapod: Hexapod
+    day: WorkingDay
+    seed: int
+    truth: DayTemperatures
+    readings: FloatArray
+    poses: FloatArray
+    nominal: FloatArray
+    corrected: FloatArray
+    errors_without: FloatArray
+    errors_with: FloatArray
+
+
+def with_plate_sensors(hexapod: Hexapod) -> Hexapod:
+    """Return the machine with a thermometer on every plate that has an expansion law: the truth knows all."""
+    model = active_model(hexapod)
+    named = {
+        part: None if plate is None or plate.sensor is not None else replace(plate, sensor="true")
+        for part, plate in (("platform", model.platform), ("base", model.base))
+    }
+    plates = {part: plate for part, plate in named.items() if plate is not None}
+    if not plates:
+        return hexapod
+    known = dict(zip(model.sensor_names, np.asarray(model.reference_temperature_degC), strict=True))
+    whole = replace(model, reference_temperature_degC=reference_degC(hexapod), **plates)  # type: ignore[arg-type]
+    reference = np.array([known.get(name, reference_degC(hexapod)) for name in whole.sensor_names])
+    return replace(hexapod, thermal=replace(whole, reference_temperature_degC=reference))
+
+
+def pose_errors(wanted: FloatArray, reached: FloatArray) -> FloatArray:
+    """Return reached minus wanted poses: ``[t - t_w, log(R R_w^T)]`` in base axes.
+
+    Parameters
+    ----------
+    wanted, reached : array, shape (..., 4, 4) [m]
+        They broadcast against each other.
+
+    Returns
+    -------
+    array, shape (..., 6) [m, m, m, rad, rad, rad]
+    """
+    turn = reached[..., :3, :3] @ np.swapaxes(wanted[..., :3, :3], -1, -2)
+    vectors = Rotation.from_matrix(turn.reshape(-1, 3, 3)).as_rotvec().reshape(*turn.shape[:-2], 3)
+    return np.concatenate([reached[..., :3, 3] - wanted[..., :3, 3], vectors], axis=-1)
+
+
+def work_poses(hexapod: Hexapod, temps: FloatArray, count: int = 8) -> FloatArray:
+    """Return a closed work trajectory that the machine can take at all temperatures given.
+
+    A figure of eight about home with tilts; it is halved until every pose is within stroke and cones.
+
+    Parameters
+    ----------
+    temps : array, shape (k, s) [degC]
+        Temperatures at which every pose must be reachable.
+    count : int
+        Number of poses.
+
+    Returns
+    -------
+    array, shape (count, 4, 4) [m]
+    """
+    lengths = hexapod.inverse_kinematics(hexapod.home)
+    low, high = hexapod.length_limits
+    free = float(np.minimum(high - lengths, lengths - low).min()) * 2.0 if hexapod.stroke is not None else 0.0
+    travel = TRAVEL_SHARE * (free or float(lengths.mean()))
+    arm = float(np.linalg.norm(hexapod.platform_joints - hexapod.platform_joints.mean(axis=0), axis=1).mean())
+    phase = 2.0 * np.pi * np.arange(count) / count
+    shape = [np.cos(phase), np.sin(phase), np.sin(2 * phase), np.cos(phase), np.sin(phase), np.sin(2 * phase)]
+    tilt = np.degrees(travel / arm)
+    six = np.column_stack(shape) * np.array([*[travel * 1e3] * 2, 0.5 * travel * 1e3, 0.3 * tilt, 0.3 * tilt, 0.2 * tilt])
+    convention = "fixed-xyz"
+    if hexapod.limits is not None:
+        convention = hexapod.limits.convention
+        bounds = [np.abs(getattr(hexapod.limits, axis)).min() for axis in ("x", "y", "z", "rx", "ry", "rz")]
+        bounds = np.array(bounds[:3] + [0.0] * 3) * 1e3 + np.array([0.0] * 3 + list(np.degrees(bounds[3:])))
+        six *= min(1.0, float((LIMIT_SHARE * bounds / np.abs(six).max(axis=0)).min()))
+    for _halving in range(20):
+        poses = pose_from_coordinates(six, convention, hexapod)
+        try:
+            hexapod.corrected_leg_lengths(poses, temps[:, None])
+        except KinematicsError:
+            six *= 0.5
+        else:
+            return poses
+    raise KinematicsError(f"machine {hexapod.name!r} can hardly leave its home: no work trajectory was found about it")
+
+
+def demonstrate(hexapod: Hexapod, *, day: WorkingDay | None = None, seed: int = 1) -> Demonstration:
+    """Return a simulated working day of a machine, with its errors with and without correction.
+
+    Parameters
+    ----------
+    hexapod : Hexapod
+        With a thermal law.
+    day : WorkingDay, optional
+    seed : int
+        Of everything that is drawn: how legs and thermometers differ, and noise.
+
+    Raises
+    ------
+    ThermalModelError
+        The machine has no thermal law.
+    TemperatureError
+        The day leaves the law's range of validity.
+    KinematicsError
+        The machine cannot move about its home.
+    """
+    whole = with_plate_sensors(hexapod)
+    day = WorkingDay() if day is None else day
+    generator = np.random.default_rng(seed)
+    truth = day_temperatures(day, reference_degC(hexapod), generator)
+    read = readings(hexapod, sensor_truth(hexapod, truth), day, generator)
+    extremes = np.stack([read.min(axis=0), read.max(axis=0)])
+    poses = work_poses(hexapod, extremes)
+    nominal = hexapod.inverse_kinematics(poses)
+    corrected = hexapod.corrected_leg_lengths(poses, read[:, None])
+    true_temps = sensor_truth(whole, truth)[:, None]
+    without = pose_errors(poses, whole.predicted_pose(nominal, true_temps))
+    with_ = pose_errors(poses, whole.predicted_pose(corrected, true_temps))
+    return Demonstration(hexapod, day, seed, truth, read, poses, nominal, corrected, without, with_)
+
+
+def largest(errors: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Return the largest shift [um] and turn [urad] of any work pose at each time, shape (n,) each."""
+    shift = np.linalg.norm(errors[..., :3], axis=-1).max(axis=-1) * 1e6
+    turn = np.linalg.norm(errors[..., 3:], axis=-1).max(axis=-1) * 1e6
+    return shift, turn
+
+
+def summary(result: Demonstration) -> dict[str, Any]:
+    """Return the day in numbers, ready for JSON."""
+    (shift, turn), (shift_left, turn_left) = largest(result.errors_without), largest(result.errors_with)
+    legs = result.truth.legs.mean(axis=1)
+    correction = (result.corrected - result.nominal).mean(axis=(1, 2)) * 1e6
+
+    def pair(before: FloatArray, after: FloatArray) -> dict[str, float]:
+        lower = 100.0 * (1.0 - after.max() / before.max())
+        return {"without": float(before.max()), "with": float(after.max()), "reduction_percent": float(lower)}
+
+    return {
+        "format": FORMAT,
+        "machine": result.hexapod.name,
+        "seed": result.seed,
+        "hours": float(result.truth.time[-1] / HOUR_S),
+        "work_poses": len(result.poses),
+        "largest_leg_rise_K": float(result.truth.legs.max() - reference_degC(result.hexapod)),
+        "largest_mean_leg_rise_K": float(legs.max() - reference_degC(result.hexapod)),
+        "largest_mean_correction_um": float(correction[np.abs(correction).argmax()]),
+        "largest_shift_um": pair(shift, shift_left),
+        "largest_turn_urad": pair(turn, turn_left),
+        "day": asdict(result.day),
+    }
+
+
+def table(result: Demonstration) -> tuple[list[str], list[list[float]]]:
+    """Return the day as a table: names of the columns, and a row for each time and work pose."""
+    axes = ("x_um", "y_um", "z_um", "rx_urad", "ry_urad", "rz_urad")
+    names = ["time_s", "pose", "x_mm", "y_mm", "z_mm", "rx_deg", "ry_deg", "rz_deg"]
+    names += [f"{name}_degC" for name in result.hexapod.sensor_names]
+    names += ["room_true_degC", *(f"leg{i}_true_degC" for i in range(1, 7)), "platform_true_degC", "base_true_degC"]
+    names += [f"leg{i}_length_mm" for i in range(1, 7)] + [f"without_{axis}" for axis in axes]
+    names += [f"with_{axis}" for axis in axes]
+    n, m = result.corrected.shape[:2]
+    truth = result.truth
+    parts = np.column_stack([truth.room, truth.legs, truth.platform, truth.base])
+    coordinates = coordinates_from_pose(result.poses, hexapod=result.hexapod)
+
+    def each(array: FloatArray, digits: int) -> FloatArray:
+        return np.broadcast_to(array, (n, m, array.shape[-1])).reshape(n * m, -1).round(digits)
+
+    columns = np.hstack(
+        [
+            each(truth.time[:, None, None], 3), each(np.arange(1.0, m + 1)[:, None], 0), each(coordinates, 9),
+            each(result.readings[:, None], 4), each(parts[:, None], 4), each(result.corrected * 1e3, 7),
+            each(result.errors_without * 1e6, 4), each(result.errors_with * 1e6, 4),
+        ]
+    )  # fmt: skip
+    return names, columns.tolist()
+
+
+def save(result: Demonstration, folder: Path) -> tuple[Path, Path]:
+    """Write ``day.csv`` and ``summary.json`` into an existing folder; returns their paths."""
+    names, rows = table(result)
+    days, numbers = folder / "day.csv", folder / "summary.json"
+    with days.open("w", encoding="utf-8", newline="") as file:
+        writer = csv.writer(file, lineterminator="\n")
+        writer.writerow(names)
+        writer.writerows(rows)
+    numbers.write_text(json.dumps(summary(result), indent=2) + "\n", encoding="utf-8")
+    return days, numbers
