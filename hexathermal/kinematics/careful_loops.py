@@ -24,6 +24,7 @@ from hexathermal.kinematics.forward_loops import stroke_and_cones
 from hexathermal.kinematics.layout import (
     BASE,
     CONTRACTION,
+    NEAR_SINGULAR,
     NOT_CONVERGED,
     OK,
     OTHER_BRANCH,
@@ -36,6 +37,9 @@ from hexathermal.kinematics.layout import (
 MOST_STEPS = 60
 CAP_TRANSLATION, CAP_ROTATION = 0.15, 0.25
 """Largest step of the capped Newton: parts of the machine's size, and rad."""
+
+DOUBTFUL = 1e-4
+"""Determinant of the unit rows, over the machine's size cubed, below which the condition number is looked at."""
 
 FIRST_PART, SMALLEST_PART = 1.0 / 16.0, 1.0 / 4096.0
 """Parts of the way from the start's lengths to the wanted ones."""
@@ -274,6 +278,8 @@ def careful_many(c, centre, size, lengths, commands, starts, expansions, only_un
             if code == OK:
                 R, t = pose_of(out[k])
                 code = stroke_and_cones(c, R, t, commands[k])
+            if code == OK and abs(row[2]) < DOUBTFUL * size**3:
+                code = NEAR_SINGULAR
             codes[k] = code
             if info.shape[0]:
                 info[k, 0], info[k, 1], info[k, 2] = row[0], row[1], row[2]

@@ -1,9 +1,10 @@
-"""Boxes that halve: how much of a box lies on the good side of a plane, which boxes share a face, which hang together."""
+"""Boxes that halve: how much of one lies above a plane, which ones share a face, and which hang together."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 from itertools import product
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -53,7 +54,7 @@ def _above(a: FloatArray, w: FloatArray) -> FloatArray:
     with np.errstate(divide="ignore", invalid="ignore"):
         part = volume / (48.0 * w.prod(axis=1))
     part = np.where(np.abs(a) < reach, part, a >= reach)
-    return np.clip(np.nan_to_num(part), 0.0, 1.0)
+    return np.asarray(np.clip(np.nan_to_num(part), 0.0, 1.0))
 
 
 @dataclass(frozen=True, eq=False)
@@ -82,7 +83,7 @@ class Cells:
     def __len__(self) -> int:
         return len(self.level)
 
-    def _arrays(self) -> tuple[Ints, Ints, Bools, FloatArray, FloatArray]:
+    def _arrays(self) -> tuple[Any, ...]:
         return self.level, self.place, self.regular, self.least, self.most
 
     def boxes(self, low: FloatArray, size: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -94,10 +95,8 @@ class Cells:
         """Return the eight halves of every box; what a box was known to be, its halves are."""
         corners = np.array(list(product((0, 1), repeat=3)))
         place = (2 * self.place[:, None] + corners).reshape(-1, 3)
-        level, regular, least, most = (
-            np.repeat(array, 8) for array in (self.level + 1, self.regular, self.least, self.most)
-        )
-        return Cells(level, place, regular, least, most)
+        known: tuple[Any, ...] = (self.regular, self.least, self.most)
+        return Cells(np.repeat(self.level + 1, 8), place, *(np.repeat(array, 8) for array in known))
 
     def joined(self, other: Cells) -> Cells:
         """Return both."""
@@ -106,9 +105,8 @@ class Cells:
 
 def root() -> Cells:
     """Return the root box, nothing known of it."""
-    return Cells(
-        np.zeros(1, np.int64), np.zeros((1, 3), np.int64), np.zeros(1, np.bool_), np.zeros(1), np.ones(1)
-    )  # fmt: skip
+    place = np.zeros((1, 3), np.int64)
+    return Cells(place[:, 0], place, np.zeros(1, np.bool_), np.zeros(1), np.ones(1))
 
 
 def _keys(level: Ints, place: Ints) -> Ints:

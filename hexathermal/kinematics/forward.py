@@ -158,15 +158,23 @@ def run(
 
 
 def _mark_singular(hexapod: Hexapod, poses: FloatArray, codes: npt.NDArray[np.int8]) -> None:
-    """Call poses that were not reached singular where their Jacobian is."""
-    doubtful = np.flatnonzero((codes == at.NOT_CONVERGED) | (codes == at.OTHER_BRANCH) | (codes == at.SINGULAR))
-    finite = doubtful[np.isfinite(poses[doubtful]).all(axis=(1, 2))]
-    for k in finite:
-        try:
-            if condition_number(hexapod, poses[k]) > LARGEST_CONDITION:
-                codes[k] = at.SINGULAR
-        except (ArgumentError, KinematicsError):
-            continue
+    """Decide by the condition number which doubtful poses are singular."""
+    doubtful = np.isin(codes, (at.NOT_CONVERGED, at.OTHER_BRANCH, at.SINGULAR, at.NEAR_SINGULAR))
+    chosen = np.flatnonzero(doubtful & np.isfinite(poses).all(axis=(1, 2)))
+    singular = _conditions(hexapod, poses[chosen]) > LARGEST_CONDITION
+    codes[codes == at.NEAR_SINGULAR] = at.OK
+    codes[chosen[singular]] = at.SINGULAR
+
+
+def _conditions(hexapod: Hexapod, poses: FloatArray) -> FloatArray:
+    """Return condition numbers; infinite where a leg has vanished."""
+    try:
+        return condition_number(hexapod, poses)
+    except KinematicsError:
+        if len(poses) == 1:
+            return np.full(1, np.inf)
+        half = len(poses) // 2
+        return np.concatenate([_conditions(hexapod, poses[:half]), _conditions(hexapod, poses[half:])])
 
 
 def solve_forward(hexapod: Hexapod, lengths: npt.ArrayLike, guess: PoseLike | None = None) -> ForwardResult:
@@ -211,8 +219,7 @@ def solve_forward(hexapod: Hexapod, lengths: npt.ArrayLike, guess: PoseLike | No
     condition = np.full(len(codes), np.inf)
     good = np.isfinite(poses).all(axis=(1, 2)) & (codes != at.NOT_CONVERGED)
     if good.any():
-        condition[good] = condition_number(hexapod, poses[good])
-    codes[(condition > LARGEST_CONDITION) & good] = at.SINGULAR
+        condition[good] = _conditions(hexapod, poses[good])
     return ForwardResult(
         pose=poses.reshape(*lead, 4, 4),
         status=codes.reshape(lead),

@@ -68,5 +68,8 @@ OK, OUT_OF_STROKE, OUT_OF_CONE, SINGULAR, NOT_CONVERGED, OTHER_BRANCH = 0, 1, 2,
 UNSURE = 6
 """The fast loop asks for the careful solver."""
 
+NEAR_SINGULAR = 10
+"""The careful solver found a pose whose determinant asks for its condition number."""
+
 BAD_POSE, BAD_TEMPERATURE, BAD_SHAPE = 7, 8, 9
 """Outcomes of the loops that start from a pose."""

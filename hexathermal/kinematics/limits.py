@@ -11,7 +11,6 @@ import numpy as np
 import numpy.typing as npt
 
 from hexathermal.errors import KinematicsError
-from hexathermal.kinematics import layout as at
 from hexathermal.kinematics.batches import in_chunks
 from hexathermal.kinematics.constants import LARGEST_CONDITION, constants, dimensionless
 from hexathermal.kinematics.inverse import inverse_kinematics, poses_of
@@ -38,7 +37,7 @@ class Limit(IntEnum):
 
 @dataclass(frozen=True, eq=False)
 class Margins:
-    """What is left to each limit at poses of leading shape (...); negative is outside, infinity where no limit is given.
+    """What is left to each limit at poses of leading shape (...): negative outside, infinity where none is given.
 
     Attributes
     ----------
@@ -103,7 +102,7 @@ class Standing(NamedTuple):
 
 
 def standing(hexapod: Hexapod, poses: FloatArray) -> Standing:
-    """Return how the legs stand at poses (N, 4, 4); a leg of length 0 has no direction (NaN) and makes the pose singular."""
+    """Return how the legs stand at poses (N, 4, 4); a leg of length 0 has no direction (NaN): a singular pose."""
 
     def part(first: int, last: int) -> tuple[FloatArray, FloatArray, FloatArray, npt.NDArray[np.int8]]:
         lengths, J = rates(hexapod, poses[first:last])
@@ -116,7 +115,7 @@ def standing(hexapod: Hexapod, poses: FloatArray) -> Standing:
 def rates(hexapod: Hexapod, poses: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Return lengths (N, 6) and Jacobians (N, 6, 6), the latter NaN at poses where a leg has length 0."""
     lengths = inverse_kinematics(hexapod, poses)
-    whole = (lengths > 0.0).all(axis=1)
+    whole = np.asarray((lengths > 0.0).all(axis=1))
     if whole.all():
         return lengths, jacobian(hexapod, poses)
     J = jacobian(hexapod, np.where(whole[:, None, None], poses, hexapod.home))
@@ -132,7 +131,7 @@ def conditioning(hexapod: Hexapod, J: FloatArray, poses: FloatArray) -> tuple[Fl
     values = np.linalg.svd(scaled, compute_uv=False)
     regular = values[:, 0] < LARGEST_CONDITION * values[:, 5]
     sign = np.where(regular, np.sign(np.linalg.det(scaled)), 0.0)
-    return values[1:], (sign[1:] * sign[0]).astype(np.int8)
+    return np.asarray(values[1:]), (sign[1:] * sign[0]).astype(np.int8)
 
 
 def travel_range(hexapod: Hexapod) -> FloatArray | None:

@@ -84,8 +84,8 @@ def rotation_array(rotation: npt.ArrayLike | None) -> FloatArray:
     error = np.abs(np.swapaxes(R, -1, -2) @ R - np.eye(3)).max(initial=0.0)
     if error > ROTATION_TOLERANCE or (np.linalg.det(R) < 0.0).any():
         raise ArgumentError(
-            f"rotation is no rotation matrix: |R^T R - I| = {error:.3g}, allowed {ROTATION_TOLERANCE:g}, determinant 1; "
-            "take it from a pose: pose_from_coordinates([0, 0, 0, rx, ry, rz])[:3, :3]"
+            f"rotation is no rotation matrix: |R^T R - I| = {error:.3g}, allowed {ROTATION_TOLERANCE:g}, and its "
+            "determinant must be 1; take it from a pose: pose_from_coordinates([0, 0, 0, rx, ry, rz])[:3, :3]"
         )
     return R
 
@@ -148,8 +148,8 @@ def reachable_volume(
     turns = rotation_array(rotation)
     if standing(hexapod, np.array(hexapod.home)[None]).side[0] == 0:
         raise SingularPoseError(
-            f"home of machine {hexapod.name!r} is singular (condition number above {LARGEST_CONDITION:g}): no side of it "
-            "is home's; give another home",
+            f"home of machine {hexapod.name!r} is singular (condition number above {LARGEST_CONDITION:g}): no side of "
+            "it is home's; give another home",
             value=float(np.inf), upper=LARGEST_CONDITION,
         )  # fmt: skip
     found = [_volume(hexapod, turn, resolution, largest_condition) for turn in turns.reshape(-1, 3, 3)]

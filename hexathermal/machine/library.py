@@ -5,7 +5,7 @@ from __future__ import annotations
 from functools import cache
 from pathlib import Path
 
-from hexathermal.errors import UnknownNameError
+from hexathermal.errors import ArgumentError, UnknownNameError
 from hexathermal.machine.files import read_hexapod
 from hexathermal.machine.hexapod import Hexapod
 
@@ -33,6 +33,14 @@ def bundled_hexapods() -> tuple[str, ...]:
     return tuple(_folders())
 
 
+def _exists(path: Path) -> bool:
+    """Whether there is such a file or folder; a text that cannot be a path names none."""
+    try:
+        return path.exists()
+    except (OSError, ValueError):
+        return False
+
+
 @cache
 def _bundled(name: str) -> Hexapod:
     return read_hexapod(_folders()[name])
@@ -55,9 +63,10 @@ def load_hexapod(name_or_path: str | Path) -> Hexapod:
     """
     if isinstance(name_or_path, str) and name_or_path in _folders():
         return _bundled(name_or_path)
-    path = Path(name_or_path)
-    if path.exists():
-        return read_hexapod(path)
+    if not isinstance(name_or_path, str | Path):
+        raise ArgumentError(f"a machine is named by a text or a path, not by {type(name_or_path).__name__}")
+    if _exists(Path(name_or_path)):
+        return read_hexapod(name_or_path)
     raise UnknownNameError(
         f"{str(name_or_path)!r} is neither a bundled machine ({', '.join(bundled_hexapods())}) "
         "nor the path of a hexapod.toml or of a folder that holds one",

@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -77,7 +78,7 @@ class LegLaw:
         campaign: str = "",
     ) -> None:
         set_ = object.__setattr__
-        names = (sensors,) if isinstance(sensors, str) else tuple(sensors)
+        names: tuple[str, ...] = (sensors,) if isinstance(sensors, str) else _tuple(sensors)
         if not names or not all(isinstance(name, str) and name for name in names):
             raise ArgumentError(f"a leg law needs at least one sensor name, found {names!r}")
         if len(set(names)) != len(names):
@@ -168,7 +169,7 @@ class ThermalModel:
         valid_degC: Sequence[float] | FloatArray = DEFAULT_RANGE_DEGC,
     ) -> None:
         set_ = object.__setattr__
-        laws = (legs,) * 6 if isinstance(legs, LegLaw) else tuple(legs)
+        laws: tuple[LegLaw, ...] = (legs,) * 6 if isinstance(legs, LegLaw) else _tuple(legs)
         if len(laws) != 6 or not all(isinstance(law, LegLaw) for law in laws):
             raise ArgumentError(f"legs must be one LegLaw or six, found {len(laws)}")
         for plate in (platform, base):
@@ -213,6 +214,11 @@ class ThermalModel:
     def common_law(self) -> bool:
         """Whether all six legs follow the same law."""
         return all(law == self.legs[0] for law in self.legs)
+
+
+def _tuple(value: Any) -> tuple[Any, ...]:
+    """Return a sequence as a tuple; what is none becomes a tuple of itself, and is refused by its type later."""
+    return tuple(value) if isinstance(value, Sequence) else (value,)
 
 
 def _full_name(part: str, sensor: str) -> str:

@@ -117,21 +117,7 @@ def work_poses(hexapod: Hexapod, temps: FloatArray, count: int = 8) -> FloatArra
     -------
     array, shape (count, 4, 4) [m]
     """
-    lengths = hexapod.inverse_kinematics(hexapod.home)
-    low, high = hexapod.length_limits
-    free = float(np.minimum(high - lengths, lengths - low).min()) * 2.0 if hexapod.stroke is not None else 0.0
-    travel = TRAVEL_SHARE * (free or float(lengths.mean()))
-    arm = float(np.linalg.norm(hexapod.platform_joints - hexapod.platform_joints.mean(axis=0), axis=1).mean())
-    phase = 2.0 * np.pi * np.arange(count) / count
-    shape = [np.cos(phase), np.sin(phase), np.sin(2 * phase), np.cos(phase), np.sin(phase), np.sin(2 * phase)]
-    tilt = np.degrees(travel / arm)
-    six = np.column_stack(shape) * np.array([*[travel * 1e3] * 2, 0.5 * travel * 1e3, 0.3 * tilt, 0.3 * tilt, 0.2 * tilt])
-    convention = "fixed-xyz"
-    if hexapod.limits is not None:
-        convention = hexapod.limits.convention
-        bounds = [np.abs(getattr(hexapod.limits, axis)).min() for axis in ("x", "y", "z", "rx", "ry", "rz")]
-        bounds = np.array(bounds[:3] + [0.0] * 3) * 1e3 + np.array([0.0] * 3 + list(np.degrees(bounds[3:])))
-        six *= min(1.0, float((LIMIT_SHARE * bounds / np.abs(six).max(axis=0)).min()))
+    six, convention = _figure_of_eight(hexapod, count)
     for _halving in range(20):
         poses = pose_from_coordinates(six, convention, hexapod)
         try:
@@ -141,6 +127,24 @@ def work_poses(hexapod: Hexapod, temps: FloatArray, count: int = 8) -> FloatArra
         else:
             return poses
     raise KinematicsError(f"machine {hexapod.name!r} can hardly leave its home: no work trajectory was found about it")
+
+
+def _figure_of_eight(hexapod: Hexapod, count: int) -> tuple[FloatArray, str]:
+    """Return coordinates (count, 6) [mm, deg] that suit the size of a machine, and their rotation convention."""
+    lengths = hexapod.inverse_kinematics(hexapod.home)
+    low, high = hexapod.length_limits
+    room = lengths.mean() if hexapod.stroke is None else 2.0 * np.minimum(high - lengths, lengths - low).min()
+    travel = TRAVEL_SHARE * float(room)
+    arm = float(np.linalg.norm(hexapod.platform_joints - hexapod.platform_joints.mean(axis=0), axis=1).mean())
+    phase = 2.0 * np.pi * np.arange(count) / count
+    loop = np.column_stack([np.cos(phase), np.sin(phase), np.sin(2.0 * phase)])
+    units = np.array([1e3, 1e3, 1e3, *np.degrees([1.0, 1.0, 1.0])])
+    sizes = np.array([travel, travel, 0.5 * travel, *(np.array([0.3, 0.3, 0.2]) * travel / arm)])
+    if hexapod.limits is None:
+        return np.hstack([loop, loop]) * sizes * units, "fixed-xyz"
+    allowed = [min(abs(bound) for bound in getattr(hexapod.limits, axis)) for axis in ("x", "y", "z", "rx", "ry", "rz")]
+    sizes = sizes * min(1.0, float((LIMIT_SHARE * np.array(allowed) / sizes).min()))
+    return np.hstack([loop, loop]) * sizes * units, hexapod.limits.convention
 
 
 def demonstrate(hexapod: Hexapod, *, day: WorkingDay | None = None, seed: int = 1) -> Demonstration:

@@ -187,6 +187,22 @@ def test_singular_pose_is_refused() -> None:
     assert machine.solve_forward(machine.inverse_kinematics(machine.home)).status == ht.ForwardStatus.SINGULAR
 
 
+@pytest.mark.parametrize(("turn", "singular"), [(89.9, False), (89.999, False), (89.999999, True), (90.0, True)])
+def test_near_singular_poses_are_solved_or_called_singular(reference: ht.Hexapod, turn: float, singular: bool) -> None:
+    """Up to a condition number of 1e7 poses come back with the error that it allows; beyond it they are refused."""
+    free = ht.Hexapod(reference.base_joints, reference.platform_joints, home=reference.home)
+    pose = ht.pose_from_coordinates([1, 2, -30, 0, 0, turn])
+    lengths = free.inverse_kinematics(pose)
+    for guess in (None, pose):
+        if singular:
+            with pytest.raises(SingularPoseError):
+                free.forward_kinematics(lengths, guess)
+            assert free.solve_forward(lengths, guess).status == ht.ForwardStatus.SINGULAR
+        else:
+            allowed = 1e-14 * condition_number(free, pose)
+            assert np.abs(free.forward_kinematics(lengths, guess) - pose).max() < allowed
+
+
 def test_another_assembly_mode_is_never_returned_silently(reference: ht.Hexapod) -> None:
     """Lengths taken from another assembly mode give home's posture, or an error, never the other posture."""
     free = ht.Hexapod(reference.base_joints, reference.platform_joints, home=reference.home)
