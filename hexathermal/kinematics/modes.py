@@ -145,6 +145,11 @@ def assembly_modes(
         raise ArgumentError(f"lengths must be positive; got {length.tolist()} m")
     if not 1e-14 <= tolerance <= 1e-6:
         raise ArgumentError(f"tolerance must lie between 1e-14 and 1e-6; got {tolerance}")
+    return _listed(base, platform, length, tolerance)
+
+
+def _listed(base: F64, platform: F64, length: F64, tolerance: float) -> AssemblyModes:
+    """Return the postures of checked input."""
     scaled = _scale(base, platform, length)
     census = _solve(scaled)
     poses, lost = _real_poses(scaled, census, tolerance)

@@ -80,14 +80,18 @@ def corrected_leg_lengths(hexapod: Hexapod, pose: PoseLike, temps: TemperaturesL
                 return out
         except TypeError:  # not one pose and one set of temperatures in writable doubles: the way for all that follows
             pass
-    array = temperature_array(hexapod, temps)
-    poses = poses_of(pose)
-    if poses.ndim == 2 and array.ndim == 1:
+    return _corrected(hexapod, poses_of(pose), temperature_array(hexapod, temps))
+
+
+def _corrected(hexapod: Hexapod, poses: FloatArray, temps: FloatArray) -> FloatArray:
+    """Return corrected lengths of checked-in arrays of any leading shapes that broadcast."""
+    made = constants(hexapod)
+    if poses.ndim == 2 and temps.ndim == 1:
         out = np.empty(6)
-        if loops().corrected_one(made.machine, made.law, poses, array, out) == 0:
+        if loops().corrected_one(made.machine, made.law, poses, temps, out) == 0:
             return out
-    lead, which_pose, which_temps = _joined(poses.shape[:-2], array.shape[:-1])
-    flat, hot = poses.reshape(-1, 4, 4), array.reshape(-1, array.shape[-1])
+    lead, which_pose, which_temps = _joined(poses.shape[:-2], temps.shape[:-1])
+    flat, hot = poses.reshape(-1, 4, 4), temps.reshape(-1, temps.shape[-1])
     out = np.empty((int(np.prod(lead, dtype=np.int64)), 6))
 
     def work(i: int, j: int) -> int:
