@@ -66,8 +66,8 @@ def test_solve_forward_never_calls_a_wrong_pose_ok(lengths: object) -> None:
     for hexapod in (REFERENCE, FREE):
         result = answers(lambda: hexapod.solve_forward(lengths))
         if not isinstance(result, HexathermalError):
-            ok = result.ok
-            assert (result.residual[ok] < 1e-12 * np.maximum(np.asarray(lengths)[ok], 1.0).max(axis=-1)).all()
+            ok = np.asarray(result.ok)
+            assert (np.asarray(result.residual)[ok] < 1e-12 * np.maximum(np.asarray(lengths)[ok], 1.0).max(axis=-1)).all()
 
 
 @given(odd_arrays, odd_arrays, odd_arrays, odd_arrays)

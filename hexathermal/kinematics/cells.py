@@ -8,8 +8,6 @@ from typing import Any
 
 import numpy as np
 import numpy.typing as npt
-from scipy.sparse import coo_array
-from scipy.sparse.csgraph import connected_components
 
 from hexathermal.poses import FloatArray
 
@@ -138,6 +136,9 @@ def neighbours(cells: Cells) -> tuple[Ints, Ints]:
 
 def connected(cells: Cells, pairs: tuple[Ints, Ints], among: Bools, seed: int) -> Bools:
     """Return the boxes of `among` that are reached from box `seed` through shared faces of such boxes."""
+    from scipy.sparse import coo_array
+    from scipy.sparse.csgraph import connected_components
+
     a, b = pairs
     both = among[a] & among[b]
     graph = coo_array((np.ones(int(both.sum()), np.bool_), (a[both], b[both])), shape=(len(cells), len(cells)))

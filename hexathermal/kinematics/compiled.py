@@ -32,29 +32,29 @@ _DIGEST = sources_digest()
 
 def loop(function: Callable[..., Any]) -> Callable[..., Any]:
     """Compile a loop over poses on its first call, or take the build that is kept on disk."""
-    return _stamped(nb.njit(cache=True, **OPTIONS)(function))
+    compiled: Callable[..., Any] = _dispatcher(function)
+    return compiled
 
 
 def typed_loop(signature: str) -> Callable[[Callable[..., Any]], Callable[..., Any]]:
     """Compile a loop for one kind of arguments only; any other kind is a `TypeError` at once, before any work."""
 
     def compiled(function: Callable[..., Any]) -> Callable[..., Any]:
-        dispatcher: Any = _stamped(nb.njit(cache=True, **OPTIONS)(function))
+        dispatcher = _dispatcher(function)
         dispatcher.compile(signature)
         dispatcher.disable_compile()
-        return _callable(dispatcher)
+        typed: Callable[..., Any] = dispatcher
+        return typed
 
     return compiled
 
 
-def _callable(dispatcher: Any) -> Callable[..., Any]:
-    """Return a dispatcher as what it is to its callers."""
-    function: Callable[..., Any] = dispatcher
-    return function
-
-
-def _stamped(dispatcher: Any) -> Callable[..., Any]:
-    """Make a dispatcher's cached build stale when a formula changes."""
+def _dispatcher(function: Callable[..., Any]) -> Any:
+    """Return numba's dispatcher: its build is kept where that is possible, and stale when a formula changes."""
+    try:
+        dispatcher: Any = nb.njit(cache=True, **OPTIONS)(function)
+    except RuntimeError:  # neither the package's folder nor the user's can be written
+        return nb.njit(**OPTIONS)(function)
     index = dispatcher._cache._cache_file
     index._source_stamp = (index._source_stamp, _DIGEST)
-    return _callable(dispatcher)
+    return dispatcher

@@ -42,8 +42,8 @@ class ForwardResult:
     ----------
     pose : array, shape (..., 4, 4) [m]
         Platform in base; where the status is not `ForwardStatus.OK`, the last iterate or the pose that breaks a limit.
-    status : array, shape (...), int
-        Values of `ForwardStatus`.
+    status : ForwardStatus, or array, shape (...), int
+        How it ended; one for a single set of lengths, an array of its values for a batch. The same goes for all below.
     iterations : array, shape (...), int
         Linear systems solved.
     residual : array, shape (...) [m]
@@ -55,16 +55,16 @@ class ForwardResult:
     """
 
     pose: FloatArray
-    status: npt.NDArray[np.int8]
-    iterations: npt.NDArray[np.int64]
-    residual: FloatArray
-    condition_number: FloatArray
-    assembly_mode: npt.NDArray[np.int8]
+    status: Any
+    iterations: Any
+    residual: Any
+    condition_number: Any
+    assembly_mode: Any
 
     @property
-    def ok(self) -> npt.NDArray[np.bool_]:
-        """Whether each pose was reached within all limits, shape (...)."""
-        return np.asarray(self.status == ForwardStatus.OK)
+    def ok(self) -> Any:
+        """Whether the pose was reached within all limits: a bool, or an array of them, shape (...)."""
+        return self.status == ForwardStatus.OK
 
 
 def lengths_of(lengths: npt.ArrayLike) -> FloatArray:
@@ -208,7 +208,7 @@ def solve_forward(hexapod: Hexapod, lengths: npt.ArrayLike, guess: PoseLike | No
     >>> import hexathermal as ht
     >>> hexapod = ht.load_hexapod("reference")
     >>> result = solve_forward(hexapod, hexapod.inverse_kinematics(hexapod.home))
-    >>> ForwardStatus(int(result.status)).name, bool(result.residual < 1e-14)
+    >>> result.status.name, result.residual < 1e-14
     ('OK', True)
     """
     array = checked_lengths(lengths)
@@ -220,6 +220,10 @@ def solve_forward(hexapod: Hexapod, lengths: npt.ArrayLike, guess: PoseLike | No
     good = np.isfinite(poses).all(axis=(1, 2)) & (codes != at.NOT_CONVERGED)
     if good.any():
         condition[good] = _conditions(hexapod, poses[good])
+    if not lead:
+        mode = int(_modes(hexapod, poses)[0])
+        steps, residual = int(info[0, 0]), float(info[0, 1])
+        return ForwardResult(poses[0], ForwardStatus(int(codes[0])), steps, residual, float(condition[0]), mode)
     return ForwardResult(
         pose=poses.reshape(*lead, 4, 4),
         status=codes.reshape(lead),

@@ -20,7 +20,7 @@ from hexathermal.machine.hexapod import Hexapod
 from hexathermal.poses import FloatArray, PoseLike, coordinates_from_pose
 
 ROUNDING = 1e-12
-"""Margins of cones [rad] and travel [m, rad] above minus this count as inside: a pose on its limit is reachable."""
+"""Margins [m, rad] above minus this count as inside: a pose on its limit is reachable."""
 
 
 class Limit(IntEnum):
@@ -67,8 +67,8 @@ class Margins:
     worst_leg : array, shape (...), int
         Its leg, 1 to 6; 0 where it is no limit of a leg.
     reachable : array, shape (...), bool
-        Within stroke (to the last bit of a length), cones and travel (to 1e-12 rad, m), on home's side of all singular
-        poses, and legs apart where asked for.  Necessary, not sufficient: `check_path` tells whether a move gets there.
+        Within stroke, cones and travel (to 1e-12 m, rad), on home's side of all singular poses, and legs apart where
+        asked for.  Necessary, not sufficient: `check_path` tells whether a move gets there.
     """
 
     stroke: FloatArray
@@ -212,9 +212,8 @@ def decided(
     column = shares.argmin(axis=1)
     worst = np.minimum(column // 6, 4) + 1 + (column == 25)
     leg = np.where(column < 18, column % 6 + 1, np.where(column == 25, legs[:, 0], 0))
-    slack = 4.0 * np.finfo(float).eps * constants(hexapod).size
-    inside = (found["stroke"] >= -slack).all(axis=1) & (side == 1) & (apart > 0.0)
-    for name in ("base_cone", "platform_cone", "limits"):
+    inside = (side == 1) & (apart > 0.0)
+    for name in ("stroke", "base_cone", "platform_cone", "limits"):
         inside &= (found[name] >= -ROUNDING).all(axis=1)
     return Margins(
         **found, side=side, clearance=nearest, clearance_legs=legs, share=shares.min(axis=1),
@@ -248,7 +247,7 @@ def margins(hexapod: Hexapod, poses: PoseLike, *, collisions: bool = False) -> M
     >>> hexapod = ht.load_hexapod("reference")
     >>> found = margins(hexapod, ht.pose_from_coordinates([0, 0, 150, 0, 0, 0]))
     >>> bool(found.reachable), Limit(int(found.worst)).name, round(float(found.stroke.min()), 4)
-    (False, 'STROKE', -0.0142)
+    (False, 'STROKE', -0.0144)
     """
     array = poses_of(poses, "poses")
     lead = array.shape[:-2]

@@ -24,7 +24,6 @@ from typing import Any, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
-from scipy.spatial.transform import Rotation
 
 from hexathermal.kinematics.constants import constants
 from hexathermal.kinematics.limit_functions import limit_functions
@@ -61,6 +60,8 @@ class Moves:
     """Flat moves: starts and ends (P, 4, 4), shifts of the origin and turns (P, 3), the latter in platform axes."""
 
     def __init__(self, start: FloatArray, end: FloatArray) -> None:
+        from scipy.spatial.transform import Rotation
+
         self.start, self.end = start, end
         self.shift = end[:, :3, 3] - start[:, :3, 3]
         between = np.swapaxes(start[:, :3, :3], 1, 2) @ end[:, :3, :3]
@@ -71,6 +72,8 @@ class Moves:
 
     def poses(self, path: Ints, s: FloatArray) -> FloatArray:
         """Return the poses of the moves `path` at the parts `s` of their way; the ends are met exactly."""
+        from scipy.spatial.transform import Rotation
+
         poses = self.start[path]
         if len(path):
             turned = Rotation.from_rotvec(s[:, None] * self.turn[path]).as_matrix()

@@ -100,7 +100,8 @@ def reachable_volume(
     """Return the volume of the platform's positions that can be reached without turning, with rigorous bounds.
 
     Counted are positions within stroke, joint cones and the maker's travel, on home's side of all singular poses
-    (sign of ``det J``), and connected with home.  Boxes of positions are halved until the bounds are close enough: in
+    (sign of ``det J``), and connected with home; at another orientation, with the reachable position nearest to home's
+    (`Volume.reached` tells whether a straight move gets there).  Boxes of positions are halved until the bounds are close enough: in
     a box of half diagonal ``h`` about ``x`` a length differs from its tangent ``L + u . dx`` by no more than
     ``h^2 / (2 (L - h))``, so that planes bound every limit from both sides and the part of the box between them is
     known (`cut_bounds`).  A box is free of singular poses where the smallest singular value of the dimensionless
@@ -126,7 +127,7 @@ def reachable_volume(
     Raises
     ------
     ArgumentError
-        The machine has no stroke; a rotation is none; resolution not in (0, 1); largest_condition not above 1.
+        No stroke; no rotation; resolution not in (0, 1); largest_condition not above 1.
     SingularPoseError
         Home is singular: no side of it is home's.
 
@@ -137,27 +138,32 @@ def reachable_volume(
     >>> bool(volume.uncertainty < 0.01 * volume.value)
     True
     """
+    _check(hexapod, resolution, largest_condition)
+    turns = rotation_array(rotation)
+    found = [_volume(hexapod, turn, resolution, largest_condition) for turn in turns.reshape(-1, 3, 3)]
+    lead = turns.shape[:-2]
+    bounds = np.array([row[:2] for row in found]).reshape((*lead, 2))
+    reached = np.array([row[2] for row in found], dtype=np.bool_).reshape(lead)
+    uncertainty = (bounds[..., 1] - bounds[..., 0]) / (2.0 * np.sqrt(3.0))
+    return Volume(bounds.mean(axis=-1), uncertainty, bounds, reached[()])
+
+
+def _check(hexapod: Hexapod, resolution: float, largest_condition: float) -> None:
+    """Refuse what has no volume."""
     if hexapod.stroke is None:
         raise ArgumentError(
             f"machine {hexapod.name!r} has no stroke: its workspace has no bounds. Give retracted_length and stroke"
         )
-    if not 0.0 < resolution < 1.0:
+    if not (isinstance(resolution, float) and 0.0 < resolution < 1.0):
         raise ArgumentError(f"resolution must lie in (0, 1), found {resolution!r}; 0.01 asks for 1 %")
-    if not largest_condition > 1.0:
+    if not (isinstance(largest_condition, int | float) and largest_condition > 1.0):
         raise ArgumentError(f"largest_condition must be above 1, found {largest_condition!r}")
-    turns = rotation_array(rotation)
     if standing(hexapod, np.array(hexapod.home)[None]).side[0] == 0:
         raise SingularPoseError(
             f"home of machine {hexapod.name!r} is singular (condition number above {LARGEST_CONDITION:g}): no side of "
             "it is home's; give another home",
             value=float(np.inf), upper=LARGEST_CONDITION,
         )  # fmt: skip
-    found = [_volume(hexapod, turn, resolution, largest_condition) for turn in turns.reshape(-1, 3, 3)]
-    lead = turns.shape[:-2]
-    bounds = np.array([[row[0], row[1]] for row in found]).reshape((*lead, 2))
-    reached = np.array([row[2] for row in found], dtype=np.bool_).reshape(lead)
-    apart = bounds[..., 1] - bounds[..., 0]
-    return Volume(bounds.mean(axis=-1), apart / (2.0 * np.sqrt(3.0)), bounds, reached[()])
 
 
 def _volume(

@@ -112,7 +112,7 @@ class _ByRow:
         shorter = temps if temps.count < poses.count else poses
         message = (
             f"the file ends too early: {poses.path} has {_rows(poses.count)}, {temps.path} has {_rows(temps.count)}, "
-            "and row k belongs to row k; give as many, or one row of temperatures for all poses, or time_s in both files"
+            "and row k belongs to row k; give as many, or one row of temperatures for all, or time_s in both files"
         )
         return FileFormatError(str(shorter.path), (Problem(shorter.line(shorter.count - 1), 1, message),))
 

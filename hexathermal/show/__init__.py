@@ -1,0 +1,1 @@
+"""Figures, tables and what the command line teaches."""

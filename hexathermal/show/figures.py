@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 VERMILION, BLUE, GREEN, PURPLE, BLACK, GREY = "#D55E00", "#0072B2", "#009E73", "#A6427E", "#1A1A1A", "#6E6E6E"
 FORMATS = (".png", ".svg", ".pdf")
 
-_STYLE: dict[str, Any] = {
+_STYLE: Any = {
     "font.size": 9.0,
     "axes.titlesize": 9.5,
     "axes.titlelocation": "left",
@@ -94,7 +94,7 @@ def _temperatures(axes: Axes, hours: Any, result: Demonstration) -> None:
         (truth.base, PURPLE, "-.", "base plate"),
         (truth.room, GREY, ":", "room"),
     )
-    for values, colour, style, label in curves[1:]:
+    for values, colour, style, _label in curves[1:]:
         axes.plot(hours, values, color=colour, ls=style)
     ends = _spaced([float(values[-1]) for values, *_rest in curves], 0.062 * float(np.ptp(truth.legs)))
     for (_values, colour, _style, label), end in zip(curves, ends, strict=True):
@@ -144,6 +144,8 @@ def save_figure(figure: Figure, path: str | Path) -> Path:
     """
     file = Path(path)
     if file.suffix.lower() not in FORMATS:
-        raise ArgumentError(f"cannot write a figure as {file.suffix or 'a file without an ending'}; use {', '.join(FORMATS)}")
+        raise ArgumentError(
+            f"cannot write a figure as {file.suffix or 'a file without an ending'}; use {', '.join(FORMATS)}"
+        )
     figure.savefig(file, dpi=200)
     return file

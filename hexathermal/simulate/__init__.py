@@ -1,0 +1,1 @@
+"""The virtual machine and bench: what would be measured."""

@@ -143,9 +143,7 @@ def lagged(around: FloatArray, step_s: float, time_constant_s: npt.ArrayLike) ->
     return out
 
 
-def day_temperatures(
-    day: WorkingDay, reference: float, generator: np.random.Generator
-) -> DayTemperatures:
+def day_temperatures(day: WorkingDay, reference: float, generator: np.random.Generator) -> DayTemperatures:
     """Return the true temperatures of a day.
 
     Parameters
@@ -158,12 +156,12 @@ def day_temperatures(
     """
     count = round((day.shift_h + day.rest_h) * HOUR_S / day.step_s) + 1
     night = round(NIGHT_H * HOUR_S / day.step_s)
-    time = (np.arange(count + night) - night) * day.step_s
+    time: FloatArray = np.asarray((np.arange(count + night) - night) * day.step_s, dtype=np.float64)
     hours = time / HOUR_S
     pause = (hours >= day.break_after_h) & (hours < day.break_after_h + day.break_h)
     working = (hours >= 0.0) & (hours < day.shift_h) & ~pause
     swing = -np.cos(2.0 * np.pi * (day.start_h + hours - day.room_coldest_h) / 24.0)
-    room = reference + day.room_above_K + day.room_swing_K * swing
+    room: FloatArray = reference + day.room_above_K + day.room_swing_K * np.asarray(swing, dtype=np.float64)
     heat = day.heat_W * _spread(day.heat_spread, generator)
     slow = day.leg_time_constant_s * _spread(day.leg_spread, generator)
     legs = lagged(room[:, None] + working[:, None] * heat * day.rise_K_per_W, day.step_s, slow)
@@ -181,7 +179,7 @@ def _spread(spread: float, generator: np.random.Generator) -> FloatArray:
 
 
 def sensor_truth(hexapod: Hexapod, temperatures: DayTemperatures) -> FloatArray:
-    """Return the true temperature at each of a machine's sensors, shape (n, s) [degC], in the order of `sensor_names`."""
+    """Return the true temperatures at the sensors, shape (n, s) [degC], in the order of `sensor_names`."""
     model = active_model(hexapod)
     columns = [temperatures.legs[:, i] for i, law in enumerate(model.legs) for _sensor in law.sensors]
     for plate, values in ((model.platform, temperatures.platform), (model.base, temperatures.base)):

@@ -49,7 +49,7 @@ def test_general_joints_and_far_pivots_round_trip(pivot: float, rng: np.random.G
         turn[:, :3, 3] = rng.uniform(-0.03, 0.03, (500, 3))
         poses = machine.home @ centre @ turn @ back
         found = machine.solve_forward(machine.inverse_kinematics(poses))
-        assert found.ok.all()
+        assert np.all(found.ok)
         assert np.abs(found.pose - poses).max() < ROUND_TRIP_M * (1.0 + abs(pivot))
 
 

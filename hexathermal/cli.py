@@ -1,0 +1,304 @@
+"""The command line: ``hexathermal demo | correct | machines | show-machine | warm-up``. The only file that prints.
+
+Results go to stdout, progress and errors to stderr. What each command accepts stands in `hexathermal.show.usage`.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import os
+import signal
+import sys
+import threading
+import time
+import traceback
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager, suppress
+from difflib import get_close_matches
+from pathlib import Path
+from typing import Any, TextIO
+
+from rich.console import Console
+from rich.progress import BarColumn, Progress, TaskProgressColumn, TextColumn, TimeRemainingColumn
+
+import hexathermal
+from hexathermal.errors import (
+    ArgumentError,
+    FileFormatError,
+    HexathermalError,
+    KinematicsError,
+    TemperatureError,
+    UnknownNameError,
+)
+from hexathermal.show.usage import parser, readable
+
+DONE, UNFINISHED, USAGE, BAD_INPUT, UNREACHABLE, INTERRUPTED = 0, 1, 2, 3, 4, 130
+
+PLAIN_WIDTH = 100_000
+"""Columns of a table that goes to a file or a pipe: lines are never folded there."""
+
+TRACEBACK = "HEXATHERMAL_TRACEBACK"
+
+DEMO_FILES = ("day.csv", "day.png", "summary.json")
+
+
+def main(argv: list[str] | None = None) -> int:
+    """Run the command line and return its exit code; nothing is raised.
+
+    Parameters
+    ----------
+    argv : list of str, optional
+        Arguments without the program's name; default those of the process.
+
+    Returns
+    -------
+    int
+        0 done, 1 not finished, 2 wrong usage, 3 bad input, 4 cannot be reached, 130 interrupted.
+    """
+    try:
+        with _stopped_by_termination():
+            code = _run(sys.argv[1:] if argv is None else list(argv))
+            sys.stdout.flush()
+        return code
+    except BrokenPipeError:
+        _drop(sys.stdout)
+        return DONE
+    except KeyboardInterrupt:
+        _say("interrupted; no half-written result is left")
+        return INTERRUPTED
+    except SystemExit as error:
+        return error.code if isinstance(error.code, int) else USAGE
+    except Exception as error:
+        if os.environ.get(TRACEBACK):
+            traceback.print_exc()
+        return _explain(error)
+
+
+def _explain(error: Exception) -> int:
+    """Say what went wrong and return the exit code."""
+    if isinstance(error, UnknownNameError):
+        word = str(error).split("'")[1] if "'" in str(error) else ""
+        close = get_close_matches(word, error.available, 1)
+        _say(f"error: {error}" + (f"\ndid you mean {close[0]!r}?" if close else ""))
+        return USAGE
+    if isinstance(error, HexathermalError):
+        _say(f"error: {error}")
+        if isinstance(error, FileFormatError | TemperatureError):
+            return BAD_INPUT
+        return UNREACHABLE if isinstance(error, KinematicsError) else USAGE
+    if isinstance(error, OSError):
+        _say(f"error: {error.strerror or error}" + (f": {error.filename}" if error.filename else ""))
+        return UNFINISHED
+    if isinstance(error, MemoryError):
+        _say("error: out of memory")
+        return UNFINISHED
+    _say(
+        f"error inside hexathermal: {type(error).__name__}: {error}\nplease report it; {TRACEBACK}=1 shows where it is"
+    )
+    return UNFINISHED
+
+
+def _run(argv: list[str]) -> int:
+    """Run one command."""
+    for stream in (sys.stdout, sys.stderr):
+        if hasattr(stream, "reconfigure"):
+            stream.reconfigure(errors="backslashreplace")
+    if any("\0" in word for word in argv):
+        raise ArgumentError("an argument holds a zero byte")
+    top = parser(hexathermal.__version__)
+    arguments = top.parse_args(readable(argv))
+    if arguments.command is None:
+        top.print_help(sys.stderr)
+        return USAGE
+    _COMMANDS[arguments.command](arguments)
+    return DONE
+
+
+@contextmanager
+def _stopped_by_termination() -> Iterator[None]:
+    """Let a termination signal end the work like Ctrl-C does, so that half-written files are removed."""
+    if threading.current_thread() is not threading.main_thread():
+        yield
+        return
+
+    def stop(_number: int, _frame: object) -> None:
+        raise KeyboardInterrupt
+
+    before = signal.signal(signal.SIGTERM, stop)
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGTERM, before)
+
+
+def _drop(stream: TextIO) -> None:
+    """Send what is still to be written to nowhere: its reader has gone."""
+    with suppress(OSError, ValueError):
+        nowhere = os.open(os.devnull, os.O_WRONLY)
+        os.dup2(nowhere, stream.fileno())
+        os.close(nowhere)
+
+
+def _say(text: str) -> None:
+    """Write one message to stderr."""
+    with suppress(OSError):
+        print(text, file=sys.stderr, flush=True)
+
+
+def _console(stream: TextIO) -> Console:
+    """Return a console: ruled tables and colours on a terminal, plain long lines elsewhere."""
+    width = None if stream.isatty() else PLAIN_WIDTH
+    return Console(file=stream, width=width, markup=False, emoji=False, highlight=False)
+
+
+def _show(*tables: Callable[[bool], Any] | str) -> None:
+    """Print tables and texts to stdout."""
+    console = _console(sys.stdout)
+    with console.capture() as printed:
+        for k, item in enumerate(tables):
+            if k and not console.is_terminal:
+                console.print()
+            console.print(item if isinstance(item, str) else item(console.is_terminal), soft_wrap=isinstance(item, str))
+    print("\n".join(line.rstrip() for line in printed.get().splitlines()))
+
+
+@contextmanager
+def _bar(label: str) -> Iterator[Callable[[int, int, str], None]]:
+    """Give a function ``(done, total, label)`` that moves a bar on stderr; silent where that is no terminal."""
+    columns = (TextColumn("{task.description}"), BarColumn(), TaskProgressColumn(), TimeRemainingColumn())
+    console = _console(sys.stderr)
+    with Progress(*columns, console=console, transient=True, disable=not console.is_terminal) as progress:
+        task = progress.add_task(label, total=None)
+
+        def move(done: int, total: int, text: str = label) -> None:
+            progress.update(task, completed=done, total=total, description=text)
+
+        yield move
+
+
+def _demo(arguments: argparse.Namespace) -> None:
+    """A machine warms through a working day."""
+    from hexathermal.show.figures import day_figure, save_figure
+    from hexathermal.show.tables import day_table
+    from hexathermal.simulate.demonstration import demonstrate, save, summary
+
+    hexapod = hexathermal.load_hexapod(arguments.machine)
+    folder = _demo_folder(arguments.out, arguments.force)
+    with _bar("simulating the day (the first run compiles: up to a minute)"):
+        result = demonstrate(hexapod, seed=arguments.seed)
+        files = save(result, folder)
+        picture = save_figure(day_figure(result), folder / "day.png")
+    numbers = summary(result)
+    lines = [
+        f"Machine {hexapod.name or arguments.machine}: {numbers['hours']:g} h, {numbers['work_poses']} work poses, "
+        f"seed {arguments.seed}.\nlegs: mean above the reference temperature; correct: mean correction of the legs;\n"
+        "shift and turn: largest error of the platform in any work pose.",
+    ]
+    for key, what, unit in (("largest_shift_um", "shift", "um"), ("largest_turn_urad", "turn", "urad")):
+        pair = numbers[key]
+        change = pair["reduction_percent"]
+        lines.append(
+            f"Largest {what} of the platform: {pair['without']:.2f} {unit} without correction, "
+            f"{pair['with']:.2f} {unit} with it: {abs(change):.0f} % {'less' if change >= 0.0 else 'more'}."
+        )
+    blind = _plates_without_sensor(hexapod)
+    if blind:
+        lines.append(f"No thermometer on: {', '.join(blind)}. Their expansion is part of the error in both columns.")
+    lines.append("Written:\n" + "\n".join(f"  {file}" for file in (*files, picture)))
+    _show(lines[0], lambda pretty: day_table(result, pretty), "\n".join(lines[1:]))
+
+
+def _plates_without_sensor(hexapod: hexathermal.Hexapod) -> list[str]:
+    """Return the plates that expand but carry no thermometer."""
+    model = hexapod.thermal
+    plates = () if model is None else (("platform", model.platform), ("base", model.base))
+    return [part for part, plate in plates if plate is not None and plate.sensor is None]
+
+
+def _demo_folder(folder: Path, force: bool) -> Path:
+    """Return the demo's folder, created where needed; keep files that no demo wrote."""
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise ArgumentError(f"cannot create the folder {folder}: {error.strerror or error}") from None
+    if not os.access(folder, os.W_OK | os.X_OK):
+        raise ArgumentError(f"cannot write into the folder {folder}: permission denied")
+    found = [name for name in DEMO_FILES if (folder / name).exists()]
+    if found and not force and not _is_demo(folder / "summary.json"):
+        raise ArgumentError(
+            f"{folder} holds {', '.join(found)}, which no demo wrote; give another folder (--out), or --force"
+        )
+    return folder
+
+
+def _is_demo(file: Path) -> bool:
+    """Whether a file is the summary of an earlier demo."""
+    from hexathermal.simulate.demonstration import FORMAT
+
+    try:
+        found = json.loads(file.read_text(encoding="utf-8"))
+    except (OSError, ValueError):
+        return False
+    return isinstance(found, dict) and found.get("format") == FORMAT
+
+
+def _correct(arguments: argparse.Namespace) -> None:
+    """Corrected leg lengths of a trajectory."""
+    from hexathermal.predict.trajectory import correct_trajectory
+    from hexathermal.show.tables import trajectory_table
+
+    hexapod = hexathermal.load_hexapod(arguments.machine)
+    own = any(arguments.user_frame) or any(arguments.object_frame)
+    frames = hexathermal.Frames(tuple(arguments.user_frame), tuple(arguments.object_frame), arguments.convention)
+    with _bar("correcting") as move:
+        summary = correct_trajectory(
+            hexapod, arguments.poses, arguments.temps, arguments.out, convention=arguments.convention,
+            frames=frames if own else None, lengths_only=arguments.lengths_only, overwrite=arguments.force,
+            progress=lambda done, total: move(done, total, "correcting"),
+        )  # fmt: skip
+    _show(lambda pretty: trajectory_table(summary, pretty))
+
+
+def _machines(_arguments: argparse.Namespace) -> None:
+    """The bundled machines."""
+    from hexathermal.show.tables import machines_table
+
+    found = {name: hexathermal.load_hexapod(name) for name in hexathermal.bundled_hexapods()}
+    sources = [f"{name}: {hexapod.source or 'source not said'}" for name, hexapod in found.items()]
+    _show(lambda pretty: machines_table(found, pretty), "\n".join(["sources", *sources]))
+
+
+def _show_machine(arguments: argparse.Namespace) -> None:
+    """All that is known of one machine."""
+    from hexathermal.show.tables import machine_facts, machine_file, machine_tables
+
+    hexapod = hexathermal.load_hexapod(arguments.machine)
+    facts = machine_facts(hexapod, machine_file(arguments.machine))
+    if arguments.json:
+        print(json.dumps(facts, indent=2, allow_nan=False))
+        return
+    count = len(machine_tables(facts, False))
+    _show(*(lambda pretty, k=k: machine_tables(facts, pretty)[k] for k in range(count)))
+
+
+def _warm_up(_arguments: argparse.Namespace) -> None:
+    """Compile everything."""
+    from hexathermal.predict.warm_up import steps
+
+    began = time.perf_counter()
+    with _bar("compiling") as move:
+        jobs = list(steps())
+        for k, (label, job) in enumerate(jobs):
+            move(k, len(jobs), label)
+            job()
+    _show(f"{len(jobs)} kinds of calls are compiled and kept on disk ({time.perf_counter() - began:.1f} s)")
+
+
+_COMMANDS: dict[str, Callable[[argparse.Namespace], None]] = {
+    "demo": _demo,
+    "correct": _correct,
+    "machines": _machines,
+    "show-machine": _show_machine,
+    "warm-up": _warm_up,
+}

@@ -1,0 +1,254 @@
+"""Tables of machines, days and trajectories, for the command line to print."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from rich.box import SIMPLE_HEAD, Box
+from rich.table import Table
+
+from hexathermal.kinematics.jacobian import condition_number
+from hexathermal.machine.hexapod import Hexapod
+from hexathermal.machine.library import models_folder
+from hexathermal.machine.thermal import PlateLaw
+from hexathermal.poses import FloatArray
+from hexathermal.predict.trajectory import TrajectorySummary
+from hexathermal.simulate.day import HOUR_S, reference_degC
+from hexathermal.simulate.demonstration import Demonstration, largest
+
+AXES = {"x": "mm", "y": "mm", "z": "mm", "rx": "deg", "ry": "deg", "rz": "deg"}
+
+
+def framed(pretty: bool, *columns: str) -> Table:
+    """Return an empty table: ruled for a terminal, plain for a file or a pipe.
+
+    A name that ends in ``>`` is a column of numbers; a line end in a name is one on a terminal only.
+    """
+    box: Box | None = SIMPLE_HEAD if pretty else None
+    table = Table(box=box, padding=(0, 1, 0, 0) if pretty else (0, 2, 0, 0), pad_edge=False, highlight=False)
+    for column in columns:
+        name = column.removesuffix(">")
+        name = name if pretty else name.replace("\n", " ")
+        table.add_column(name, justify="right" if column.endswith(">") else "left", overflow="fold")
+    return table
+
+
+def _listed(array: FloatArray, digits: int = 3) -> str:
+    """Return numbers as text: one where all are the same."""
+    values = np.atleast_1d(array)
+    texts = [f"{value:.{digits}f}".rstrip("0").rstrip(".") for value in values.ravel()]
+    return texts[0] if len(set(texts)) == 1 else ", ".join(texts)
+
+
+def _span(array: FloatArray) -> str:
+    """Return the extremes of numbers, or the one number that all are."""
+    low, high = float(np.min(array)), float(np.max(array))
+    return f"{low:.3f}" if f"{low:.3f}" == f"{high:.3f}" else f"{low:.3f} to {high:.3f}"
+
+
+def _thermal(hexapod: Hexapod) -> str:
+    """Return whether a machine can be corrected, and by which thermometers."""
+    if hexapod.thermal is None:
+        return "not active"
+    return f"active, {len(hexapod.sensor_names)} sensors"
+
+
+def _mm(array: FloatArray | None) -> list[Any] | None:
+    """Return metres as rounded millimetres."""
+    return None if array is None else np.round(array * 1e3, 9).tolist()
+
+
+def _deg(array: FloatArray | None) -> list[Any] | None:
+    """Return radians as rounded degrees."""
+    return None if array is None else np.round(np.degrees(array), 9).tolist()
+
+
+def machines_table(machines: dict[str, Hexapod], pretty: bool) -> Table:
+    """Return the table of machines by name."""
+    table = framed(pretty, "machine", "grade", "stroke\nmm", "legs at home\nmm", "thermal")
+    for name, hexapod in machines.items():
+        stroke = "not limited" if hexapod.stroke is None else _span(np.diff(hexapod.stroke) * 1e3)
+        lengths = hexapod.inverse_kinematics(hexapod.home) * 1e3
+        table.add_row(name, hexapod.grade, stroke, _span(lengths), _thermal(hexapod))
+    return table
+
+
+def machine_file(name_or_path: str) -> Path:
+    """Return the file of a machine that was loaded by name or path."""
+    bundled = models_folder() / name_or_path / "hexapod.toml"
+    if bundled.is_file() and Path(name_or_path).name == name_or_path:
+        return bundled
+    path = Path(name_or_path)
+    return path / "hexapod.toml" if path.is_dir() else path
+
+
+def machine_facts(hexapod: Hexapod, file: Path) -> dict[str, Any]:
+    """Return all that is known of a machine, ready for JSON: mm, deg, um/m/K and degC."""
+    condition = float(condition_number(hexapod, hexapod.home))
+    limits = hexapod.limits
+    return {
+        "name": hexapod.name,
+        "grade": hexapod.grade,
+        "source": hexapod.source,
+        "file": str(file.resolve()),
+        "base_joints_mm": _mm(hexapod.base_joints),
+        "platform_joints_mm": _mm(hexapod.platform_joints),
+        "home_mm": _mm(hexapod.home[:3, 3]),
+        "leg_lengths_at_home_mm": _mm(hexapod.inverse_kinematics(hexapod.home)),
+        "q0_mm": _mm(hexapod.retracted_length),
+        "stroke_mm": _mm(hexapod.stroke),
+        "base_cone_deg": _deg(hexapod.base_cone),
+        "platform_cone_deg": _deg(hexapod.platform_cone),
+        "condition_number_at_home": condition if np.isfinite(condition) else None,
+        "limits": None if limits is None else {"convention": limits.convention} | {
+            f"{axis}_{unit}": (_mm if unit == "mm" else _deg)(np.array(getattr(limits, axis)))
+            for axis, unit in AXES.items()
+        },
+        "thermal": _thermal_facts(hexapod),
+    }  # fmt: skip
+
+
+def _thermal_facts(hexapod: Hexapod) -> dict[str, Any] | None:
+    """Return the thermal law, or None."""
+    model = hexapod.thermal
+    if model is None:
+        return None
+
+    def plate(law: PlateLaw | None) -> dict[str, Any] | None:
+        return None if law is None else {"expansion_um_per_m_K": round(law.expansion * 1e6, 9), "sensor": law.sensor}
+
+    return {
+        "sensors": list(model.sensor_names),
+        "reference_temperature_degC": np.asarray(model.reference_temperature_degC).tolist(),
+        "valid_degC": list(model.valid_degC),
+        "legs": [
+            {
+                "sensors": list(law.sensors),
+                "A_um_per_m_K": np.round(law.A * 1e6, 9).tolist(),
+                "B_um_per_m_K": np.round(law.B * 1e6, 9).tolist(),
+                "covariance_known": law.covariance is not None,
+                "campaign": law.campaign,
+            }
+            for law in model.legs
+        ],
+        "platform": plate(model.platform),
+        "base": plate(model.base),
+    }
+
+
+def machine_tables(facts: dict[str, Any], pretty: bool) -> list[Table]:
+    """Return the tables that show the facts of a machine."""
+    return [_overview(facts, pretty), _joints(facts, pretty), *_thermal_tables(facts, pretty)]
+
+
+def _overview(facts: dict[str, Any], pretty: bool) -> Table:
+    """Return what concerns the whole machine."""
+    table = framed(pretty, f"machine {facts['name']}", "")
+    rows = [("grade", facts["grade"]), ("source", facts["source"]), ("file", facts["file"])]
+    rows.append(("platform origin at home, base frame", ", ".join(f"{value:g}" for value in facts["home_mm"]) + " mm"))
+    rows.append(("legs at home", _span(np.array(facts["leg_lengths_at_home_mm"])) + " mm"))
+    for key, what in (("q0_mm", "retracted length q0"), ("base_cone_deg", "cone of the base joints"),
+                      ("platform_cone_deg", "cone of the platform joints")):  # fmt: skip
+        text = "not known" if facts[key] is None else f"{_listed(np.array(facts[key]), 6)} {key.rpartition('_')[2]}"
+        rows.append((what, text))
+    stroke = facts["stroke_mm"]
+    if stroke is None:
+        rows.append(("stroke", "not limited"))
+    else:
+        low, high = (_listed(np.array(stroke)[:, k], 6) for k in (0, 1))
+        rows.append(("stroke q", f"from {low} to {high} mm"))
+    condition = facts["condition_number_at_home"]
+    rows.append(("condition number at home", "singular" if condition is None else f"{condition:.3f} (1 is best)"))
+    if facts["limits"] is None:
+        rows.append(("travel limits of the maker", "not known"))
+    for axis, unit in AXES.items() if facts["limits"] else ():
+        low, high = facts["limits"][f"{axis}_{unit}"]
+        rows.append((f"travel limit {axis}", f"{low:g} to {high:g} {unit} ({facts['limits']['convention']})"))
+    for row in rows:
+        table.add_row(*row)
+    return table
+
+
+def _joints(facts: dict[str, Any], pretty: bool) -> Table:
+    """Return the joints of the legs."""
+    table = framed(
+        pretty,
+        "leg",
+        *(f"{part}\n{axis} mm>" for part in ("base", "platform") for axis in "xyz"),
+        "length\nat home mm>",
+    )
+    rows = zip(facts["base_joints_mm"], facts["platform_joints_mm"], facts["leg_lengths_at_home_mm"], strict=True)
+    for k, (base, platform, length) in enumerate(rows):
+        table.add_row(str(k + 1), *(f"{value:.3f}" for value in (*base, *platform, length)))
+    return table
+
+
+def _thermal_tables(facts: dict[str, Any], pretty: bool) -> list[Table]:
+    """Return the thermal law."""
+    thermal = facts["thermal"]
+    about = framed(pretty, "thermal", "")
+    if thermal is None:
+        about.add_row("compensation", "not active: the machine has no thermal law")
+        return [about]
+    about.add_row("compensation", "active: drift of a leg = sum over its sensors of A q0 dT + B q dT")
+    low, high = thermal["valid_degC"]
+    about.add_row("reference temperature", _listed(np.array(thermal["reference_temperature_degC"]), 6) + " degC")
+    about.add_row("valid", f"from {low:g} to {high:g} degC; outside, temperatures are refused")
+    for part in ("platform", "base"):
+        plate = thermal[part]
+        text = "no law" if plate is None else f"expansion {plate['expansion_um_per_m_K']:g} um/m/K"
+        if plate is not None:
+            text += f", sensor {plate['sensor']}" if plate["sensor"] else ", no sensor: not compensated"
+        about.add_row(f"{part} plate", text)
+    about.add_row("columns of a temperature file", ", ".join(f"{name}_degC" for name in thermal["sensors"]))
+    laws = framed(pretty, "leg", "sensor", "A um/m/K>", "B um/m/K>", "coefficients from")
+    shared = all(law == thermal["legs"][0] for law in thermal["legs"])
+    for k, law in enumerate(thermal["legs"][:1] if shared else thermal["legs"]):
+        for sensor, A, B in zip(law["sensors"], law["A_um_per_m_K"], law["B_um_per_m_K"], strict=True):
+            laws.add_row("1 to 6" if shared else str(k + 1), sensor, f"{A:g}", f"{B:g}", law["campaign"] or "not said")
+    return [about, laws]
+
+
+def day_table(result: Demonstration, pretty: bool) -> Table:
+    """Return a simulated day, one row an hour."""
+    errors = [
+        f"{what}\n{how} {unit}>" for what, unit in (("shift", "um"), ("turn", "urad")) for how in ("without", "with")
+    ]
+    table = framed(pretty, "hour>", "state", "legs\nK>", "correct\num>", *errors[:2], "less>", *errors[2:], "less>")
+    without, with_ = largest(result.errors_without), largest(result.errors_with)
+    correction = (result.corrected - result.nominal).mean(axis=(1, 2)) * 1e6
+    rise = result.truth.legs.mean(axis=1) - reference_degC(result.hexapod)
+    hours = result.truth.time / HOUR_S
+    for hour in np.arange(0.0, hours[-1] + 1e-9, 1.0):
+        k = int(np.argmin(np.abs(hours - hour)))
+        cells = [
+            f"{hour:g}",
+            "works" if result.truth.working[k] else "rests",
+            f"{rise[k]:+.2f}",
+            f"{correction[k]:+.2f}",
+        ]
+        for before, after in zip(without, with_, strict=True):
+            cells += [f"{before[k]:.2f}", f"{after[k]:.2f}", reduction(before[k], after[k])]
+        table.add_row(*cells)
+    return table
+
+
+def reduction(before: float, after: float) -> str:
+    """Return by how much an error shrank, in percent; "none" where it did not."""
+    return f"{100.0 * (1.0 - after / before):.0f} %" if after < before else "none"
+
+
+def trajectory_table(summary: TrajectorySummary, pretty: bool) -> Table:
+    """Return what a corrected trajectory was made of."""
+    table = framed(pretty, "corrected trajectory", "")
+    table.add_row("poses", f"{summary.rows}")
+    table.add_row("temperatures", f"{summary.lowest_degC:g} to {summary.highest_degC:g} degC, {summary.pairing}")
+    table.add_row("sensors", ", ".join(summary.sensors))
+    where = f"leg {summary.largest_leg}, line {summary.largest_line} of the poses"
+    table.add_row("largest correction", f"{summary.largest_correction_um:.3f} um ({where})")
+    table.add_row("columns copied from the poses", ", ".join(summary.copied) or "none")
+    table.add_row("columns of the temperatures not used", ", ".join(summary.unused) or "none")
+    table.add_row("written", str(summary.out))
+    return table

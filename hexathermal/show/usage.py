@@ -1,0 +1,198 @@
+"""What the command line accepts and what its ``--help`` teaches."""
+
+from __future__ import annotations
+
+import argparse
+import math
+import re
+from decimal import Decimal
+from pathlib import Path
+from typing import Any
+
+from hexathermal.poses import CONVENTIONS
+
+
+def _others(convention: str) -> str:
+    """Return the other names of a convention."""
+    return ", ".join(name for name, meant in CONVENTIONS.items() if meant == convention != name)
+
+
+EXIT_CODES = """\
+exit codes:
+  0    done
+  1    could not be finished: disk full, file cannot be read, or an error inside hexathermal
+  2    wrong usage: unknown option, command or machine, no such file, result file exists already
+  3    bad input: a row, a header or a machine file breaks its format, or a temperature is out of range
+  4    cannot be reached: out of stroke, out of a joint's cone, singular
+  130  interrupted
+Errors are one message on stderr. HEXATHERMAL_TRACEBACK=1 in the environment shows where they come from.
+"""
+
+TOP = """\
+A Gough-Stewart hexapod drifts when its legs warm up. hexathermal tells which leg lengths to command so that the
+platform stands where it should: pose and temperatures in, corrected leg lengths out.
+"""
+
+TOP_EPILOG = f"""\
+first steps:
+  hexathermal demo                       a simulated working day: what correction does, with a table and a figure
+  hexathermal machines                   the machines that come with the package
+  hexathermal show-machine reference     all that is known of one machine
+  hexathermal correct --help             correct your own trajectories
+  hexathermal warm-up                    compile everything now (a minute), so that later calls are quick
+
+{EXIT_CODES}"""
+
+DEMO = """\
+A machine works for 8 hours and rests for 4. Its legs warm up by some 5 K above the room, its plates follow slowly.
+For every minute and work pose: leg lengths with and without correction, and where the platform really stands.
+The controller knows only what the machine's own thermometers read, with noise and gain errors.
+"""
+
+DEMO_EPILOG = f"""\
+files written into the folder of --out, which is created:
+  day.csv       every minute and work pose: temperatures (degC), corrected leg lengths (mm), and the platform's error
+                without and with correction (x y z in um, rx ry rz in urad, base axes)
+  day.png       temperatures and errors against time
+  summary.json  the largest errors, their reduction, and all numbers of the simulated day
+Results of an earlier demo are replaced; files that are no demo's are kept unless --force is given.
+
+examples:
+  hexathermal demo
+  hexathermal demo --machine my-machine/hexapod.toml --out day1 --seed 7
+
+{EXIT_CODES}"""
+
+CORRECT = """\
+Corrected leg lengths for every pose of a trajectory. Files of any length are read and written in blocks; the result
+appears whole or not at all. A bad row stops the run and is reported with its line, column and value.
+"""
+
+CORRECT_EPILOG = f"""\
+files are CSV (commas, decimal points, one header line, UTF-8), or Parquet where the name ends in .parquet:
+  --poses  x_mm, y_mm, z_mm, rx_deg, ry_deg, rz_deg   the wanted pose, counted from the machine's home
+           time_s                                      optional, increasing
+           other columns are copied to the result
+  --temps  one column NAME_degC for each thermometer of the machine ('hexathermal show-machine' lists them);
+           for the reference machine leg1_T1_degC to leg6_T1_degC
+           time_s                                      optional, increasing
+           other columns are not used, and listed
+  --out    time_s if given, the wanted pose, leg1_length_mm to leg6_length_mm (between the joint centres),
+           leg1_q_mm to leg6_q_mm (stroke: length minus retracted length q0), and corrected_x_mm to corrected_rz_deg
+           (for controllers that take poses only: the pose whose nominal leg lengths are the corrected ones)
+
+which temperatures go with which pose:
+  one row of temperatures       it serves all poses
+  time_s in both files          temperatures are interpolated linearly; poses outside their time span are refused
+  otherwise                     row k goes with row k; both files must have as many rows
+
+conventions of the three angles:
+  fixed-xyz   R = Rz(rz) Ry(ry) Rx(rx), the default (also called {_others("fixed-xyz")})
+  fixed-zyx   R = Rx(rx) Ry(ry) Rz(rz) (also called {_others("fixed-zyx")})
+Frames follow user_pose = inv(U) M O: M platform in machine frame, U user frame, O object frame.
+
+The folder of --out must exist. A result file that exists is kept unless --force is given; a file that is read is
+never overwritten.
+
+examples:
+  hexathermal correct --machine reference --poses poses.csv --temps temps.csv --out corrected.csv
+  hexathermal correct --machine reference --poses poses.csv --temps temps.csv --out corrected.parquet \\
+      --object-frame 0 0 120 0 0 0
+
+{EXIT_CODES}"""
+
+MACHINES_EPILOG = f"""\
+Grades: A identified from measurements, B measured, C drawing or published values.
+A machine without a thermal law can be moved but not corrected: 'thermal' says 'not active'.
+
+{EXIT_CODES}"""
+
+SHOW = "Geometry, limits, thermal law and sensors of one machine."
+
+SHOW_EPILOG = f"""\
+examples:
+  hexathermal show-machine reference
+  hexathermal show-machine my-machine/hexapod.toml --json
+
+{EXIT_CODES}"""
+
+WARM_UP = """\
+Compiles every kernel and keeps the result on disk, so that no later call waits for the compiler. Takes about a minute
+the first time and a second afterwards.
+"""
+
+
+def _number(text: str) -> float:
+    """Return a finite number."""
+    try:
+        value = float(text)
+    except ValueError:
+        value = math.nan
+    if not math.isfinite(value):
+        raise argparse.ArgumentTypeError(f"{text!r} is not a finite number")
+    return value
+
+
+def _seed(text: str) -> int:
+    """Return a whole number that can start a generator."""
+    if not re.fullmatch(r"\d{1,18}", text, re.ASCII):
+        raise argparse.ArgumentTypeError(f"{text!r} is not a whole number from 0 on (18 digits at most)")
+    return int(text)
+
+
+def _path(text: str) -> Path:
+    """Return a path that is not empty."""
+    if not text:
+        raise argparse.ArgumentTypeError("the name of the file is empty")
+    return Path(text)
+
+
+_SMALL_NEGATIVE = re.compile(r"-(\d+\.?\d*|\.\d+)[eE][+-]?\d{1,3}", re.ASCII)
+
+
+def readable(argv: list[str]) -> list[str]:
+    """Return arguments with numbers such as ``-1e-3`` written out: argparse would take them for options."""
+    return [f"{Decimal(word):f}" if _SMALL_NEGATIVE.fullmatch(word) else word for word in argv]
+
+
+def parser(version: str) -> argparse.ArgumentParser:
+    """Return the parser of the command line."""
+    style: dict[str, Any] = {"formatter_class": argparse.RawDescriptionHelpFormatter, "allow_abbrev": False}
+    top = argparse.ArgumentParser(prog="hexathermal", description=TOP, epilog=TOP_EPILOG, **style)
+    top.add_argument("--version", action="version", version=f"hexathermal {version}")
+    commands = top.add_subparsers(dest="command", metavar="COMMAND", title="commands")
+    name: dict[str, Any] = {
+        "metavar": "NAME",
+        "help": "a bundled machine, or the path of a hexapod.toml or of its folder",
+    }
+
+    demo = commands.add_parser("demo", help="a machine warms through a working day", description=DEMO,
+                               epilog=DEMO_EPILOG, **style)  # fmt: skip
+    demo.add_argument("--machine", default="reference", **name)
+    demo.add_argument("--out", type=_path, default=Path("hexathermal-demo"), metavar="DIR",
+                      help="folder for the results (default: %(default)s)")  # fmt: skip
+    demo.add_argument("--seed", type=_seed, default=1, metavar="N", help="of all that is drawn (default: %(default)s)")
+    demo.add_argument("--force", action="store_true", help="overwrite files that are no demo's")
+
+    correct = commands.add_parser("correct", help="corrected leg lengths of a trajectory", description=CORRECT,
+                                  epilog=CORRECT_EPILOG, **style)  # fmt: skip
+    correct.add_argument("--machine", required=True, **name)
+    for option, what in (("--poses", "wanted poses"), ("--temps", "temperatures"), ("--out", "results")):
+        correct.add_argument(option, required=True, type=_path, metavar="FILE", help=f"{what}, CSV or .parquet")
+    correct.add_argument("--convention", choices=sorted(CONVENTIONS), default="fixed-xyz", metavar="NAME",
+                         help="of the three angles: fixed-xyz (default) or fixed-zyx, see below")  # fmt: skip
+    for frame in ("user", "object"):
+        correct.add_argument(f"--{frame}-frame", nargs=6, type=_number, default=[0.0] * 6,
+                             metavar=("X", "Y", "Z", "RX", "RY", "RZ"),
+                             help=f"{frame} frame, mm and deg (default: 0)")  # fmt: skip
+    correct.add_argument("--lengths-only", action="store_true", help="leave out the corrected poses")
+    correct.add_argument("--force", action="store_true", help="overwrite an existing result file")
+
+    commands.add_parser("machines", help="the bundled machines", description="The bundled machines.",
+                        epilog=MACHINES_EPILOG, **style)  # fmt: skip
+    show = commands.add_parser("show-machine", help="all that is known of one machine", description=SHOW,
+                               epilog=SHOW_EPILOG, **style)  # fmt: skip
+    show.add_argument("machine", **name)
+    show.add_argument("--json", action="store_true", help="for other programs: the same as JSON")
+    commands.add_parser("warm-up", help="compile everything now", description=WARM_UP, epilog=EXIT_CODES, **style)
+    return top
