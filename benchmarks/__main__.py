@@ -10,7 +10,7 @@ from pathlib import Path
 from rich.console import Console
 
 from benchmarks import report
-from benchmarks.bars import other_bars, speed_bars
+from benchmarks.bars import error_bar, other_bars, speed_bars
 from benchmarks.case import drawn_case
 from benchmarks.contenders import entered
 from benchmarks.fresh_processes import MEMORY_METHODS, import_times, memory
@@ -38,8 +38,11 @@ def run(poses: int, console: Console) -> report.Outcome:
         status.update("memory")
         linux = Path("/proc/self/clear_refs").exists()
         memories = [memory(method, poses) for method in MEMORY_METHODS] if linux else []
-    reasons = "; ".join(missing.values())
-    bars = speed_bars(measurements, reasons) + other_bars(imports, memories, "needs Linux (/proc/self/clear_refs)")
+    bars = [
+        *speed_bars(measurements, missing),
+        error_bar(measurements),
+        *other_bars(imports, memories, "needs Linux (/proc/self/clear_refs)"),
+    ]
     notes = {contender.name: contender.note for contender in contenders}
     return report.Outcome(report.processor(), poses, notes, missing, measurements, imports, memories, bars)
 

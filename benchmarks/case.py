@@ -62,12 +62,11 @@ class Case:
     jacobians: FloatArray = field(init=False)
 
     def __post_init__(self) -> None:
-        quaternions = Rotation.from_matrix(self.poses[:, :3, :3]).as_quat()
         set_ = object.__setattr__
-        set_(self, "motions", np.concatenate([self.poses[:, :3, 3], quaternions], axis=1))
-        set_(self, "lengths", self._in_chunks((6,), lambda i, j: self._true_lengths(i, j)))
-        set_(self, "corrected", self._in_chunks((6,), lambda i, j: self._true_corrected(i, j)))
-        set_(self, "jacobians", self._in_chunks((6, 6), lambda i, j: self._true_jacobians(i, j)))
+        set_(self, "motions", motions_of(self.poses))
+        set_(self, "lengths", self._in_chunks((6,), self._true_lengths))
+        set_(self, "corrected", self._in_chunks((6,), self._true_corrected))
+        set_(self, "jacobians", self._in_chunks((6, 6), self._true_jacobians))
 
     def __len__(self) -> int:
         return len(self.poses)
@@ -101,11 +100,11 @@ class Case:
         """Return ``s = R p`` and ``d = t + s - b``."""
         T = self.poses[i:j].astype(np.longdouble)
         s = np.einsum("nij,kj->nki", T[:, :3, :3], self.hexapod.platform_joints.astype(np.longdouble))
-        return s, T[:, None, :3, 3] + s - self.hexapod.base_joints
+        return s, T[:, None, :3, 3] + s - self.hexapod.base_joints.astype(np.longdouble)
 
     def _true_lengths(self, i: int, j: int) -> npt.NDArray[np.longdouble]:
         _s, d = self._legs(i, j)
-        return np.sqrt((d * d).sum(axis=-1))
+        return np.asarray(np.sqrt((d * d).sum(axis=-1)))
 
     def _true_corrected(self, i: int, j: int) -> npt.NDArray[np.longdouble]:
         A, B, q0, reference = self.law.astype(np.longdouble)
@@ -116,6 +115,21 @@ class Case:
         s, d = self._legs(i, j)
         u = d / np.sqrt((d * d).sum(axis=-1, keepdims=True))
         return np.concatenate([u, np.cross(s, u)], axis=-1)
+
+
+def motions_of(poses: FloatArray) -> FloatArray:
+    """Return rows ``x, y, z, qx, qy, qz, qw`` of poses (N, 4, 4)."""
+    return np.concatenate([poses[:, :3, 3], Rotation.from_matrix(poses[:, :3, :3]).as_quat()], axis=1)
+
+
+def poses_of(motions: FloatArray) -> FloatArray:
+    """Return poses (N, 4, 4) of rows ``x, y, z, qx, qy, qz, qw``; all NaN where an entry is NaN."""
+    out = np.full((len(motions), 4, 4), np.nan)
+    good = np.isfinite(motions).all(axis=1)
+    out[good] = np.eye(4)
+    out[good, :3, :3] = Rotation.from_quat(motions[good, 3:]).as_matrix()
+    out[good, :3, 3] = motions[good, :3]
+    return out
 
 
 def drawn_case(count: int, machine: str = "reference") -> Case:

@@ -47,7 +47,7 @@ class Sheet:
 
     title: str
     heads: tuple[str, ...]
-    rows: list[tuple[str, ...]]
+    rows: Sequence[tuple[str, ...]]
 
 
 def processor() -> str:
@@ -76,13 +76,13 @@ def _rate(one: Measurement, seconds: float) -> str:
 
 
 def _versus(one: Measurement, ours: Measurement | None) -> str:
-    """Return how many times faster ours is."""
-    return "" if ours is None or one.contender == OURS else f"{one.seconds / ours.seconds:.3g}"
+    """Return the ratio of speeds, ours over the other, by the best turns."""
+    return "" if ours is None or one.contender == OURS else f"{one.best_seconds / ours.best_seconds:.3g}"
 
 
 def speed_sheet(measurements: Sequence[Measurement], batch: bool) -> Sheet:
     """Return the table of one pose at a time, or of batches, one processor."""
-    unit = "M poses/s per core" if batch else "us"
+    unit = "M poses/s" if batch else "us"
     rows = []
     for quantity in Quantity:
         ours = found(measurements, OURS, quantity, batch)
@@ -92,7 +92,7 @@ def speed_sheet(measurements: Sequence[Measurement], batch: bool) -> Sheet:
                 median, best = _rate(one, one.seconds), _rate(one, one.best_seconds)
                 rows.append((quantity.value, who, median, best, _error(one), _versus(one, ours)))
     title = "Batches, one processor" if batch else "One pose a call, one processor"
-    heads = ("what", "who", f"median {unit}", f"best {unit}", "largest error", "hexathermal is ... times as fast")
+    heads = ("what", "who", f"median, {unit}", "best", "largest error", "hexathermal : it")
     return Sheet(title, heads, rows)
 
 
@@ -103,20 +103,19 @@ def all_cores_sheet(measurements: Sequence[Measurement]) -> Sheet:
         for one in measurements
         if one.all_cores
     ]
-    heads = ("what", "who", "median M poses/s", "best M poses/s", "largest error")
+    heads = ("what", "who", "median, M poses/s", "best", "largest error")
     return Sheet("Batches, all processors, by the clock on the wall", heads, rows)
 
 
 def process_sheet(imports: Sequence[ImportTimes], memories: Sequence[Memory]) -> Sheet:
     """Return the table of imports and memory."""
-    rows = [
-        (f"import {one.package}", f"{one.seconds * 1e3:.0f} ms (best {one.best_seconds * 1e3:.0f} ms)", "compiler loaded" if one.compiler_loaded else "no compiler")
-        for one in imports
-    ]  # fmt: skip
-    rows += [
-        (f"{one.method}, {one.poses} poses", f"{one.ratio:.2f} times input and output", f"{one.added_bytes / 1e6:.0f} MB added")
-        for one in memories
-    ]  # fmt: skip
+    rows = []
+    for one in imports:
+        seconds = f"{one.seconds * 1e3:.0f} ms (best {one.best_seconds * 1e3:.0f} ms)"
+        rows.append((f"import {one.package}", seconds, "compiler loaded" if one.compiler_loaded else "no compiler"))
+    for many in memories:
+        ratio, added = f"{many.ratio:.2f} times input and output", f"{many.added_bytes / 1e6:.0f} MB added"
+        rows.append((f"{many.method}, {many.poses} poses", ratio, added))
     return Sheet("Imports and memory", ("what", "measured", ""), rows)
 
 

@@ -65,7 +65,7 @@ def main(argv: list[str] | None = None) -> int:
         _drop(sys.stdout)
         return DONE
     except KeyboardInterrupt:
-        _say("interrupted; no half-written result is left")
+        _say("interrupted; nothing half-written is left")
         return INTERRUPTED
     except SystemExit as error:
         return error.code if isinstance(error.code, int) else USAGE
@@ -101,9 +101,6 @@ def _explain(error: Exception) -> int:
 
 def _run(argv: list[str]) -> int:
     """Run one command."""
-    for stream in (sys.stdout, sys.stderr):
-        if hasattr(stream, "reconfigure"):
-            stream.reconfigure(errors="backslashreplace")
     if any("\0" in word for word in argv):
         raise ArgumentError("an argument holds a zero byte")
     top = parser(hexathermal.__version__)
@@ -140,10 +137,16 @@ def _drop(stream: TextIO) -> None:
         os.close(nowhere)
 
 
+def _printable(text: str, stream: TextIO) -> str:
+    """Return a text with letters written out that a stream cannot take."""
+    encoding = stream.encoding or "utf-8"
+    return text.encode(encoding, "backslashreplace").decode(encoding)
+
+
 def _say(text: str) -> None:
     """Write one message to stderr."""
     with suppress(OSError):
-        print(text, file=sys.stderr, flush=True)
+        print(_printable(text, sys.stderr), file=sys.stderr, flush=True)
 
 
 def _console(stream: TextIO) -> Console:
@@ -160,7 +163,7 @@ def _show(*tables: Callable[[bool], Any] | str) -> None:
             if k and not console.is_terminal:
                 console.print()
             console.print(item if isinstance(item, str) else item(console.is_terminal), soft_wrap=isinstance(item, str))
-    print("\n".join(line.rstrip() for line in printed.get().splitlines()))
+    print(_printable("\n".join(line.rstrip() for line in printed.get().splitlines()), sys.stdout))
 
 
 @contextmanager

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import ctypes
 import hashlib
+import os
 import shutil
 import subprocess
 from collections.abc import Callable, Sequence
@@ -14,9 +15,8 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from scipy.spatial.transform import Rotation
 
-from benchmarks.case import Case, FloatArray, Quantity
+from benchmarks.case import Case, FloatArray, Quantity, poses_of
 from benchmarks.contender import Job, Unavailable, first
 
 FOLDER = Path(__file__).parents[1]
@@ -26,8 +26,8 @@ FLAGS = (
 )  # fmt: skip
 NATIVE = "-march=native"
 
-SAME_JOB = "same arrays, new result"
-WARM = "same arrays, result reused"
+SAME_JOB = "same job"
+WARM = "same job, result reused"
 COLUMNS = "limit: columns, result reused"
 LOOP = "loop inside C++"
 
@@ -45,10 +45,12 @@ def built(architecture: str = NATIVE) -> Path:
     library = FOLDER / "build" / f"yardstick-{digest}.so"
     if not library.exists():
         library.parent.mkdir(exist_ok=True)
-        command = [compiler, *FLAGS, architecture, str(SOURCES / "batches.cpp"), "-o", str(library)]
+        unfinished = library.with_suffix(f".{os.getpid()}")
+        command = [compiler, *FLAGS, architecture, str(SOURCES / "batches.cpp"), "-o", str(unfinished)]
         done = subprocess.run(command, capture_output=True, text=True, check=False)
         if done.returncode != 0:
             raise Unavailable(f"g++ could not compile the C++ yardstick: {done.stderr.strip().splitlines()[-1:]}")
+        unfinished.replace(library)
     return library
 
 
@@ -90,7 +92,9 @@ class CppYardstick:
             one = self._reusing(f"{name}_single", few, (len(few[0]), *shape))
             jobs.append(Job(quantity, False, one, [()], len(few[0]), first, LOOP))
             whole = (len(case), *shape)
-            jobs.append(Job(quantity, True, self._allocating(f"{name}_rows", given, whole), [()], len(case), first, SAME_JOB))
+            jobs.append(
+                Job(quantity, True, self._allocating(f"{name}_rows", given, whole), [()], len(case), first, SAME_JOB)
+            )
             jobs.append(Job(quantity, True, self._reusing(f"{name}_rows", given, whole), [()], len(case), first, WARM))
         return jobs + self._columns(case)
 
@@ -138,17 +142,7 @@ def _lengths_read(results: Sequence[Any]) -> FloatArray:
 
 def _motions_read(results: Sequence[Any]) -> FloatArray:
     """Return columns of motions as poses."""
-    return poses_of_motions(results[0].T)
-
-
-def poses_of_motions(motions: FloatArray) -> FloatArray:
-    """Return poses (N, 4, 4) of rows ``x, y, z, qx, qy, qz, qw``; NaN goes through."""
-    out = np.tile(np.eye(4), (len(motions), 1, 1))
-    out[:, :3, 3] = motions[:, :3]
-    good = np.isfinite(motions).all(axis=1)
-    out[good, :3, :3] = Rotation.from_quat(motions[good, 3:]).as_matrix()
-    out[~good] = np.nan
-    return out
+    return poses_of(results[0].T)
 
 
 def enter(case: Case) -> CppYardstick:

@@ -11,9 +11,8 @@ from typing import Any
 import numpy as np
 from scipy.linalg.lapack import dgesv
 
-from benchmarks.case import Case, FloatArray, Quantity
-from benchmarks.contender import LOOPED, Job, Unavailable, first, rows, single
-from benchmarks.contenders.cpp_yardstick import poses_of_motions
+from benchmarks.case import Case, FloatArray, Quantity, motions_of, poses_of
+from benchmarks.contender import LOOPED, Job, Unavailable, rows, single, stacked
 
 RESIDUAL = 1e-12
 """Newton stops when no tendon is off by more [m]."""
@@ -50,7 +49,7 @@ class MujocoTendons:
         self.mujoco = mujoco
         if self.data.ten_J.size != 36:
             raise Unavailable(f"MuJoCo {mujoco.__version__} does not give the tendons' whole Jacobian")
-        self.home = self._native(_motion(case.hexapod.home))
+        self.home = self._native(motions_of(case.hexapod.home[None]))[0]
 
     @staticmethod
     def _native(motions: FloatArray) -> FloatArray:
@@ -111,7 +110,7 @@ class MujocoTendons:
 
         return jacobian
 
-    def _newton(self, solve: Callable[[FloatArray, FloatArray], FloatArray]) -> Callable[[FloatArray], FloatArray]:
+    def _newton(self, solve: Callable[..., Any]) -> Callable[[FloatArray], FloatArray]:
         """Return ``lengths -> qpos``, from home; NaN where it does not converge."""
         kinematics, centres, tendon = self.mujoco.mj_kinematics, self.mujoco.mj_comPos, self.mujoco.mj_tendon
         integrate, model, data, home = self.mujoco.mj_integratePos, self.model, self.data, self.home
@@ -138,33 +137,27 @@ class MujocoTendons:
         return np.concatenate([J[..., :3], J[..., 3:] @ np.swapaxes(R, -1, -2)], axis=-1)
 
 
-def _motion(pose: FloatArray) -> FloatArray:
-    from scipy.spatial.transform import Rotation
-
-    return np.concatenate([pose[:3, 3], Rotation.from_matrix(pose[:3, :3]).as_quat()])
-
-
 def _lapack(A: FloatArray, b: FloatArray) -> FloatArray:
     return dgesv(A, b)[2]  # type: ignore[no-any-return]
 
 
 def _poses_read(results: Sequence[Any]) -> FloatArray:
     """Return poses of MuJoCo's ``qpos``."""
-    return poses_of_motions(np.stack(results)[:, [0, 1, 2, 4, 5, 6, 3]])
+    return poses_of(np.stack(results)[:, [0, 1, 2, 4, 5, 6, 3]])
 
 
 def _looped(
     quantity: Quantity,
     function: Callable[[FloatArray], FloatArray],
     inputs: FloatArray,
-    read: Callable[[Sequence[Any]], FloatArray] = np.stack,
+    read: Callable[[Sequence[Any]], FloatArray] = stacked,
 ) -> Job:
     """Return a job that does a batch one by one."""
 
     def loop() -> FloatArray:
-        return np.stack([function(row) for row in inputs])
+        return stacked([function(row) for row in inputs])
 
-    return Job(quantity, True, loop, [()], len(inputs), lambda results: read(first(results)), "Python loop")
+    return Job(quantity, True, loop, [()], len(inputs), lambda results: read(list(results[0])), "Python loop")
 
 
 def enter(case: Case) -> MujocoTendons:

@@ -28,6 +28,7 @@ from hexathermal.kinematics.layout import (
     NOT_CONVERGED,
     OK,
     OTHER_BRANCH,
+    OUT_OF_STROKE,
     PLATFORM,
     SINGULAR,
     STEP_TOLERANCE,
@@ -275,9 +276,10 @@ def careful_many(c, centre, size, lengths, commands, starts, expansions, only_un
             centred(starts[k if starts.shape[0] > 1 else 0], centre, False, start)
             code = careful_one(joints, lengths[k], start, size, found, row)
             centred(found, centre, True, out[k])
-            if code == OK:
-                R, t = pose_of(out[k])
-                code = stroke_and_cones(c, R, t, commands[k])
+            R, t = pose_of(out[k])
+            limit = stroke_and_cones(c, R, t, commands[k])
+            if code == OK or limit == OUT_OF_STROKE:
+                code = limit
             if code == OK and abs(row[2]) < DOUBTFUL * size**3:
                 code = NEAR_SINGULAR
             codes[k] = code

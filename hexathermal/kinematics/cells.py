@@ -63,15 +63,15 @@ class Cells:
     ----------
     level : array, shape (N,), int
     place : array, shape (N, 3), int
-    regular : array, shape (N,), bool
-        No singular pose in the box, and home's side.
+    sound : array, shape (N,), bool
+        Nothing in the box is too badly conditioned.
     least, most : array, shape (N,)
         Bounds of the part of the box that can be reached.
     """
 
     level: Ints
     place: Ints
-    regular: Bools
+    sound: Bools
     least: FloatArray
     most: FloatArray
 
@@ -82,7 +82,7 @@ class Cells:
         return len(self.level)
 
     def _arrays(self) -> tuple[Any, ...]:
-        return self.level, self.place, self.regular, self.least, self.most
+        return self.level, self.place, self.sound, self.least, self.most
 
     def boxes(self, low: FloatArray, size: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Return centres and half edges (N, 3) in a root box from `low`, edges `size`."""
@@ -93,7 +93,7 @@ class Cells:
         """Return the eight halves of every box; what a box was known to be, its halves are."""
         corners = np.array(list(product((0, 1), repeat=3)))
         place = (2 * self.place[:, None] + corners).reshape(-1, 3)
-        known: tuple[Any, ...] = (self.regular, self.least, self.most)
+        known: tuple[Any, ...] = (self.sound, self.least, self.most)
         return Cells(np.repeat(self.level + 1, 8), place, *(np.repeat(array, 8) for array in known))
 
     def joined(self, other: Cells) -> Cells:

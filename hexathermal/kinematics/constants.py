@@ -23,13 +23,17 @@ LARGEST_CONDITION = 1e7
 class Constants:
     """One machine's numbers for the loops; see `layout` for their places.
 
+    `both_forward` joins machine and forward constants; `both_law` has the machine's constants as its first row, filled
+    up, and the rows of the law below.
+
     `unlimited` is `machine` without strokes; `radius` is the platform joints' about `centre`.
     """
 
     machine: FloatArray
     unlimited: FloatArray
     forward: FloatArray
-    law: FloatArray
+    both_forward: FloatArray
+    both_law: FloatArray
     centre: FloatArray
     size: float
     radius: float
@@ -68,7 +72,11 @@ def _made(hexapod: Hexapod) -> Constants:
     ):  # fmt: skip
         rows = machine[own : own + 6 * width].reshape(6, width)
         forward[place : place + 6 * width] = rows[order].ravel()
-    return Constants(machine, unlimited, forward, law, centre, size, radius)
+    columns = max(at.MACHINE_LENGTH, law.shape[1])
+    both_law = np.zeros((1 + at.LAW_ROWS, columns))
+    both_law[0, : at.MACHINE_LENGTH], both_law[1:, : law.shape[1]] = machine, law
+    both_forward = np.concatenate([machine, forward])
+    return Constants(machine, unlimited, forward, both_forward, both_law, centre, size, radius)
 
 
 def _machine(hexapod: Hexapod, lengths: FloatArray, size: float) -> FloatArray:

@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 import numpy.typing as npt
+from numpy import empty, ndarray
 
 from hexathermal.errors import ArgumentError, KinematicsError
 from hexathermal.kinematics import layout as at
@@ -251,6 +252,12 @@ def _signs(hexapod: Hexapod, poses: FloatArray) -> FloatArray:
         return np.asarray(np.sign(np.linalg.det(np.concatenate([d, np.cross(s, d)], axis=-1))))
 
 
+def _prepared(hexapod: Hexapod) -> tuple[Any, FloatArray]:
+    """Return the solver for one set of lengths and the machine's numbers, kept for the next call."""
+    pair = hexapod._prepared["forward"] = (solvers()[0].forward_one, constants(hexapod).both_forward)
+    return pair
+
+
 def forward_kinematics(hexapod: Hexapod, lengths: npt.ArrayLike, guess: PoseLike | None = None) -> Any:
     """Return the pose of the platform at given leg lengths, or raise.
 
@@ -275,11 +282,14 @@ def forward_kinematics(hexapod: Hexapod, lengths: npt.ArrayLike, guess: PoseLike
     ArgumentError
         Wrong shape, not finite, or lengths not above 0.
     """
-    if guess is None and type(lengths) is np.ndarray:
-        made = constants(hexapod)
-        out = np.empty((4, 4))
+    if guess is None and type(lengths) is ndarray:
         try:
-            if solvers()[0].forward_one(made.machine, made.forward, lengths, out) == 0:
+            solve, numbers = hexapod._prepared["forward"]
+        except KeyError:
+            solve, numbers = _prepared(hexapod)
+        out = empty((4, 4))
+        try:
+            if solve(numbers, lengths, out) == 0:
                 return out
         except TypeError:  # not one writable array of six doubles: the way for all that follows
             pass

@@ -6,6 +6,7 @@ from typing import Any, NoReturn
 
 import numpy as np
 import pinocchio as pin
+from numpy import empty, ndarray
 
 from hexathermal.errors import ArgumentError
 from hexathermal.kinematics.batches import in_chunks, loops, place, where
@@ -61,14 +62,18 @@ def inverse_kinematics(hexapod: Hexapod, pose: PoseLike) -> FloatArray:
     >>> inverse_kinematics(hexapod, hexapod.home).shape
     (6,)
     """
-    c = constants(hexapod).machine
-    if type(pose) is np.ndarray:
-        out = np.empty(6)
+    if type(pose) is ndarray:
         try:
-            if loops().lengths_one(c, pose, out) == 0:
+            measure, c = hexapod._prepared["inverse"]
+        except KeyError:
+            measure, c = hexapod._prepared["inverse"] = (loops().lengths_one, constants(hexapod).machine)
+        out = empty(6)
+        try:
+            if measure(c, pose, out) == 0:
                 return out
         except TypeError:  # not one writable 4 x 4 array of doubles: the way for all that follows
             pass
+    c = constants(hexapod).machine
     poses = poses_of(pose)
     lead = poses.shape[:-2]
     flat = poses.reshape(-1, 4, 4)

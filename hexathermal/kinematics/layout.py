@@ -16,6 +16,7 @@ SIZE = 102
 LARGEST_TOTAL = 103
 HAS_CONES = 104
 FIRST_SENSOR = 105
+SENSORS = 113
 MACHINE_LENGTH = 114
 
 # --- forward constants: joints with the legs in elimination order, home, and the inverse of Newton's matrix at home.

@@ -50,6 +50,7 @@ from hexathermal.kinematics.layout import (
     PLATFORM_PART,
     Q0,
     ROTATION_TOLERANCE,
+    SENSORS,
     SHORTEST,
 )
 
@@ -150,19 +151,29 @@ def lengths_many(c, T, out):
     return -1
 
 
+@typed_loop("int64(f8[::1], f8[:,::1], f8[:,::1])")
+def jacobian_one(c, T, out):
+    """Jacobian of one pose; returns a code."""
+    if T.shape[0] != 4 or T.shape[1] != 4:
+        return BAD_SHAPE
+    R, t = pose_of(T)
+    if not (rotation_error(R) + bad_bottom(T) < ROTATION_TOLERANCE):
+        return BAD_POSE
+    total = 0.0
+    for i in range(6):
+        row = jacobian_row(R, t, triple(c, PLATFORM + 3 * i), triple(c, BASE + 3 * i))
+        out[i, 0], out[i, 1], out[i, 2] = row[0], row[1], row[2]
+        out[i, 3], out[i, 4], out[i, 5] = row[3], row[4], row[5]
+        total += row[0] + row[3]
+    return OK if np.isfinite(total) else BAD_POSE
+
+
 @loop
 def jacobians_many(c, T, out):
     """Jacobians of many poses; returns the index of the first bad pose or -1."""
     for k in range(T.shape[0]):
-        R, t = pose_of(T[k])
-        if not (rotation_error(R) + bad_bottom(T[k]) < ROTATION_TOLERANCE):
+        if jacobian_one(c, T[k], out[k]) != OK:
             return k
-        for i in range(6):
-            row = jacobian_row(R, t, triple(c, PLATFORM + 3 * i), triple(c, BASE + 3 * i))
-            out[k, i, 0], out[k, i, 1], out[k, i, 2] = row[0], row[1], row[2]
-            out[k, i, 3], out[k, i, 4], out[k, i, 5] = row[3], row[4], row[5]
-            if not np.isfinite(row[0] + row[3]):
-                return k
     return -1
 
 
@@ -194,10 +205,15 @@ def leg_coefficients(c, law, temps, i):
     return weighted(law, LAW_A, temps, first, last), weighted(law, LAW_B, temps, first, last)
 
 
-@typed_loop("int64(f8[::1], f8[:,::1], f8[:,::1], f8[::1], f8[::1])")
-def corrected_one(c, law, T, temps, out):
-    """Commanded lengths of one pose at one set of temperatures; returns a code, `out` holds what was reached."""
-    n = law.shape[1]
+@typed_loop("int64(f8[:,::1], f8[:,::1], f8[::1], f8[::1])")
+def corrected_one(both, T, temps, out):
+    """Commanded lengths of one pose at one set of temperatures; returns a code, `out` holds what was reached.
+
+    `both`: the machine's constants, filled up, and below them the rows of the law, since each argument costs a call
+    some 70 ns.
+    """
+    c, law = both[0], both[1:]
+    n = int(c[SENSORS])
     if T.shape[0] != 4 or T.shape[1] != 4 or temps.shape[0] != n:
         return BAD_SHAPE
     R, t = pose_of(T)
@@ -228,21 +244,22 @@ def entry(which, k, count):
 
 
 @loop
-def corrected_many(c, law, T, temps, which_pose, which_temps, out):
+def corrected_many(both, T, temps, which_pose, which_temps, out):
     """Commanded lengths of many poses; returns the index of the first bad result or -1.
 
     Result ``k`` joins pose ``which_pose[k]`` and temperatures ``which_temps[k]``, see `entry`.
     """
     for k in range(out.shape[0]):
         i, m = entry(which_pose, k, T.shape[0]), entry(which_temps, k, temps.shape[0])
-        if corrected_one(c, law, T[i], temps[m], out[k]) != OK:
+        if corrected_one(both, T[i], temps[m], out[k]) != OK:
             return k
     return -1
 
 
 @loop
-def warm_many(c, law, told, temps, which_told, which_temps, out, expansions):
+def warm_many(both, told, temps, which_told, which_temps, out, expansions):
     """True lengths of commanded legs, and the expansions of platform and base, at many temperatures."""
+    c, law = both[0], both[1:]
     for k in range(out.shape[0]):
         n, m = entry(which_told, k, told.shape[0]), entry(which_temps, k, temps.shape[0])
         expansions[k, 0] = plate_expansion(c, law, temps[m], PLATFORM_PART)

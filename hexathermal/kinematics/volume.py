@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -21,6 +22,7 @@ from hexathermal.kinematics.limits import (
     travel_range,
 )
 from hexathermal.kinematics.path import check_path
+from hexathermal.kinematics.singular_surface import SingularSurface, nodes, singular_surface
 from hexathermal.machine.hexapod import Hexapod
 from hexathermal.poses import ROTATION_TOLERANCE, FloatArray, finite_array
 
@@ -61,6 +63,7 @@ class _Slice:
     rotation: FloatArray
     functions: LimitFunctions
     directions: FloatArray
+    surface: SingularSurface
     largest_condition: float
     low: FloatArray
     size: FloatArray
@@ -104,8 +107,7 @@ def reachable_volume(
     (`Volume.reached` tells whether a straight move gets there).  Boxes of positions are halved until the bounds are close enough: in
     a box of half diagonal ``h`` about ``x`` a length differs from its tangent ``L + u . dx`` by no more than
     ``h^2 / (2 (L - h))``, so that planes bound every limit from both sides and the part of the box between them is
-    known (`cut_bounds`).  A box is free of singular poses where the smallest singular value of the dimensionless
-    Jacobian exceeds what the move of the directions, ``h / (L - h)`` for each leg, can take from it (Weyl).
+    known (`cut_bounds`).  The singular poses are a cubic surface of the position (`SingularSurface`), cut off likewise.
 
     Connected means through boxes that share a face, for the lower bound through boxes known to hold reachable
     positions; a neck or gap finer than the boxes is not seen.  Legs that touch are not asked, see `margins`.
@@ -210,7 +212,9 @@ def _space(hexapod: Hexapod, rotation: FloatArray, largest_condition: float) -> 
         return None
     functions = limit_functions(hexapod)
     directions = functions.directions(home[:3, :3] @ rotation)
-    return _Slice(hexapod, rotation, functions, directions, largest_condition, low, high - low)
+    points = low + (high - low) * nodes()
+    surface = singular_surface(hexapod, points, poses_from_home(hexapod, points, rotation), low, high - low)
+    return _Slice(hexapod, rotation, functions, directions, surface, largest_condition, low, high - low)
 
 
 def _content(space: _Slice, cells: Cells, part: FloatArray) -> float:
@@ -236,22 +240,26 @@ def _refined(space: _Slice, cells: Cells, resolution: float) -> Cells:
         cells = cells[~splits].joined(_asked(space, cells[splits].halved()))
 
 
+class _Boxes(NamedTuple):
+    """Boxes: centres and half edges (N, 3), half diagonals (N,), and there poses, lengths, Jacobians, shortest legs."""
+
+    x: FloatArray
+    half: FloatArray
+    h: FloatArray
+    poses: FloatArray
+    lengths: FloatArray
+    J: FloatArray
+    nearest: FloatArray
+
+
 def _asked(space: _Slice, cells: Cells) -> Cells:
     """Return the boxes that may hold reachable positions, with the bounds of their part."""
     x, half = cells.boxes(space.low, space.size)
-    h = np.linalg.norm(half, axis=1)
-    poses = space.poses(x)
+    h, poses = np.linalg.norm(half, axis=1), space.poses(x)
     L, J = rates(space.hexapod, poses)
-    nearest = L - h[:, None]
-    regular, keep = _regular(space, cells.regular, J, poses, nearest, h)
-    u = np.nan_to_num(J[..., :3])
-    now = Standing(poses, L, u, np.empty(0), np.empty(0, np.int8))
-    f, legs, k = space.functions.values(now), space.functions.leg, space.functions.k
-    with np.errstate(divide="ignore"):
-        bend = np.where(nearest > 0.0, np.minimum(0.5 * h[:, None] ** 2 / nearest, 2.0 * h[:, None]), 2.0 * h[:, None])
-    low, high = f + np.minimum(k, 0.0) * bend[:, legs], f + np.maximum(k, 0.0) * bend[:, legs]
-    gradients = (k[:, None] * u[:, legs] + space.directions) @ space.hexapod.home[:3, :3]
-    slopes = np.abs(gradients) * half[:, None]
+    boxes = _Boxes(x, half, h, poses, L, J, L - h[:, None])
+    sound, keep = _conditioned(space, cells.sound, boxes)
+    low, high, slopes = _planes(space, boxes)
     reach = slopes.sum(axis=-1)
     keep &= (high + reach >= 0.0).all(axis=1)
     least, most = np.ones(len(cells)), np.ones(len(cells))
@@ -259,26 +267,46 @@ def _asked(space: _Slice, cells: Cells) -> Cells:
     below, above = cut_bounds(low[row, column], high[row, column], slopes[row, column])
     np.subtract.at(least, row, 1.0 - below)
     np.minimum.at(most, row, above)
-    least = np.where(regular, np.maximum(least, 0.0), 0.0)
-    return Cells(cells.level, cells.place, regular, least, most)[keep & (most > 0.0)]
+    least = np.where(sound, np.maximum(least, 0.0), 0.0)
+    return Cells(cells.level, cells.place, sound, least, most)[keep & (most > 0.0)]
 
 
-def _regular(
-    space: _Slice, known: Bools, J: FloatArray, poses: FloatArray, nearest: FloatArray, h: FloatArray
-) -> tuple[Bools, Bools]:
-    """Return which boxes surely are on home's side and well conditioned, and which may hold such positions."""
-    made = constants(space.hexapod)
-    regular, keep = known.copy(), np.ones(len(known), dtype=np.bool_)
-    ask = np.flatnonzero(~known & (nearest > 0.0).all(axis=1))
-    values, side = conditioning(space.hexapod, J[ask], poses[ask])
+def _planes(space: _Slice, boxes: _Boxes) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Return planes below and above every limit and the singular surface over each box, as `cut_bounds` takes them.
+
+    A length is no shorter than its tangent, and longer by ``h^2 / (2 (L - h))`` at most, or by ``2 h``.
+    """
+    h, u = boxes.h[:, None], np.nan_to_num(boxes.J[..., :3])
+    near = boxes.nearest > 0.0
+    bend = np.minimum(np.where(near, 0.5 * h**2 / np.where(near, boxes.nearest, 1.0), np.inf), 2.0 * h)
+    f = space.functions.values(Standing(boxes.poses, boxes.lengths, u, np.empty(0), np.empty(0, np.int8)))
+    legs, k = space.functions.leg, space.functions.k
+    gradients = (k[:, None] * u[:, legs] + space.directions) @ space.hexapod.home[:3, :3]
+    low, high, slopes = space.surface.over_boxes(boxes.x, boxes.half)
+    return (
+        np.column_stack([f + np.minimum(k, 0.0) * bend[:, legs], low]),
+        np.column_stack([f + np.maximum(k, 0.0) * bend[:, legs], high]),
+        np.concatenate([np.abs(gradients) * boxes.half[:, None], slopes[:, None]], axis=1),
+    )
+
+
+def _conditioned(space: _Slice, known: Bools, boxes: _Boxes) -> tuple[Bools, Bools]:
+    """Return which boxes surely hold the largest condition number, and which may have positions that do.
+
+    Over a box the matrix changes by no more than ``h / (L - h)`` in each leg's direction, and so do its singular values
+    (Weyl).
+    """
+    limit, made = space.largest_condition, constants(space.hexapod)
+    if limit >= LARGEST_CONDITION:
+        return np.ones_like(known), np.ones_like(known)
+    sound, keep = known.copy(), np.ones_like(known)
+    ask = np.flatnonzero(~known & (boxes.nearest > 0.0).all(axis=1))
+    values, _side = conditioning(space.hexapod, boxes.J[ask], boxes.poses[ask])
     levers = 1.0 + ((space.hexapod.platform_joints - made.centre) ** 2).sum(axis=1) / made.radius**2
-    change = np.sqrt(((h[ask, None] / nearest[ask]) ** 2 * levers).sum(axis=1))
-    smallest, largest = values[:, 5] - change, values[:, 0] + change
-    whole = smallest > 0.0
-    limit = space.largest_condition
-    keep[ask] = ~(whole & (side == -1)) & (values[:, 0] - change <= limit * (values[:, 5] + change))
-    regular[ask] = whole & (side == 1) & (largest <= limit * smallest)
-    return regular, keep
+    change = np.sqrt(((boxes.h[ask, None] / boxes.nearest[ask]) ** 2 * levers).sum(axis=1))
+    keep[ask] = values[:, 0] - change <= limit * (values[:, 5] + change)
+    sound[ask] = values[:, 0] + change <= limit * (values[:, 5] - change)
+    return sound, keep
 
 
 def _reached(space: _Slice, cells: Cells) -> bool:

@@ -10,6 +10,7 @@ from typing import Any, NoReturn
 
 import numpy as np
 import numpy.typing as npt
+from numpy import empty, ndarray
 
 from hexathermal.errors import ArgumentError
 from hexathermal.kinematics import layout as at
@@ -72,15 +73,24 @@ def corrected_leg_lengths(hexapod: Hexapod, pose: PoseLike, temps: TemperaturesL
     >>> bool((warm < nominal).all())          # warm legs are longer than told: tell them less
     True
     """
-    made = constants(hexapod)
-    if type(pose) is np.ndarray and type(temps) is np.ndarray and made.law.size:
-        out = np.empty(6)
+    if type(pose) is ndarray and type(temps) is ndarray and hexapod.thermal is not None:
         try:
-            if loops().corrected_one(made.machine, made.law, pose, temps, out) == 0:
+            correct, numbers = hexapod._prepared["correction"]
+        except KeyError:
+            correct, numbers = _prepared(hexapod)
+        out = empty(6)
+        try:
+            if correct(numbers, pose, temps, out) == 0:
                 return out
         except TypeError:  # not one pose and one set of temperatures in writable doubles: the way for all that follows
             pass
     return _corrected(hexapod, poses_of(pose), temperature_array(hexapod, temps))
+
+
+def _prepared(hexapod: Hexapod) -> tuple[Any, FloatArray]:
+    """Return the loop for one pose and the machine's numbers, kept for the next call."""
+    pair = hexapod._prepared["correction"] = (loops().corrected_one, constants(hexapod).both_law)
+    return pair
 
 
 def _corrected(hexapod: Hexapod, poses: FloatArray, temps: FloatArray) -> FloatArray:
@@ -88,7 +98,7 @@ def _corrected(hexapod: Hexapod, poses: FloatArray, temps: FloatArray) -> FloatA
     made = constants(hexapod)
     if poses.ndim == 2 and temps.ndim == 1:
         out = np.empty(6)
-        if loops().corrected_one(made.machine, made.law, poses, temps, out) == 0:
+        if loops().corrected_one(made.both_law, poses, temps, out) == 0:
             return out
     lead, which_pose, which_temps = _joined(poses.shape[:-2], temps.shape[:-1])
     flat, hot = poses.reshape(-1, 4, 4), temps.reshape(-1, temps.shape[-1])
@@ -98,7 +108,7 @@ def _corrected(hexapod: Hexapod, poses: FloatArray, temps: FloatArray) -> FloatA
         own_pose, own_temps = which_pose[i:j], which_temps[i:j]
         T = flat[i:j] if not which_pose.size and flat.shape[0] > 1 else flat
         hot_ = hot[i:j] if not which_temps.size and hot.shape[0] > 1 else hot
-        bad = loops().corrected_many(made.machine, made.law, T, hot_, own_pose, own_temps, out[i:j])
+        bad = loops().corrected_many(made.both_law, T, hot_, own_pose, own_temps, out[i:j])
         return -1 if bad < 0 else i + int(bad)
 
     for bad in in_chunks(out.shape[0], work):
@@ -138,7 +148,7 @@ def _refuse(hexapod: Hexapod, pose: FloatArray, temps: FloatArray, index: tuple[
     """Say why a pose and its temperatures were refused."""
     made = constants(hexapod)
     out = np.empty(6)
-    code = loops().corrected_one(made.machine, made.law, np.array(pose), np.array(temps), out)
+    code = loops().corrected_one(made.both_law, np.array(pose), np.array(temps), out)
     if code == at.BAD_TEMPERATURE:
         refuse_temperatures(hexapod, temps, index)
     if code == at.OUT_OF_STROKE:
@@ -202,7 +212,7 @@ def _warm_lengths(hexapod: Hexapod, commands: FloatArray, temps: TemperaturesLik
     count = int(np.prod(lead, dtype=np.int64))
     warm, expansions = np.empty((count, 6)), np.empty((count, 2))
     made = constants(hexapod)
-    loops().warm_many(made.machine, made.law, told, hot, which_command, which_temps, warm, expansions)
+    loops().warm_many(made.both_law, told, hot, which_command, which_temps, warm, expansions)
     return warm.reshape(*lead, 6), expansions.reshape(*lead, 2)
 
 

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from hexathermal.errors import ArgumentError
+from hexathermal.predict.table_writing import written_whole
 from hexathermal.simulate.day import HOUR_S
 from hexathermal.simulate.demonstration import Demonstration, largest
 
@@ -147,5 +148,6 @@ def save_figure(figure: Figure, path: str | Path) -> Path:
         raise ArgumentError(
             f"cannot write a figure as {file.suffix or 'a file without an ending'}; use {', '.join(FORMATS)}"
         )
-    figure.savefig(file, dpi=200)
+    with written_whole(file) as part:
+        figure.savefig(part, format=file.suffix[1:].lower(), dpi=200)
     return file

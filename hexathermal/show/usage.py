@@ -155,12 +155,17 @@ def readable(argv: list[str]) -> list[str]:
     return [f"{Decimal(word):f}" if _SMALL_NEGATIVE.fullmatch(word) else word for word in argv]
 
 
+def _formatter(prog: str) -> argparse.HelpFormatter:
+    """Return a formatter that keeps texts as they are and sets options and their help side by side."""
+    return argparse.RawDescriptionHelpFormatter(prog, max_help_position=30)
+
+
 def parser(version: str) -> argparse.ArgumentParser:
     """Return the parser of the command line."""
-    style: dict[str, Any] = {"formatter_class": argparse.RawDescriptionHelpFormatter, "allow_abbrev": False}
+    style: dict[str, Any] = {"formatter_class": _formatter, "allow_abbrev": False}
     top = argparse.ArgumentParser(prog="hexathermal", description=TOP, epilog=TOP_EPILOG, **style)
     top.add_argument("--version", action="version", version=f"hexathermal {version}")
-    commands = top.add_subparsers(dest="command", metavar="COMMAND", title="commands")
+    commands = top.add_subparsers(dest="command", metavar="COMMAND OPTIONS", title="commands")
     name: dict[str, Any] = {
         "metavar": "NAME",
         "help": "a bundled machine, or the path of a hexapod.toml or of its folder",

@@ -18,6 +18,7 @@ from scipy.spatial.transform import Rotation
 from hexathermal.errors import KinematicsError
 from hexathermal.machine.hexapod import Hexapod
 from hexathermal.poses import FloatArray, coordinates_from_pose, pose_from_coordinates
+from hexathermal.predict.table_writing import written_whole
 from hexathermal.predict.temperatures import active_model
 from hexathermal.simulate.day import (
     HOUR_S,
@@ -244,9 +245,10 @@ def save(result: Demonstration, folder: Path) -> tuple[Path, Path]:
     """Write ``day.csv`` and ``summary.json`` into an existing folder; returns their paths."""
     names, rows = table(result)
     days, numbers = folder / "day.csv", folder / "summary.json"
-    with days.open("w", encoding="utf-8", newline="") as file:
+    with written_whole(days) as part, part.open("w", encoding="utf-8", newline="") as file:
         writer = csv.writer(file, lineterminator="\n")
         writer.writerow(names)
         writer.writerows(rows)
-    numbers.write_text(json.dumps(summary(result), indent=2) + "\n", encoding="utf-8")
+    with written_whole(numbers) as part:
+        part.write_text(json.dumps(summary(result), indent=2) + "\n", encoding="utf-8")
     return days, numbers

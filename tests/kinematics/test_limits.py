@@ -21,7 +21,9 @@ from hexathermal.machine.pinocchio_model import PinocchioMachine
 
 F64 = npt.NDArray[np.float64]
 
-TRAVEL = ht.PoseLimits((-0.05, 0.06), (-0.07, 0.04), (-0.05, 0.08), (-0.2, 0.3), (-0.25, 0.2), (-0.3, 0.35), "fixed-zyx")
+TRAVEL = ht.PoseLimits(
+    (-0.05, 0.06), (-0.07, 0.04), (-0.05, 0.08), (-0.2, 0.3), (-0.25, 0.2), (-0.3, 0.35), "fixed-zyx"
+)
 REFERENCE = ht.load_hexapod("reference")
 TURNED = replace(
     REFERENCE,
@@ -47,7 +49,9 @@ def lean_of(home: F64, now: F64) -> F64:
     return np.asarray(np.arccos(np.clip(cosine, -1.0, 1.0)))
 
 
-@pytest.mark.parametrize("machine", [REFERENCE, TURNED, ht.load_hexapod("rubin-camera")], ids=["ref", "turned", "rubin"])
+@pytest.mark.parametrize(
+    "machine", [REFERENCE, TURNED, ht.load_hexapod("rubin-camera")], ids=["ref", "turned", "rubin"]
+)
 def test_margins_are_those_of_written_out_formulas(machine: ht.Hexapod) -> None:
     """Stroke, cones and travel agree to 1e-12 m and 1e-7 rad (arccos) with formulas written out for one pose."""
     poses = poses_near_home(machine, 40, seed=1)
@@ -244,10 +248,16 @@ def test_limit_functions_are_the_margins_in_metres() -> None:
     values, found = functions.values(now), margins(TURNED, poses)
     assert values.shape == (200, 24)
     assert np.abs(np.minimum(values[:, :6], values[:, 6:12]) - found.stroke).max() < 1e-14
-    for first, cone, margin in ((12, TURNED.base_cone, found.base_cone), (18, TURNED.platform_cone, found.platform_cone)):
+    for first, cone, margin in (
+        (12, TURNED.base_cone, found.base_cone),
+        (18, TURNED.platform_cone, found.platform_cone),
+    ):
         expected = now.lengths * (np.cos(np.asarray(cone) - margin) - np.cos(np.asarray(cone)))
         assert np.abs(values[:, first : first + 6] - expected).max() < 1e-12
-    assert limit_functions(replace(TURNED, stroke=None, base_cone=None, platform_cone=None)).values(now).shape == (200, 0)
+    assert limit_functions(replace(TURNED, stroke=None, base_cone=None, platform_cone=None)).values(now).shape == (
+        200,
+        0,
+    )
 
 
 def test_unusable_poses_are_refused() -> None:

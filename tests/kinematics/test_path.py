@@ -20,7 +20,9 @@ from hexathermal.poses import inverse_pose
 F64 = npt.NDArray[np.float64]
 
 REFERENCE = ht.load_hexapod("reference")
-TRAVEL = ht.PoseLimits((-0.07, 0.08), (-0.09, 0.06), (-0.05, 0.09), (-0.2, 0.3), (-0.25, 0.2), (-0.3, 0.35), "fixed-zyx")
+TRAVEL = ht.PoseLimits(
+    (-0.07, 0.08), (-0.09, 0.06), (-0.05, 0.09), (-0.2, 0.3), (-0.25, 0.2), (-0.3, 0.35), "fixed-zyx"
+)
 MACHINES = {
     "strokes": replace(REFERENCE, base_cone=None, platform_cone=None),
     "cones": replace(REFERENCE, base_cone=np.radians(12.0), platform_cone=np.radians(15.0)),
@@ -48,17 +50,17 @@ def drawn(machine: ht.Hexapod, count: int, seed: int) -> tuple[F64, F64]:
 
 @pytest.mark.parametrize("name", MACHINES)
 def test_moves_fail_where_dense_sampling_says(name: str) -> None:
-    """300 moves against 1001 samples each: the same verdict, and the same first place to one step of the samples."""
+    """200 moves against 501 samples each: the same verdict, and the same first place to one step of the samples."""
     machine = MACHINES[name]
-    start, end = drawn(machine, 300, seed=1)
+    start, end = drawn(machine, 200, seed=1)
     found = check_path(machine, start, end)
-    s = np.linspace(0.0, 1.0, 1001)
+    s = np.linspace(0.0, 1.0, 501)
     bad = ~margins(machine, path_poses(start[:, None], end[:, None], s)).reachable
     sampled = np.where(bad.any(axis=1), s[bad.argmax(axis=1)], np.inf)
     first = np.where(found.ok, np.inf, found.first)
-    assert 20 < found.ok.sum() < 280
+    assert 15 < found.ok.sum() < 185
     assert (first <= sampled + 1e-9).all()
-    assert (sampled[~found.ok] < first[~found.ok] + 1.001e-3).all()
+    assert (sampled[~found.ok] < first[~found.ok] + 2.001e-3).all()
 
 
 @pytest.mark.parametrize("name", MACHINES)

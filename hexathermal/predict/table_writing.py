@@ -1,0 +1,100 @@
+"""Result files: written beside their place under another name, and renamed at the end; whole or not there at all."""
+
+from __future__ import annotations
+
+import csv
+import io
+import os
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
+from pathlib import Path
+from typing import Any
+
+import numpy.typing as npt
+import pyarrow as pa
+import pyarrow.csv
+import pyarrow.parquet
+
+from hexathermal.errors import ArgumentError, FileFormatError, Problem
+from hexathermal.poses import FloatArray
+from hexathermal.predict.table_streams import TableStream, is_parquet
+
+
+def check_out(out: Path, sources: tuple[Path, ...], overwrite: bool) -> None:
+    """Refuse a result file that must not or cannot be written, before any work is done."""
+    if out.is_dir():
+        raise ArgumentError(f"cannot write {out}: it is a folder; give the name of a file")
+    if not out.parent.is_dir():
+        raise ArgumentError(f"cannot write {out}: there is no folder {out.parent}; create it first")
+    if out.exists():
+        if any(out.samefile(source) for source in sources):
+            raise ArgumentError(f"will not write {out}: it is one of the files that are read; give another name")
+        if not overwrite:
+            raise ArgumentError(f"{out} exists already; give another name, or ask for it to be overwritten (--force)")
+
+
+@contextmanager
+def written_whole(out: Path) -> Iterator[Path]:
+    """Give a file beside `out` to write to; it takes the place of `out` at the end, or vanishes on any error."""
+    part = out.with_name(out.name + ".part")
+    try:
+        part.open("xb").close()
+    except FileExistsError:
+        raise ArgumentError(
+            f"{part} exists: another run is writing it, or was killed; remove it if none is, and try again"
+        ) from None
+    except OSError as error:
+        raise ArgumentError(f"cannot write into the folder {out.parent}: {error.strerror or error}") from None
+    try:
+        yield part
+        os.replace(part, out)
+    except BaseException:
+        with suppress(OSError):
+            part.unlink()
+        raise
+
+
+class TableWriter:
+    """Writes blocks of columns to a CSV or Parquet file; opened with the first block."""
+
+    def __init__(self, part: Path, out: Path, source: TableStream) -> None:
+        self.part, self.parquet, self.source = part, is_parquet(out), source
+        self._writer: Any = None
+        self._sink: Any = None
+
+    def __enter__(self) -> TableWriter:
+        return self
+
+    def __exit__(self, *_error: object) -> None:
+        for open_ in (self._writer, self._sink):
+            if open_ is not None:
+                open_.close()
+
+    def write(self, columns: dict[str, FloatArray], extras: tuple[Any, ...]) -> None:
+        """Write the next rows."""
+        arrays: dict[str, npt.NDArray[Any] | pa.Array] = dict(columns)
+        for name, column in zip(self.source.header.extras, extras, strict=True):
+            arrays[name] = column if self.parquet else self._text(name, column)
+        block = pa.RecordBatch.from_pydict(arrays)
+        if self._writer is None:
+            self._writer = self._opened(block.schema)
+        self._writer.write_batch(block)
+
+    def _opened(self, schema: Any) -> Any:
+        """Return a writer. The header of a CSV file is written here: Arrow would put every name in quotes."""
+        if self.parquet:
+            return pa.parquet.ParquetWriter(self.part, schema)
+        line = io.StringIO()
+        csv.writer(line, lineterminator="\n").writerow(schema.names)
+        self._sink = pa.OSFile(str(self.part), "wb")
+        self._sink.write(line.getvalue().encode())
+        return pa.csv.CSVWriter(self._sink, schema, write_options=pa.csv.WriteOptions(include_header=False))
+
+    def _text(self, name: str, column: Any) -> Any:
+        """Return a copied column as texts."""
+        try:
+            return column.cast(pa.string())
+        except (pa.ArrowNotImplementedError, pa.ArrowInvalid):
+            header = self.source.header
+            message = f"column {name} holds {column.type}, which cannot be written as CSV; write Parquet or remove it"
+            raise FileFormatError(str(self.source.path), (Problem(1, header.column(name), message),)) from None

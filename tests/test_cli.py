@@ -1,0 +1,482 @@
+"""The command line: it teaches, answers what the library answers, states its exit codes, shows no traceback."""
+
+from __future__ import annotations
+
+import csv
+import json
+import os
+import signal
+import subprocess
+import sys
+import threading
+import time
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+
+import hexathermal as ht
+from hexathermal import cli
+from hexathermal.errors import ArgumentError
+from hexathermal.predict.trajectory import POSE_COLUMNS
+from hexathermal.show.figures import day_figure, save_figure
+from hexathermal.simulate.demonstration import demonstrate
+
+POSES = ",".join(POSE_COLUMNS)
+SENSORS = ",".join(f"leg{i}_T1_degC" for i in range(1, 7))
+POSE, HEAT = "1,2,3,0.1,0.2,0.3", "20,21,22,23,24,25"
+COMMANDS = ["demo", "correct", "machines", "show-machine", "warm-up"]
+KERNELS = ("lengths_loops", "forward_loops", "careful_loops", "modes_tracker")
+EXIT_CODES = {0, 1, 2, 3, 4, 130}
+
+Said = pytest.CaptureFixture[str]
+
+
+@pytest.fixture
+def files(tmp_path: Path) -> list[str]:
+    """Arguments of a `correct` that works: two poses, one row of temperatures."""
+    (tmp_path / "p.csv").write_text(f"{POSES}\n{POSE}\n{POSE}\n")
+    (tmp_path / "t.csv").write_text(f"{SENSORS}\n{HEAT}\n")
+    paths = {"--poses": "p.csv", "--temps": "t.csv", "--out": "o.csv"}
+    return ["correct", "--machine", "reference", *(x for k, v in paths.items() for x in (k, str(tmp_path / v)))]
+
+
+def program(*arguments: str, **options: object) -> subprocess.CompletedProcess[str]:
+    """Run the program as a user does."""
+    command = [sys.executable, "-m", "hexathermal", *arguments]
+    return subprocess.run(command, capture_output=True, text=True, check=False, **options)  # type: ignore[call-overload]
+
+
+@pytest.mark.parametrize("command", [[], *([name] for name in COMMANDS)], ids=["top", *COMMANDS])
+def test_help_teaches(command: list[str], capsys: Said) -> None:
+    """Every help states the exit codes; it goes to stdout and succeeds."""
+    assert cli.main([*command, "--help"]) == 0
+    said = capsys.readouterr()
+    assert "exit codes:" in said.out
+    assert all(f"  {code} " in said.out for code in EXIT_CODES)
+    assert "HEXATHERMAL_TRACEBACK" in said.out
+    assert said.err == ""
+    assert max(map(len, said.out.splitlines())) <= 120
+
+
+def test_help_of_correct_names_columns_units_and_conventions(capsys: Said) -> None:
+    """A user can write both files after reading the help, and finds every command in the first one."""
+    cli.main(["correct", "--help"])
+    said = capsys.readouterr().out
+    formulas = ("R = Rz(rz) Ry(ry) Rx(rx)", "R = Rx(rx) Ry(ry) Rz(rz)")
+    others = ("time_s", "leg1_T1_degC", "leg1_length_mm", "leg1_q_mm", "corrected_x_mm", "--user-frame", "examples:")
+    for word in (*POSE_COLUMNS, *formulas, *others):
+        assert word in said
+    cli.main(["--help"])
+    said = capsys.readouterr().out
+    assert all(f"  {name} " in said for name in COMMANDS)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        ([], "usage: hexathermal"),
+        (["corect"], "invalid choice"),
+        (["machines", "--jso"], "unrecognized"),
+        (["correct"], "required"),
+        (["correct", "--mach", "reference"], "required"),
+        (["show-machine", "reference", "--js"], "unrecognized"),
+        (["show-machine", "referense"], "did you mean 'reference'?"),
+        (["show-machine", "no\0thing"], "zero byte"),
+        (["demo", "--seed", "-1"], "whole number"),
+        (["demo", "--seed", "1.5"], "whole number"),
+        (["demo", "--machine", "rubin-m2", "--out", "{tmp}/d"], "not active"),
+        (["demo", "--out", "{tmp}/p.csv"], "cannot create the folder"),
+        (["demo", "--out", ""], "empty"),
+    ],
+)
+def test_wrong_usage_is_2_and_is_explained(
+    files: list[str], tmp_path: Path, arguments: list[str], words: str, capsys: Said
+) -> None:
+    """Misspelled, shortened, missing or senseless arguments end with 2 and one message on stderr."""
+    assert cli.main([word.format(tmp=tmp_path) for word in arguments]) == 2
+    said = capsys.readouterr()
+    assert words in said.err
+    assert "Traceback" not in said.err
+    assert said.out == ""
+
+
+@pytest.mark.parametrize(
+    ("change", "words"),
+    [
+        ({"--machine": "rubin-m2"}, "not active"),
+        ({"--machine": "{tmp}"}, "no machine file"),
+        ({"--poses": "{tmp}/none.csv"}, "is not there"),
+        ({"--temps": "{tmp}"}, "is a folder"),
+        ({"--out": "{tmp}/none/o.csv"}, "there is no folder"),
+        ({"--out": "{tmp}"}, "it is a folder"),
+        ({"--out": "{tmp}/p.csv"}, "one of the files that are read"),
+        ({"--out": "{tmp}/old.csv"}, "exists already"),
+        ({"--convention": "euler"}, "invalid choice"),
+        ({"--user-frame": "nan"}, "is not a finite number"),
+    ],
+)
+def test_wrong_arguments_of_correct_are_2(
+    files: list[str], tmp_path: Path, change: dict[str, str], words: str, capsys: Said
+) -> None:
+    """Files that are not there or must not be written end with 2; nothing is written."""
+    (tmp_path / "old.csv").write_text("kept")
+    before = sorted(tmp_path.iterdir())
+    for option, value in change.items():
+        arguments = [value.format(tmp=tmp_path)] + (["0"] * 5 if option == "--user-frame" else [])
+        if option in files:
+            files[files.index(option) + 1] = arguments[0]
+        else:
+            files += [option, *arguments]
+    assert cli.main(files) == 2
+    assert words in capsys.readouterr().err
+    assert sorted(tmp_path.iterdir()) == before
+    assert (tmp_path / "old.csv").read_text() == "kept"
+
+
+def test_version(capsys: Said) -> None:
+    """``--version`` names the package's version."""
+    assert cli.main(["--version"]) == 0
+    assert capsys.readouterr().out == f"hexathermal {ht.__version__}\n"
+
+
+def test_machines_lists_every_bundled_machine(capsys: Said) -> None:
+    """Each machine stands on its own line, with grade and whether it can be corrected; plain text in a pipe."""
+    assert cli.main(["machines"]) == 0
+    lines = capsys.readouterr().out.splitlines()
+    for name in ht.bundled_hexapods():
+        hexapod = ht.load_hexapod(name)
+        row = next(line for line in lines if line.startswith(name)).split()
+        assert row[1] == hexapod.grade
+        assert ("active," in row) == (hexapod.thermal is not None)
+        assert any(hexapod.source in line for line in lines)
+    assert all(line == line.rstrip() and line.isascii() for line in lines)
+
+
+@pytest.mark.parametrize("name", ht.bundled_hexapods())
+def test_show_machine_tells_all(name: str, capsys: Said) -> None:
+    """The JSON gives geometry, limits and thermal law back; the tables show joints, sensors and the file."""
+    hexapod = ht.load_hexapod(name)
+    assert cli.main(["show-machine", name, "--json"]) == 0
+    facts = json.loads(capsys.readouterr().out)
+    assert np.abs(np.array(facts["base_joints_mm"]) / 1e3 - hexapod.base_joints).max() < 1e-12
+    assert np.abs(np.array(facts["platform_joints_mm"]) / 1e3 - hexapod.platform_joints).max() < 1e-12
+    assert (
+        np.abs(np.array(facts["leg_lengths_at_home_mm"]) / 1e3 - hexapod.inverse_kinematics(hexapod.home)).max() < 1e-12
+    )
+    assert hexapod.stroke is not None
+    assert np.abs(np.array(facts["stroke_mm"]) / 1e3 - hexapod.stroke).max() < 1e-12
+    assert ht.load_hexapod(facts["file"]) == hexapod
+    assert (facts["thermal"] is None) == (hexapod.thermal is None)
+    if hexapod.thermal is not None:
+        found = np.array([law["A_um_per_m_K"] for law in facts["thermal"]["legs"]])
+        assert np.abs(found * 1e-6 - [law.A for law in hexapod.thermal.legs]).max() < 1e-14
+        assert tuple(facts["thermal"]["sensors"]) == hexapod.sensor_names
+    assert cli.main(["show-machine", name]) == 0
+    said = capsys.readouterr().out
+    assert facts["file"] in said
+    assert all(f"{value:.3f}" in said for row in facts["base_joints_mm"] for value in row)
+    assert all(f"{sensor}_degC" in said for sensor in hexapod.sensor_names)
+
+
+def test_show_machine_reads_paths_and_names_bad_machine_files(tmp_path: Path, capsys: Said) -> None:
+    """A machine of one's own is shown by the path of its file or folder; a bad file ends with 3 and its line."""
+    file = ht.write_hexapod(ht.load_hexapod("reference"), tmp_path)
+    for path in (file, tmp_path):
+        assert cli.main(["show-machine", str(path), "--json"]) == 0
+        assert json.loads(capsys.readouterr().out)["file"] == str(file.resolve())
+    file.write_text(file.read_text().replace("q0_mm = 600", 'q0_mm = "long"'))
+    assert cli.main(["show-machine", str(file)]) == 3
+    assert f"{file}, line " in capsys.readouterr().err
+
+
+def test_correct_writes_what_the_library_answers(files: list[str], tmp_path: Path, capsys: Said) -> None:
+    """Lengths in the file are those of `corrected_leg_lengths` to 1e-9 mm, with options as given; a table tells how."""
+    frames = ["--object-frame", "0", "-1e-3", "120", "0.5", "0", "0", "--convention", "pi"]
+    assert cli.main([*files, *frames]) == 0
+    hexapod = ht.load_hexapod("reference")
+    tool = ht.Frames(object=(0, -1e-3, 120, 0.5, 0, 0), convention="fixed-zyx")
+    user = ht.pose_from_coordinates([1, 2, 3, 0.1, 0.2, 0.3], "fixed-zyx")
+    wanted = hexapod.corrected_leg_lengths(hexapod.home @ tool.machine_pose(user), np.arange(20.0, 26.0)) * 1e3
+    with (tmp_path / "o.csv").open(newline="") as file:
+        rows = list(csv.DictReader(file))
+    assert len(rows) == 2
+    for row in rows:
+        assert np.abs([float(row[f"leg{i}_length_mm"]) for i in range(1, 7)] - wanted).max() < 1e-9
+        assert "corrected_rz_deg" in row
+    said = capsys.readouterr()
+    assert "one row of temperatures for all poses" in said.out
+    assert str(tmp_path / "o.csv") in said.out
+    assert said.err == ""
+    assert cli.main([*files, "--lengths-only", "--force"]) == 0
+    assert "corrected_x_mm" not in (tmp_path / "o.csv").read_text()
+
+
+@pytest.mark.parametrize(
+    ("poses", "temps", "code", "words"),
+    [
+        (f"{POSE}\n1,2,x,0,0,0", HEAT, 3, "p.csv, line 3, column 3: z_mm is 'x', expected a number (mm)"),
+        (f"{POSE}\n1,2,,0,0,0", HEAT, 3, "p.csv, line 3, column 3: z_mm is missing"),
+        (f"{POSE}\n1,2,3", HEAT, 3, "p.csv, line 3, column 4: found 3 fields, expected 6"),
+        (POSE, "20,21,nan,23,24,25", 3, "t.csv, line 2, column 3: leg3_T1_degC is 'nan'"),
+        (POSE, "20,21,22,23,24,80", 3, "t.csv, line 2, column 6: temperature of sensor leg6_T1 is 80 degC"),
+        (POSE, f"{HEAT}\n{HEAT}", 3, "p.csv, line 2, column 1: the file ends too early"),
+        ("", HEAT, 3, "p.csv, line 1, column 1: the file has a header but no rows"),
+        (f"{POSE}\n0,0,999,0,0,0", HEAT, 4, "p.csv, line 3: leg "),
+        (f"{POSE}\n1e12,0,0,0,0,0", HEAT, 4, "p.csv, line 3: the pose is far outside the machine"),
+    ],
+)
+def test_bad_rows_have_their_exit_codes(
+    files: list[str], tmp_path: Path, poses: str, temps: str, code: int, words: str, capsys: Said
+) -> None:
+    """Bad data end with 3, poses out of reach with 4; file, line and column are told and nothing is written."""
+    (tmp_path / "p.csv").write_text(f"{POSES}\n{poses}\n")
+    (tmp_path / "t.csv").write_text(f"{SENSORS}\n{temps}\n")
+    assert cli.main(files) == code
+    said = capsys.readouterr()
+    assert f"{tmp_path}/{words}" in said.err
+    assert said.out == ""
+    assert sorted(file.name for file in tmp_path.iterdir()) == ["p.csv", "t.csv"]
+
+
+def test_an_error_inside_is_1_and_shows_its_origin_on_request(capsys: Said, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A bug is one line that says how to see more; with HEXATHERMAL_TRACEBACK=1 the traceback comes."""
+
+    def broken(_arguments: object) -> None:
+        raise ZeroDivisionError("oh")
+
+    monkeypatch.setitem(cli._COMMANDS, "machines", broken)
+    monkeypatch.delenv("HEXATHERMAL_TRACEBACK", raising=False)
+    assert cli.main(["machines"]) == 1
+    said = capsys.readouterr().err
+    assert "ZeroDivisionError: oh" in said
+    assert "HEXATHERMAL_TRACEBACK=1" in said
+    assert "Traceback" not in said
+    monkeypatch.setenv("HEXATHERMAL_TRACEBACK", "1")
+    assert cli.main(["machines"]) == 1
+    assert "Traceback" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    ("error", "code", "words"),
+    [
+        (OSError(28, "No space left on device", "o.csv"), 1, "No space left on device: o.csv"),
+        (MemoryError(), 1, "out of memory"),
+        (KeyboardInterrupt(), 130, "interrupted"),
+        (BrokenPipeError(), 0, ""),
+    ],
+)
+def test_the_worlds_troubles_have_their_codes(
+    error: BaseException, code: int, words: str, capsys: Said, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Full disks and memory, Ctrl-C and readers that leave end without a traceback."""
+
+    def troubled(_arguments: object) -> None:
+        raise error
+
+    monkeypatch.setitem(cli._COMMANDS, "machines", troubled)
+    monkeypatch.setattr(cli, "_drop", lambda _stream: None)
+    assert cli.main(["machines"]) == code
+    said = capsys.readouterr().err
+    assert words in said
+    assert "Traceback" not in said
+
+
+def test_main_works_outside_the_main_thread(capsys: Said) -> None:
+    """Signals are the main thread's; the command line can still be called from another one."""
+    codes: list[int] = []
+    worker = threading.Thread(target=lambda: codes.append(cli.main(["--version"])))
+    worker.start()
+    worker.join()
+    assert codes == [0]
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="signals")
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+def test_a_stopped_run_leaves_nothing(files: list[str], tmp_path: Path, number: signal.Signals) -> None:
+    """Ctrl-C and termination in the middle of a long file end with 130 and remove what was written."""
+    (tmp_path / "p.csv").write_text(f"{POSES}\n" + f"{POSE}\n" * 1_000_000)
+    with subprocess.Popen([sys.executable, "-m", "hexathermal", *files], stderr=subprocess.PIPE, text=True) as running:
+        part, patience = tmp_path / "o.csv.part", time.monotonic() + 60.0
+        while not (part.exists() and part.stat().st_size) and running.poll() is None and time.monotonic() < patience:
+            time.sleep(0.01)
+        running.send_signal(number)
+        said = running.communicate(timeout=60)[1]
+    assert running.returncode == 130, said
+    assert "interrupted" in said
+    assert "Traceback" not in said
+    assert sorted(file.name for file in tmp_path.iterdir()) == ["p.csv", "t.csv"]
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="pipes")
+def test_a_reader_that_leaves_is_no_error() -> None:
+    """``hexathermal ... | head -1`` ends without a word."""
+    read, write = os.pipe()
+    os.close(read)
+    try:
+        done = subprocess.run(
+            [sys.executable, "-m", "hexathermal", "machines"],
+            stdout=write,
+            stderr=subprocess.PIPE,
+            text=True,
+            check=False,
+        )
+    finally:
+        os.close(write)
+    assert (done.returncode, done.stderr) == (0, "")
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="pseudo-terminals")
+def test_progress_is_for_terminals_only(files: list[str], tmp_path: Path) -> None:
+    """A bar moves on stderr where that is a terminal, and nothing is written there where it is none."""
+    import pty
+
+    (tmp_path / "p.csv").write_text(f"{POSES}\n" + f"{POSE}\n" * 150_000)
+    quiet = program(*files)
+    assert (quiet.returncode, quiet.stderr) == (0, "")
+    assert "\x1b" not in quiet.stdout
+    ours, theirs = pty.openpty()
+    environment = dict(os.environ, TERM="xterm", COLUMNS="100")
+    with subprocess.Popen(
+        [sys.executable, "-m", "hexathermal", *files, "--force"], stdout=subprocess.PIPE, stderr=theirs, env=environment
+    ) as running:
+        os.close(theirs)
+        shown = b""
+        while True:
+            try:
+                some = os.read(ours, 4096)
+            except OSError:
+                break
+            if not some:
+                break
+            shown += some
+        printed = running.communicate(timeout=60)[0]
+    os.close(ours)
+    assert running.returncode == 0
+    assert b"correcting" in shown
+    assert b"%" in shown
+    assert b"\x1b" not in printed
+
+
+def test_demo_writes_its_files_and_correction_helps(tmp_path: Path, capsys: Said) -> None:
+    """Table, summary, CSV and figure appear; the largest errors shrink; a second day replaces the first."""
+    folder = tmp_path / "deep" / "down"
+    assert cli.main(["demo", "--out", str(folder), "--seed", "3"]) == 0
+    said = capsys.readouterr()
+    assert sorted(file.name for file in folder.iterdir()) == ["day.csv", "day.png", "summary.json"]
+    assert (folder / "day.png").read_bytes().startswith(b"\x89PNG")
+    numbers = json.loads((folder / "summary.json").read_text())
+    for key in ("largest_shift_um", "largest_turn_urad"):
+        assert numbers[key]["with"] < 0.5 * numbers[key]["without"]
+        assert f"{numbers[key]['without']:.2f}" in said.out
+        assert f"{numbers[key]['with']:.2f}" in said.out
+    assert "No thermometer on: platform, base." in said.out
+    hours = [line for line in said.out.splitlines() if line.split()[1:2] in (["works"], ["rests"])]
+    assert len(hours) == 13
+    assert cli.main(["demo", "--out", str(folder), "--seed", "4"]) == 0
+    assert json.loads((folder / "summary.json").read_text())["seed"] == 4
+
+
+def test_demo_keeps_what_no_demo_wrote(tmp_path: Path, capsys: Said) -> None:
+    """A file of the same name that is no demo's is kept, unless --force is given."""
+    (tmp_path / "day.csv").write_text("my own day")
+    (tmp_path / "summary.json").write_text('["mine"]')
+    assert cli.main(["demo", "--out", str(tmp_path)]) == 2
+    assert "which no demo wrote" in capsys.readouterr().err
+    assert (tmp_path / "day.csv").read_text() == "my own day"
+    assert cli.main(["demo", "--out", str(tmp_path), "--force"]) == 0
+    assert (tmp_path / "day.csv").read_text().startswith("time_s,")
+
+
+def test_warm_up_leaves_nothing_to_compile(capsys: Said) -> None:
+    """After ``warm-up`` every compiled loop has a build, and calls with other layouts make no new one."""
+    assert cli.main(["warm-up"]) == 0
+    assert "compiled" in capsys.readouterr().out
+    loops = {
+        (name, key): loop
+        for name, module in sys.modules.items()
+        if name.startswith("hexathermal.kinematics.")
+        for key, loop in vars(module).items()
+        if hasattr(loop, "signatures") and loop.py_func.__module__ == name
+    }
+    built = {name for (name, _key), loop in loops.items() if loop.signatures}
+    assert {f"hexathermal.kinematics.{part}" for part in KERNELS} <= built
+    entry = list(loops.values())
+    before = [len(loop.signatures) for loop in entry]
+    hexapod = ht.load_hexapod("reference")
+    still = np.repeat(hexapod.home[None], 6, axis=0)
+    still.setflags(write=False)
+    for pose in (hexapod.home, still, still[::2], np.asfortranarray(still), still.astype(np.float32)):
+        for temps in (np.full(6, 21.0), [21.0] * 6, np.full((len(pose) if pose.ndim == 3 else 4, 6), 21.0)):
+            told = hexapod.corrected_leg_lengths(pose, temps)
+            hexapod.corrected_pose(pose, temps)
+            hexapod.predicted_pose(told, temps)
+            hexapod.solve_forward(told)
+        hexapod.jacobian(pose)
+    assert [len(loop.signatures) for loop in entry] == before
+
+
+WORDS = ["correct", "machines", "show-machine", "--machine", "--poses", "--temps", "--out", "--json", "--seed",
+         "--force", "--convention", "--user-frame", "reference", "rubin-m2", "{tmp}/p.csv", "{tmp}/t.csv", "{tmp}",
+         "{tmp}/none/x.csv", "fixed-zyx", "-1e-3", "nan", "0", "-h", "--", "[b]x[/b]", "\u00e9\udcff", ""]  # fmt: skip
+
+
+@given(arguments=st.lists(st.sampled_from(WORDS) | st.text(max_size=8), max_size=9))
+@settings(max_examples=300, suppress_health_check=[HealthCheck.function_scoped_fixture])
+def test_no_arguments_whatever_show_a_traceback(
+    files: list[str], tmp_path: Path, arguments: list[str], capsys: Said
+) -> None:
+    """Any arguments end with a stated exit code and without a traceback; what was there is still there."""
+    before = [(tmp_path / name).read_bytes() for name in ("p.csv", "t.csv")]
+    assert cli.main([word.replace("{tmp}", str(tmp_path)) for word in arguments]) in EXIT_CODES
+    said = capsys.readouterr()
+    assert "Traceback" not in said.err + said.out
+    assert "error inside hexathermal:" not in said.err
+    assert [(tmp_path / name).read_bytes() for name in ("p.csv", "t.csv")] == before
+
+
+@given(
+    change=st.lists(
+        st.tuples(st.integers(0, 200), st.sampled_from(list("\"',;\n\r\0x9.-eNa \t"))), min_size=1, max_size=3
+    ),
+    which=st.sampled_from(["p.csv", "t.csv"]),
+)
+@settings(max_examples=60, suppress_health_check=[HealthCheck.function_scoped_fixture])
+def test_damaged_files_never_show_a_traceback(
+    files: list[str], tmp_path: Path, change: list[tuple[int, str]], which: str, capsys: Said
+) -> None:
+    """Files with letters changed at random are corrected or refused with a place; a refused run leaves nothing."""
+    texts = {"p.csv": f"{POSES}\n" + f"{POSE}\n" * 3, "t.csv": f"{SENSORS}\n{HEAT}\n"}
+    letters = list(texts[which])
+    for place, letter in change:
+        letters[place % len(letters)] = letter
+    texts[which] = "".join(letters)
+    for name, text in texts.items():
+        (tmp_path / name).write_text(text, newline="")
+    code = cli.main([*files, "--force"])
+    said = capsys.readouterr()
+    assert code in (0, 3, 4), said.err
+    assert "Traceback" not in said.err
+    assert (tmp_path / "o.csv").exists() == (code == 0)
+    assert not (tmp_path / "o.csv.part").exists()
+    if code:
+        assert f"{which}, line " in said.err or "p.csv, line " in said.err
+    (tmp_path / "o.csv").unlink(missing_ok=True)
+
+
+def test_the_figure_speaks_for_itself(tmp_path: Path) -> None:
+    """Axes carry quantities and units, the curves are those of the day; other endings than images are refused."""
+    result = demonstrate(ht.load_hexapod("reference"))
+    figure = day_figure(result)
+    labels = [axes.get_ylabel() for axes in figure.axes]
+    assert [label.rpartition("(")[2] for label in labels] == ["°C)", "µm)", "µrad)"]
+    assert "(h)" in figure.axes[-1].get_xlabel()
+    drawn = figure.axes[1].lines[0].get_ydata()
+    wanted = np.linalg.norm(result.errors_without[..., :3], axis=-1).max(axis=-1) * 1e6
+    assert np.array_equal(np.asarray(drawn), wanted)
+    for name, start in (("a.png", b"\x89PNG"), ("a.svg", b"<?xml"), ("a.pdf", b"%PDF")):
+        assert save_figure(figure, tmp_path / name).read_bytes().startswith(start)
+    with pytest.raises(ArgumentError, match="cannot write a figure"):
+        save_figure(figure, tmp_path / "a.txt")
