@@ -24,6 +24,14 @@ def loops() -> ModuleType:
 
 
 @cache
+def correctors() -> ModuleType:
+    """Return the compiled loops of the thermal correction."""
+    from hexathermal.kinematics import correction_loops
+
+    return correction_loops
+
+
+@cache
 def solvers() -> tuple[ModuleType, ModuleType]:
     """Return the compiled forward loops, fast and careful."""
     from hexathermal.kinematics import careful_loops, forward_loops

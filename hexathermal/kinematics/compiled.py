@@ -23,8 +23,8 @@ formula: Callable[[Callable[..., Any]], Callable[..., Any]] = nb.njit(forceinlin
 
 def sources_digest(folder: Path = Path(__file__).parent) -> str:
     """Return one digest of the files whose text ends up inside every compiled loop."""
-    names = ("compiled.py", "elimination.py", "formulas.py", "forward_loops.py", "layout.py", "lengths_loops.py")
-    return hashlib.sha256(b"".join((folder / name).read_bytes() for name in names)).hexdigest()
+    names = ("compiled", "correction_loops", "elimination", "formulas", "forward_loops", "layout", "lengths_loops")
+    return hashlib.sha256(b"".join((folder / f"{name}.py").read_bytes() for name in names)).hexdigest()
 
 
 _DIGEST = sources_digest()

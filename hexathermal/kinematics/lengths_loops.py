@@ -1,4 +1,4 @@
-"""Loops over poses: leg lengths, Jacobians and thermally corrected lengths, one pose or millions.
+"""Loops over poses: leg lengths and Jacobians, one pose or millions.
 
 Poses come as ``(N, 4, 4)``.  Work is done in blocks of 64: a block is turned into arrays by coordinate, the straight
 formulas run over it as vector code, and the result is turned back.  Every pose is checked on the way.
@@ -10,48 +10,28 @@ import numpy as np
 
 from hexathermal.kinematics.compiled import formula, loop, typed_loop
 from hexathermal.kinematics.formulas import (
-    commanded_length,
     dot,
-    expanded,
     jacobian_row,
     leg_length,
-    leg_vector,
     pose_of,
     rotate,
     rotation_error,
     six_joints,
     triple,
-    true_length,
 )
 from hexathermal.kinematics.layout import (
     BAD_POSE,
     BAD_SHAPE,
-    BAD_TEMPERATURE,
     BASE,
     BASE_AXES,
     BASE_COSINES,
-    BASE_PART,
     BLOCK,
-    FIRST_SENSOR,
-    HAS_CONES,
     LARGEST_TOTAL,
-    LAW_A,
-    LAW_B,
-    LAW_HIGHEST,
-    LAW_LOWEST,
-    LAW_REFERENCE,
-    LONGEST,
     OK,
-    OUT_OF_CONE,
-    OUT_OF_STROKE,
     PLATFORM,
     PLATFORM_AXES,
     PLATFORM_COSINES,
-    PLATFORM_PART,
-    Q0,
     ROTATION_TOLERANCE,
-    SENSORS,
-    SHORTEST,
 )
 
 
@@ -175,95 +155,3 @@ def jacobians_many(c, T, out):
         if jacobian_one(c, T[k], out[k]) != OK:
             return k
     return -1
-
-
-@formula
-def first_sensor(c, part):
-    """Return the first column of a part's sensors: legs 0-5, platform, base, end."""
-    return int(c[FIRST_SENSOR + part])
-
-
-@formula
-def weighted(law, row, temps, first, last):
-    """Return ``sum_s law[row, s] dT_s`` over a part's sensors."""
-    total = 0.0
-    for k in range(first, last):
-        total += law[row, k] * (temps[k] - law[LAW_REFERENCE, k])
-    return total
-
-
-@formula
-def plate_expansion(c, law, temps, part):
-    """Return ``alpha dT`` of a plate, 0 where it has no sensor."""
-    return weighted(law, LAW_A, temps, first_sensor(c, part), first_sensor(c, part + 1))
-
-
-@formula
-def leg_coefficients(c, law, temps, i):
-    """Return ``a = sum A_s dT_s`` and ``b = sum B_s dT_s`` of a leg."""
-    first, last = first_sensor(c, i), first_sensor(c, i + 1)
-    return weighted(law, LAW_A, temps, first, last), weighted(law, LAW_B, temps, first, last)
-
-
-@typed_loop("int64(f8[:,::1], f8[:,::1], f8[::1], f8[::1])")
-def corrected_one(both, T, temps, out):
-    """Commanded lengths of one pose at one set of temperatures; returns a code, `out` holds what was reached.
-
-    `both`: the machine's constants, filled up, and below them the rows of the law, since each argument costs a call
-    some 70 ns.
-    """
-    c, law = both[0], both[1:]
-    n = int(c[SENSORS])
-    if T.shape[0] != 4 or T.shape[1] != 4 or temps.shape[0] != n:
-        return BAD_SHAPE
-    R, t = pose_of(T)
-    if not (rotation_error(R) + bad_bottom(T) < ROTATION_TOLERANCE):
-        return BAD_POSE
-    for k in range(n):
-        if not ((temps[k] >= law[LAW_LOWEST, k]) & (temps[k] <= law[LAW_HIGHEST, k])):
-            return BAD_TEMPERATURE
-    ep, eb = plate_expansion(c, law, temps, PLATFORM_PART), plate_expansion(c, law, temps, BASE_PART)
-    code = OK
-    for i in range(6):
-        a, b = leg_coefficients(c, law, temps, i)
-        p = expanded(triple(c, PLATFORM + 3 * i), ep)
-        _s, d = leg_vector(R, t, p, expanded(triple(c, BASE + 3 * i), eb))
-        wanted = np.sqrt(dot(d, d))
-        out[i] = commanded_length(a, b, c[Q0 + i], wanted)
-        if not ((out[i] >= c[SHORTEST + i]) & (out[i] <= c[LONGEST + i])):
-            code = OUT_OF_STROKE
-        elif c[HAS_CONES] != 0.0 and code == OK and bad_cone(c, R, i, d, wanted):
-            code = OUT_OF_CONE
-    return code
-
-
-@formula
-def entry(which, k, count):
-    """Return which entry result `k` takes: an index array, or `k` itself, or 0 where there is only one."""
-    return which[k] if which.shape[0] else (k if count > 1 else 0)
-
-
-@loop
-def corrected_many(both, T, temps, which_pose, which_temps, out):
-    """Commanded lengths of many poses; returns the index of the first bad result or -1.
-
-    Result ``k`` joins pose ``which_pose[k]`` and temperatures ``which_temps[k]``, see `entry`.
-    """
-    for k in range(out.shape[0]):
-        i, m = entry(which_pose, k, T.shape[0]), entry(which_temps, k, temps.shape[0])
-        if corrected_one(both, T[i], temps[m], out[k]) != OK:
-            return k
-    return -1
-
-
-@loop
-def warm_many(both, told, temps, which_told, which_temps, out, expansions):
-    """True lengths of commanded legs, and the expansions of platform and base, at many temperatures."""
-    c, law = both[0], both[1:]
-    for k in range(out.shape[0]):
-        n, m = entry(which_told, k, told.shape[0]), entry(which_temps, k, temps.shape[0])
-        expansions[k, 0] = plate_expansion(c, law, temps[m], PLATFORM_PART)
-        expansions[k, 1] = plate_expansion(c, law, temps[m], BASE_PART)
-        for i in range(6):
-            a, b = leg_coefficients(c, law, temps[m], i)
-            out[k, i] = true_length(a, b, c[Q0 + i], told[n, i])

@@ -59,9 +59,13 @@ class LimitFunctions:
 
     def values(self, now: Standing) -> FloatArray:
         """Return ``f`` [m], shape (N, m); NaN for a leg of length 0."""
-        L = now.lengths[:, self.leg]
-        along = np.einsum("nmi,nmi->nm", now.units[:, self.leg], self.directions(now.poses[:, :3, :3]))
-        return np.asarray(L * (self.k + along) + self.c)
+        return self.with_gradients(now.lengths, now.units, self.directions(now.poses[:, :3, :3]))[0]
+
+    def with_gradients(self, lengths: FloatArray, units: FloatArray, v: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Return ``f`` [m] and its gradient ``k u + v`` for the platform's position, shapes (N, m) and (N, m, 3)."""
+        u = units[:, self.leg]
+        gradients = self.k[:, None] * u + v
+        return lengths[:, self.leg] * np.einsum("nmi,nmi->nm", u, gradients) + self.c, gradients
 
 
 def limit_functions(hexapod: Hexapod) -> LimitFunctions:

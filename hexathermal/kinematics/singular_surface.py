@@ -1,7 +1,7 @@
 """The singular poses of a machine at one orientation: a cubic surface of the platform's position.
 
-``det [d_i, s_i x d_i]`` with the leg's vector ``d_i = t + s_i - b_i`` and ``s_i = R p_i`` is a polynomial of degree 3 in
-the position ``t`` (B. Mayer St-Onge and C. M. Gosselin, Singularity analysis and representation of the general
+``det [d_i, s_i x d_i]`` with the leg's vector ``d_i = t + s_i - b_i`` and ``s_i = R p_i`` is a polynomial of degree 3
+in the position ``t`` (B. Mayer St-Onge and C. M. Gosselin, Singularity analysis and representation of the general
 Gough-Stewart platform, Int. J. Robotics Research 19, 2000).  It is ``det J`` times the product of the lengths.
 """
 
@@ -98,6 +98,6 @@ def singular_surface(
 
 
 def nodes() -> npt.NDArray[np.float64]:
-    """Return 125 points of the cube [0, 1]^3, Chebyshev's along each axis: enough for degree 3, and not on its walls."""
+    """Return 125 points of the cube [0, 1]^3, Chebyshev's along each axis: more than degree 3 needs."""
     along = 0.5 - 0.5 * np.cos(np.pi * (np.arange(5) + 0.5) / 5.0)
     return np.array(list(product(along, repeat=3)))

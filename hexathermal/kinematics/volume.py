@@ -14,7 +14,6 @@ from hexathermal.kinematics.constants import LARGEST_CONDITION, constants
 from hexathermal.kinematics.limit_functions import LimitFunctions, limit_functions
 from hexathermal.kinematics.limits import (
     ROUNDING,
-    Standing,
     conditioning,
     rates,
     standing,
@@ -26,7 +25,7 @@ from hexathermal.kinematics.singular_surface import SingularSurface, nodes, sing
 from hexathermal.machine.hexapod import Hexapod
 from hexathermal.poses import ROTATION_TOLERANCE, FloatArray, finite_array
 
-MOST_CELLS = 1_500_000
+MOST_CELLS = 1_000_000
 """Boxes at which refinement ends although the wanted resolution is not reached; the bounds tell."""
 
 FIRST_LEVELS = 3
@@ -104,10 +103,11 @@ def reachable_volume(
 
     Counted are positions within stroke, joint cones and the maker's travel, on home's side of all singular poses
     (sign of ``det J``), and connected with home; at another orientation, with the reachable position nearest to home's
-    (`Volume.reached` tells whether a straight move gets there).  Boxes of positions are halved until the bounds are close enough: in
-    a box of half diagonal ``h`` about ``x`` a length differs from its tangent ``L + u . dx`` by no more than
-    ``h^2 / (2 (L - h))``, so that planes bound every limit from both sides and the part of the box between them is
-    known (`cut_bounds`).  The singular poses are a cubic surface of the position (`SingularSurface`), cut off likewise.
+    (`Volume.reached` tells whether a straight move gets there).  Boxes of positions are halved until the bounds are
+    close enough: in a box of half diagonal ``h`` about ``x`` a length differs from its tangent ``L + u . dx`` by no
+    more than ``h^2 / (2 (L - h))``, so that planes bound every limit from both sides and the part of the box between
+    them is known (`cut_bounds`).  The singular poses, a cubic surface of the position, are cut off likewise
+    (`SingularSurface`).
 
     Connected means through boxes that share a face, for the lower bound through boxes known to hold reachable
     positions; a neck or gap finer than the boxes is not seen.  Legs that touch are not asked, see `margins`.
@@ -118,7 +118,7 @@ def reachable_volume(
     rotation : array, shape (..., 3, 3), optional
         Turn from home, ``R_base_platform = R_base_home rotation``; default none.
     resolution : float
-        Refinement ends when half the distance of the bounds is below this part of the value, or at 1.5 million boxes.
+        Refinement ends when half the distance of the bounds is below this part of the value, or at a million boxes.
     largest_condition : float
         Positions whose condition number is above it do not count; default 1e7, singular.
 
@@ -226,14 +226,15 @@ def _refined(space: _Slice, cells: Cells, resolution: float) -> Cells:
     """Halve the boxes that leave most open until the bounds of their sum are close enough."""
     while True:
         lower, upper = _content(space, cells, cells.least), _content(space, cells, cells.most)
-        if upper - lower <= resolution * (upper + lower) or len(cells) > MOST_CELLS:
+        most = (MOST_CELLS - len(cells)) // 7
+        if upper - lower <= resolution * (upper + lower) or most <= 0:
             return cells
         open_ = (cells.most - cells.least) / 8.0**cells.level * space.size.prod()
         order = np.argsort(open_)
         # the boxes that together leave little open stay as they are
         stays = np.cumsum(open_[order]) <= 0.25 * resolution * (upper + lower)
         splits = np.zeros(len(cells), dtype=np.bool_)
-        splits[order[~stays]] = True
+        splits[order[~stays][-most:]] = True
         splits &= cells.level < DEEPEST
         if not splits.any():
             return cells
@@ -259,7 +260,7 @@ def _asked(space: _Slice, cells: Cells) -> Cells:
     L, J = rates(space.hexapod, poses)
     boxes = _Boxes(x, half, h, poses, L, J, L - h[:, None])
     sound, keep = _conditioned(space, cells.sound, boxes)
-    low, high, slopes = _planes(space, boxes)
+    low, high, slopes = _planes(space, boxes, ~cells.clear)
     reach = slopes.sum(axis=-1)
     keep &= (high + reach >= 0.0).all(axis=1)
     least, most = np.ones(len(cells)), np.ones(len(cells))
@@ -268,25 +269,27 @@ def _asked(space: _Slice, cells: Cells) -> Cells:
     np.subtract.at(least, row, 1.0 - below)
     np.minimum.at(most, row, above)
     least = np.where(sound, np.maximum(least, 0.0), 0.0)
-    return Cells(cells.level, cells.place, sound, least, most)[keep & (most > 0.0)]
+    clear = low[:, -1] >= reach[:, -1]
+    return Cells(cells.level, cells.place, clear, sound, least, most)[keep & (most > 0.0)]
 
 
-def _planes(space: _Slice, boxes: _Boxes) -> tuple[FloatArray, FloatArray, FloatArray]:
+def _planes(space: _Slice, boxes: _Boxes, ask: Bools) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Return planes below and above every limit and the singular surface over each box, as `cut_bounds` takes them.
 
-    A length is no shorter than its tangent, and longer by ``h^2 / (2 (L - h))`` at most, or by ``2 h``.
+    The surface, in the last column, is asked for some boxes only; elsewhere it is infinitely far.  A length is no
+    shorter than its tangent, and longer by ``h^2 / (2 (L - h))`` at most, or by ``2 h``.
     """
     h, u = boxes.h[:, None], np.nan_to_num(boxes.J[..., :3])
     near = boxes.nearest > 0.0
     bend = np.minimum(np.where(near, 0.5 * h**2 / np.where(near, boxes.nearest, 1.0), np.inf), 2.0 * h)
-    f = space.functions.values(Standing(boxes.poses, boxes.lengths, u, np.empty(0), np.empty(0, np.int8)))
     legs, k = space.functions.leg, space.functions.k
-    gradients = (k[:, None] * u[:, legs] + space.directions) @ space.hexapod.home[:3, :3]
-    low, high, slopes = space.surface.over_boxes(boxes.x, boxes.half)
+    f, gradients = space.functions.with_gradients(boxes.lengths, u, space.directions)
+    low, high, slopes = np.full(len(ask), np.inf), np.full(len(ask), np.inf), np.zeros((len(ask), 3))
+    low[ask], high[ask], slopes[ask] = space.surface.over_boxes(boxes.x[ask], boxes.half[ask])
     return (
         np.column_stack([f + np.minimum(k, 0.0) * bend[:, legs], low]),
         np.column_stack([f + np.maximum(k, 0.0) * bend[:, legs], high]),
-        np.concatenate([np.abs(gradients) * boxes.half[:, None], slopes[:, None]], axis=1),
+        np.concatenate([np.abs(gradients @ space.hexapod.home[:3, :3]) * boxes.half[:, None], slopes[:, None]], axis=1),
     )
 
 

@@ -14,7 +14,7 @@ from numpy import empty, ndarray
 
 from hexathermal.errors import ArgumentError
 from hexathermal.kinematics import layout as at
-from hexathermal.kinematics.batches import in_chunks, loops, place
+from hexathermal.kinematics.batches import correctors, in_chunks, place
 from hexathermal.kinematics.constants import constants
 from hexathermal.kinematics.forward import run
 from hexathermal.kinematics.inverse import inverse_kinematics, poses_of, refuse_pose
@@ -89,7 +89,7 @@ def corrected_leg_lengths(hexapod: Hexapod, pose: PoseLike, temps: TemperaturesL
 
 def _prepared(hexapod: Hexapod) -> tuple[Any, FloatArray]:
     """Return the loop for one pose and the machine's numbers, kept for the next call."""
-    pair = hexapod._prepared["correction"] = (loops().corrected_one, constants(hexapod).both_law)
+    pair = hexapod._prepared["correction"] = (correctors().corrected_one, constants(hexapod).both_law)
     return pair
 
 
@@ -98,7 +98,7 @@ def _corrected(hexapod: Hexapod, poses: FloatArray, temps: FloatArray) -> FloatA
     made = constants(hexapod)
     if poses.ndim == 2 and temps.ndim == 1:
         out = np.empty(6)
-        if loops().corrected_one(made.both_law, poses, temps, out) == 0:
+        if correctors().corrected_one(made.both_law, poses, temps, out) == 0:
             return out
     lead, which_pose, which_temps = _joined(poses.shape[:-2], temps.shape[:-1])
     flat, hot = poses.reshape(-1, 4, 4), temps.reshape(-1, temps.shape[-1])
@@ -108,7 +108,7 @@ def _corrected(hexapod: Hexapod, poses: FloatArray, temps: FloatArray) -> FloatA
         own_pose, own_temps = which_pose[i:j], which_temps[i:j]
         T = flat[i:j] if not which_pose.size and flat.shape[0] > 1 else flat
         hot_ = hot[i:j] if not which_temps.size and hot.shape[0] > 1 else hot
-        bad = loops().corrected_many(made.both_law, T, hot_, own_pose, own_temps, out[i:j])
+        bad = correctors().corrected_many(made.both_law, T, hot_, own_pose, own_temps, out[i:j])
         return -1 if bad < 0 else i + int(bad)
 
     for bad in in_chunks(out.shape[0], work):
@@ -148,7 +148,7 @@ def _refuse(hexapod: Hexapod, pose: FloatArray, temps: FloatArray, index: tuple[
     """Say why a pose and its temperatures were refused."""
     made = constants(hexapod)
     out = np.empty(6)
-    code = loops().corrected_one(made.both_law, np.array(pose), np.array(temps), out)
+    code = correctors().corrected_one(made.both_law, np.array(pose), np.array(temps), out)
     if code == at.BAD_TEMPERATURE:
         refuse_temperatures(hexapod, temps, index)
     if code == at.OUT_OF_STROKE:
@@ -212,7 +212,7 @@ def _warm_lengths(hexapod: Hexapod, commands: FloatArray, temps: TemperaturesLik
     count = int(np.prod(lead, dtype=np.int64))
     warm, expansions = np.empty((count, 6)), np.empty((count, 2))
     made = constants(hexapod)
-    loops().warm_many(made.both_law, told, hot, which_command, which_temps, warm, expansions)
+    correctors().warm_many(made.both_law, told, hot, which_command, which_temps, warm, expansions)
     return warm.reshape(*lead, 6), expansions.reshape(*lead, 2)
 
 

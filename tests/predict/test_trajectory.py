@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import csv
+import dataclasses
 import io
 import subprocess
 import sys
@@ -38,6 +39,13 @@ POSE, HEAT = "1,2,3,0.1,0.2,0.3", "20,21,22,23,24,25"
 ONE_TEMPS = f"{SENSORS}\n{HEAT}\n"
 
 Run = Callable[..., TrajectorySummary]
+
+
+@pytest.fixture
+def reference(reference: ht.Hexapod) -> ht.Hexapod:
+    """The reference machine in a base frame that is turned and lies elsewhere: its home is not the identity."""
+    G = ht.pose_from_coordinates([100, -200, 300, 10, 20, 30])
+    return dataclasses.replace(reference, base_joints=reference.base_joints @ G[:3, :3].T + G[:3, 3], home=G)
 
 
 @pytest.fixture
