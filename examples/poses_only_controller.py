@@ -24,7 +24,8 @@ def main() -> None:
     stands = frames.user_pose(hexapod.predicted_pose(commanded, temps))
     error = np.linalg.norm(stands[:3, 3] - wanted[:3, 3]) * 1e9
     plain = frames.user_pose(hexapod.predicted_pose(hexapod.inverse_kinematics(pose), temps))
-    print(f"tool point off by {error:.4f} nm; without correction {np.linalg.norm(plain[:3, 3] - wanted[:3, 3]) * 1e6:.2f} um")
+    before = np.linalg.norm(plain[:3, 3] - wanted[:3, 3]) * 1e6
+    print(f"tool point off by {error:.4f} nm; without correction {before:.2f} um")
 
 
 if __name__ == "__main__":

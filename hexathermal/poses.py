@@ -43,6 +43,9 @@ CONVENTIONS: Mapping[str, str] = MappingProxyType(
 """Accepted names -> the two conventions; turns about moving axes in reverse order are the same rotation."""
 
 
+_set = object.__setattr__
+
+
 class HasHome(Protocol):
     """Anything with a home pose ``(4, 4)`` in the base, such as a `Hexapod`."""
 
@@ -218,7 +221,7 @@ def inverse_pose(T: FloatArray) -> FloatArray:
     return inverse
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, init=False)
 class Frames:
     """The user's and the object's frame, as SYMETRIE's controllers define them.
 
@@ -246,15 +249,20 @@ class Frames:
     _T_machine_user: FloatArray = field(init=False, repr=False, compare=False)
     _T_platform_object: FloatArray = field(init=False, repr=False, compare=False)
 
-    def __post_init__(self) -> None:
-        set_ = object.__setattr__
-        for name in ("user", "object"):
-            six = finite_array(getattr(self, name), (6,), f"{name} frame")
+    def __init__(
+        self,
+        user: npt.ArrayLike = (0.0,) * 6,
+        object: npt.ArrayLike = (0.0,) * 6,
+        convention: str = "fixed-xyz",
+    ) -> None:
+        for name, given in (("user", user), ("object", object)):
+            six = finite_array(given, (6,), f"{name} frame")
             if six.shape != (6,):
                 raise ArgumentError(f"{name} frame has shape {six.shape}; expected six coordinates (6,)")
-            set_(self, name, tuple(float(value) for value in six))
-        set_(self, "_T_machine_user", pose_from_coordinates(self.user, self.convention))
-        set_(self, "_T_platform_object", pose_from_coordinates(self.object, self.convention))
+            _set(self, name, tuple(float(value) for value in six))
+        _set(self, "convention", convention)
+        _set(self, "_T_machine_user", pose_from_coordinates(self.user, convention))
+        _set(self, "_T_platform_object", pose_from_coordinates(self.object, convention))
 
     def user_pose(self, machine_pose: PoseLike) -> Any:
         """Return ``inv(U) M O``: the object seen in the user frame. An SE3 gives an SE3."""

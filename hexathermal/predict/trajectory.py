@@ -93,7 +93,7 @@ class _Job:
     def answer(self, rows: Rows, temps: FloatArray) -> dict[str, FloatArray]:
         """Return the columns of results of the next rows."""
         T = pose_from_coordinates(rows.numbers, self.convention)
-        T = (T if self.frames is None else self.frames.machine_pose(T))
+        T = self.hexapod.home @ (T if self.frames is None else self.frames.machine_pose(T))
         lengths = self._located(rows, T, temps)
         self.largest.see(rows.first, lengths - self.hexapod.inverse_kinematics(T))
         columns = _named(POSE_COLUMNS, rows.numbers)

@@ -194,7 +194,7 @@ def test_a_pose_on_its_limit_is_reachable() -> None:
 
 
 def test_a_leg_without_length_is_an_answer_not_an_error() -> None:
-    """Where a base joint and its platform joint coincide the pose is singular, outside the stroke, and not reachable."""
+    """Where a base joint and its platform joint coincide the pose is singular, out of stroke, and not reachable."""
     T = np.eye(4)
     T[:3, 3] = REFERENCE.base_joints[2] - REFERENCE.platform_joints[2]
     found = margins(REFERENCE, np.stack([T, REFERENCE.home]), collisions=True)

@@ -58,14 +58,14 @@ def test_moves_fail_where_dense_sampling_says(name: str) -> None:
     bad = ~margins(machine, path_poses(start[:, None], end[:, None], s)).reachable
     sampled = np.where(bad.any(axis=1), s[bad.argmax(axis=1)], np.inf)
     first = np.where(found.ok, np.inf, found.first)
-    assert 15 < found.ok.sum() < 185
+    assert 10 < found.ok.sum() < 190
     assert (first <= sampled + 1e-9).all()
     assert (sampled[~found.ok] < first[~found.ok] + 2.001e-3).all()
 
 
 @pytest.mark.parametrize("name", MACHINES)
 def test_the_first_failing_pose_is_just_beyond_the_limit_that_is_named(name: str) -> None:
-    """At `first` the named limit of the named leg is passed, by less than 1e-6; 2e-9 of the way before by less than 1e-8."""
+    """At `first` the named limit is passed, by less than 1e-6; 2e-9 of the way before, by less than 1e-8 if at all."""
     machine = MACHINES[name]
     start, end = drawn(machine, 300, seed=2)
     found = check_path(machine, start, end)
@@ -102,7 +102,7 @@ def test_what_is_named_without_a_failure() -> None:
 
 @pytest.mark.parametrize(("depth", "ok"), [(5e-9, False), (2e-9, False), (-1e-9, True), (-1e-6, True)])
 def test_a_dip_between_samples_is_not_missed(depth: float, ok: bool) -> None:
-    """A leg that dips 2 nm below its stroke for a thousandth of the way is found; one that stays 1 nm above is let go."""
+    """A leg that dips 2 nm below its stroke between two samples is found; one that stays 1 nm above it is allowed."""
     across = np.cross(REFERENCE.jacobian(REFERENCE.home)[2, :3], [0.0, 0.0, 1.0])
     start, end = (from_home(*(100.0 * side * across - [0, 0, 5]), 0, 0, 0) for side in (-1.0, 0.8))
 
