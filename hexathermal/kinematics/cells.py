@@ -65,8 +65,6 @@ class Cells:
     place : array, shape (N, 3), int
     clear : array, shape (N,), bool
         The whole box is on home's side of the singular surface.
-    sound : array, shape (N,), bool
-        Nothing in the box is too badly conditioned.
     least, most : array, shape (N,)
         Bounds of the part of the box that can be reached.
     """
@@ -74,7 +72,6 @@ class Cells:
     level: Ints
     place: Ints
     clear: Bools
-    sound: Bools
     least: FloatArray
     most: FloatArray
 
@@ -85,7 +82,7 @@ class Cells:
         return len(self.level)
 
     def _arrays(self) -> tuple[Any, ...]:
-        return self.level, self.place, self.clear, self.sound, self.least, self.most
+        return self.level, self.place, self.clear, self.least, self.most
 
     def boxes(self, low: FloatArray, size: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Return centres and half edges (N, 3) in a root box from `low`, edges `size`."""
@@ -96,7 +93,7 @@ class Cells:
         """Return the eight halves of every box; what a box was known to be, its halves are."""
         corners = np.array(list(product((0, 1), repeat=3)))
         place = (2 * self.place[:, None] + corners).reshape(-1, 3)
-        known: tuple[Any, ...] = (self.clear, self.sound, self.least, self.most)
+        known: tuple[Any, ...] = (self.clear, self.least, self.most)
         return Cells(np.repeat(self.level + 1, 8), place, *(np.repeat(array, 8) for array in known))
 
     def joined(self, other: Cells) -> Cells:
@@ -106,8 +103,8 @@ class Cells:
 
 def root() -> Cells:
     """Return the root box, nothing known of it."""
-    place, no = np.zeros((1, 3), np.int64), np.zeros(1, np.bool_)
-    return Cells(place[:, 0], place, no, no, np.zeros(1), np.ones(1))
+    place = np.zeros((1, 3), np.int64)
+    return Cells(place[:, 0], place, np.zeros(1, np.bool_), np.zeros(1), np.ones(1))
 
 
 def _keys(level: Ints, place: Ints) -> Ints:

@@ -3,18 +3,16 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import NamedTuple
 
 import numpy as np
 import numpy.typing as npt
 
 from hexathermal.errors import ArgumentError, SingularPoseError
 from hexathermal.kinematics.cells import DEEPEST, Bools, Cells, connected, cut_bounds, neighbours, root
-from hexathermal.kinematics.constants import LARGEST_CONDITION, constants
+from hexathermal.kinematics.constants import LARGEST_CONDITION
 from hexathermal.kinematics.limit_functions import LimitFunctions, limit_functions
 from hexathermal.kinematics.limits import (
     ROUNDING,
-    conditioning,
     rates,
     standing,
     travel_coordinates,
@@ -63,7 +61,6 @@ class _Slice:
     functions: LimitFunctions
     directions: FloatArray
     surface: SingularSurface
-    largest_condition: float
     low: FloatArray
     size: FloatArray
 
@@ -97,7 +94,6 @@ def reachable_volume(
     rotation: npt.ArrayLike | None = None,
     *,
     resolution: float = 0.01,
-    largest_condition: float = LARGEST_CONDITION,
 ) -> Volume:
     """Return the volume of the platform's positions that can be reached without turning, with rigorous bounds.
 
@@ -119,8 +115,6 @@ def reachable_volume(
         Turn from home, ``R_base_platform = R_base_home rotation``; default none.
     resolution : float
         Refinement ends when half the distance of the bounds is below this part of the value, or at a million boxes.
-    largest_condition : float
-        Positions whose condition number is above it do not count; default 1e7, singular.
 
     Returns
     -------
@@ -129,7 +123,7 @@ def reachable_volume(
     Raises
     ------
     ArgumentError
-        No stroke; no rotation; resolution not in (0, 1); largest_condition not above 1.
+        The machine has no stroke; no rotation; resolution not in (0, 1).
     SingularPoseError
         Home is singular: no side of it is home's.
 
@@ -140,9 +134,9 @@ def reachable_volume(
     >>> bool(volume.uncertainty < 0.01 * volume.value)
     True
     """
-    _check(hexapod, resolution, largest_condition)
+    _check(hexapod, resolution)
     turns = rotation_array(rotation)
-    found = [_volume(hexapod, turn, resolution, largest_condition) for turn in turns.reshape(-1, 3, 3)]
+    found = [_volume(hexapod, turn, resolution) for turn in turns.reshape(-1, 3, 3)]
     lead = turns.shape[:-2]
     bounds = np.array([row[:2] for row in found]).reshape((*lead, 2))
     reached = np.array([row[2] for row in found], dtype=np.bool_).reshape(lead)
@@ -150,7 +144,7 @@ def reachable_volume(
     return Volume(bounds.mean(axis=-1), uncertainty, bounds, reached[()])
 
 
-def _check(hexapod: Hexapod, resolution: float, largest_condition: float) -> None:
+def _check(hexapod: Hexapod, resolution: float) -> None:
     """Refuse what has no volume."""
     if hexapod.stroke is None:
         raise ArgumentError(
@@ -158,8 +152,6 @@ def _check(hexapod: Hexapod, resolution: float, largest_condition: float) -> Non
         )
     if not (isinstance(resolution, float) and 0.0 < resolution < 1.0):
         raise ArgumentError(f"resolution must lie in (0, 1), found {resolution!r}; 0.01 asks for 1 %")
-    if not (isinstance(largest_condition, int | float) and largest_condition > 1.0):
-        raise ArgumentError(f"largest_condition must be above 1, found {largest_condition!r}")
     if standing(hexapod, np.array(hexapod.home)[None]).side[0] == 0:
         raise SingularPoseError(
             f"home of machine {hexapod.name!r} is singular (condition number above {LARGEST_CONDITION:g}): no side of "
@@ -168,11 +160,9 @@ def _check(hexapod: Hexapod, resolution: float, largest_condition: float) -> Non
         )  # fmt: skip
 
 
-def _volume(
-    hexapod: Hexapod, rotation: FloatArray, resolution: float, largest_condition: float
-) -> tuple[float, float, bool]:
+def _volume(hexapod: Hexapod, rotation: FloatArray, resolution: float) -> tuple[float, float, bool]:
     """Return lower and upper bound at one orientation, and whether it is reached from home."""
-    space = _space(hexapod, rotation, largest_condition)
+    space = _space(hexapod, rotation)
     if space is None:
         return 0.0, 0.0, False
     cells = root()
@@ -196,7 +186,7 @@ def _volume(
         cells = cells[maybe]
 
 
-def _space(hexapod: Hexapod, rotation: FloatArray, largest_condition: float) -> _Slice | None:
+def _space(hexapod: Hexapod, rotation: FloatArray) -> _Slice | None:
     """Return the positions at one orientation, in a box that surely holds them; None where there are none."""
     home, longest = hexapod.home, hexapod.length_limits[1][:, None]
     # where a leg would have length 0; every position is within the longest leg of it
@@ -214,7 +204,7 @@ def _space(hexapod: Hexapod, rotation: FloatArray, largest_condition: float) -> 
     directions = functions.directions(home[:3, :3] @ rotation)
     points = low + (high - low) * nodes()
     surface = singular_surface(hexapod, points, poses_from_home(hexapod, points, rotation), low, high - low)
-    return _Slice(hexapod, rotation, functions, directions, surface, largest_condition, low, high - low)
+    return _Slice(hexapod, rotation, functions, directions, surface, low, high - low)
 
 
 def _content(space: _Slice, cells: Cells, part: FloatArray) -> float:
@@ -241,75 +231,40 @@ def _refined(space: _Slice, cells: Cells, resolution: float) -> Cells:
         cells = cells[~splits].joined(_asked(space, cells[splits].halved()))
 
 
-class _Boxes(NamedTuple):
-    """Boxes: centres and half edges (N, 3), half diagonals (N,), and there poses, lengths, Jacobians, shortest legs."""
-
-    x: FloatArray
-    half: FloatArray
-    h: FloatArray
-    poses: FloatArray
-    lengths: FloatArray
-    J: FloatArray
-    nearest: FloatArray
-
-
 def _asked(space: _Slice, cells: Cells) -> Cells:
     """Return the boxes that may hold reachable positions, with the bounds of their part."""
     x, half = cells.boxes(space.low, space.size)
-    h, poses = np.linalg.norm(half, axis=1), space.poses(x)
-    L, J = rates(space.hexapod, poses)
-    boxes = _Boxes(x, half, h, poses, L, J, L - h[:, None])
-    sound, keep = _conditioned(space, cells.sound, boxes)
-    low, high, slopes = _planes(space, boxes, ~cells.clear)
+    low, high, slopes = _planes(space, x, half, ~cells.clear)
     reach = slopes.sum(axis=-1)
-    keep &= (high + reach >= 0.0).all(axis=1)
+    keep = (high + reach >= 0.0).all(axis=1)
     least, most = np.ones(len(cells)), np.ones(len(cells))
     row, column = np.nonzero((low < reach) & keep[:, None])
     below, above = cut_bounds(low[row, column], high[row, column], slopes[row, column])
     np.subtract.at(least, row, 1.0 - below)
     np.minimum.at(most, row, above)
-    least = np.where(sound, np.maximum(least, 0.0), 0.0)
     clear = low[:, -1] >= reach[:, -1]
-    return Cells(cells.level, cells.place, clear, sound, least, most)[keep & (most > 0.0)]
+    return Cells(cells.level, cells.place, clear, np.maximum(least, 0.0), most)[keep & (most > 0.0)]
 
 
-def _planes(space: _Slice, boxes: _Boxes, ask: Bools) -> tuple[FloatArray, FloatArray, FloatArray]:
+def _planes(space: _Slice, x: FloatArray, half: FloatArray, ask: Bools) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Return planes below and above every limit and the singular surface over each box, as `cut_bounds` takes them.
 
     The surface, in the last column, is asked for some boxes only; elsewhere it is infinitely far.  A length is no
     shorter than its tangent, and longer by ``h^2 / (2 (L - h))`` at most, or by ``2 h``.
     """
-    h, u = boxes.h[:, None], np.nan_to_num(boxes.J[..., :3])
-    near = boxes.nearest > 0.0
-    bend = np.minimum(np.where(near, 0.5 * h**2 / np.where(near, boxes.nearest, 1.0), np.inf), 2.0 * h)
+    L, J = rates(space.hexapod, space.poses(x))
+    h, u = np.linalg.norm(half, axis=1, keepdims=True), np.nan_to_num(J[..., :3])
+    near = L > h
+    bend = np.minimum(np.where(near, 0.5 * h**2 / np.where(near, L - h, 1.0), np.inf), 2.0 * h)
     legs, k = space.functions.leg, space.functions.k
-    f, gradients = space.functions.with_gradients(boxes.lengths, u, space.directions)
+    f, gradients = space.functions.with_gradients(L, u, space.directions)
     low, high, slopes = np.full(len(ask), np.inf), np.full(len(ask), np.inf), np.zeros((len(ask), 3))
-    low[ask], high[ask], slopes[ask] = space.surface.over_boxes(boxes.x[ask], boxes.half[ask])
+    low[ask], high[ask], slopes[ask] = space.surface.over_boxes(x[ask], half[ask])
     return (
         np.column_stack([f + np.minimum(k, 0.0) * bend[:, legs], low]),
         np.column_stack([f + np.maximum(k, 0.0) * bend[:, legs], high]),
-        np.concatenate([np.abs(gradients @ space.hexapod.home[:3, :3]) * boxes.half[:, None], slopes[:, None]], axis=1),
+        np.concatenate([np.abs(gradients @ space.hexapod.home[:3, :3]) * half[:, None], slopes[:, None]], axis=1),
     )
-
-
-def _conditioned(space: _Slice, known: Bools, boxes: _Boxes) -> tuple[Bools, Bools]:
-    """Return which boxes surely hold the largest condition number, and which may have positions that do.
-
-    Over a box the matrix changes by no more than ``h / (L - h)`` in each leg's direction, and so do its singular values
-    (Weyl).
-    """
-    limit, made = space.largest_condition, constants(space.hexapod)
-    if limit >= LARGEST_CONDITION:
-        return np.ones_like(known), np.ones_like(known)
-    sound, keep = known.copy(), np.ones_like(known)
-    ask = np.flatnonzero(~known & (boxes.nearest > 0.0).all(axis=1))
-    values, _side = conditioning(space.hexapod, boxes.J[ask], boxes.poses[ask])
-    levers = 1.0 + ((space.hexapod.platform_joints - made.centre) ** 2).sum(axis=1) / made.radius**2
-    change = np.sqrt(((boxes.h[ask, None] / boxes.nearest[ask]) ** 2 * levers).sum(axis=1))
-    keep[ask] = values[:, 0] - change <= limit * (values[:, 5] + change)
-    sound[ask] = values[:, 0] + change <= limit * (values[:, 5] - change)
-    return sound, keep
 
 
 def _reached(space: _Slice, cells: Cells) -> bool:

@@ -8,9 +8,7 @@ from hexathermal.machine.ports import TemperaturesLike
 from hexathermal.poses import FloatArray, PoseLike
 
 
-def corrected_leg_lengths(
-    pose: PoseLike, temps: TemperaturesLike, hexapod: Hexapod | str = "reference"
-) -> FloatArray:
+def corrected_leg_lengths(pose: PoseLike, temps: TemperaturesLike, hexapod: Hexapod | str = "reference") -> FloatArray:
     """Return the leg lengths to command at a pose and temperatures, in one call.
 
     See `hexathermal.predict.correction.corrected_leg_lengths`; `hexapod` is a machine, or the name or path of one.

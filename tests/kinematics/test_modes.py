@@ -57,9 +57,7 @@ def draw(kind: str, seed: int) -> Machine:
         base, platform, pose = base * [1, 1, 0], platform * [1, 1, 0], tilted(random, 1.0)
     elif kind == "ring with tolerances":
         base = ring(1.0, random.uniform(5, 20), 0.0) + 1e-3 * base
-        platform = (
-            np.roll(ring(random.uniform(0.3, 0.9), random.uniform(5, 20), 60.0), 1, axis=0) + 1e-3 * platform
-        )
+        platform = np.roll(ring(random.uniform(0.3, 0.9), random.uniform(5, 20), 60.0), 1, axis=0) + 1e-3 * platform
         pose = tilted(random, random.uniform(0.5, 1.5))
     elif kind == "small platform":
         base, platform, pose = base * [1, 1, 0.1], 0.1 * platform, tilted(random, 2.0)
@@ -329,9 +327,7 @@ GOOD = draw("general", 0)
         (GOOD[0], GOOD[1], GOOD[3], np.nan, "tolerance must lie between"),
     ],
 )
-def test_unusable_arguments_are_refused(
-    base: F64, platform: F64, lengths: F64, tolerance: float, message: str
-) -> None:
+def test_unusable_arguments_are_refused(base: F64, platform: F64, lengths: F64, tolerance: float, message: str) -> None:
     """A wrong shape, a value that is not finite, a length that is not positive: an error that says which."""
     with pytest.raises(ArgumentError, match=message):
         assembly_modes(base, platform, lengths, tolerance=tolerance)
