@@ -21,7 +21,7 @@ from hexathermal.poses import Frames, coordinates_from_pose, pose_from_coordinat
 from hexathermal.predict import answers as _answers
 from hexathermal.predict.one_call import corrected_leg_lengths
 
-_ports.answers = _answers
+_ports.install(Hexapod, _answers)
 
 __version__ = "0.1.0"
 

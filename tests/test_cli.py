@@ -4,31 +4,17 @@ from __future__ import annotations
 
 import csv
 import json
-import os
-import signal
-import subprocess
-import sys
-import threading
-import time
 from pathlib import Path
 
 import numpy as np
 import pytest
-from hypothesis import HealthCheck, given, settings
-from hypothesis import strategies as st
 
 import hexathermal as ht
 from hexathermal import cli
-from hexathermal.errors import ArgumentError
 from hexathermal.predict.trajectory import POSE_COLUMNS
-from hexathermal.show.figures import day_figure, save_figure
-from hexathermal.simulate.demonstration import demonstrate
+from tests.trajectory_files import HEAT, POSE, POSES, SENSORS, correct_arguments
 
-POSES = ",".join(POSE_COLUMNS)
-SENSORS = ",".join(f"leg{i}_T1_degC" for i in range(1, 7))
-POSE, HEAT = "1,2,3,0.1,0.2,0.3", "20,21,22,23,24,25"
 COMMANDS = ["demo", "correct", "machines", "show-machine", "warm-up"]
-KERNELS = ("lengths_loops", "forward_loops", "careful_loops", "modes_tracker")
 EXIT_CODES = {0, 1, 2, 3, 4, 130}
 
 Said = pytest.CaptureFixture[str]
@@ -37,16 +23,7 @@ Said = pytest.CaptureFixture[str]
 @pytest.fixture
 def files(tmp_path: Path) -> list[str]:
     """Arguments of a `correct` that works: two poses, one row of temperatures."""
-    (tmp_path / "p.csv").write_text(f"{POSES}\n{POSE}\n{POSE}\n")
-    (tmp_path / "t.csv").write_text(f"{SENSORS}\n{HEAT}\n")
-    paths = {"--poses": "p.csv", "--temps": "t.csv", "--out": "o.csv"}
-    return ["correct", "--machine", "reference", *(x for k, v in paths.items() for x in (k, str(tmp_path / v)))]
-
-
-def program(*arguments: str, **options: object) -> subprocess.CompletedProcess[str]:
-    """Run the program as a user does."""
-    command = [sys.executable, "-m", "hexathermal", *arguments]
-    return subprocess.run(command, capture_output=True, text=True, check=False, **options)  # type: ignore[call-overload]
+    return correct_arguments(tmp_path)
 
 
 @pytest.mark.parametrize("command", [[], *([name] for name in COMMANDS)], ids=["top", *COMMANDS])
@@ -282,201 +259,3 @@ def test_the_worlds_troubles_have_their_codes(
     said = capsys.readouterr().err
     assert words in said
     assert "Traceback" not in said
-
-
-def test_main_works_outside_the_main_thread(capsys: Said) -> None:
-    """Signals are the main thread's; the command line can still be called from another one."""
-    codes: list[int] = []
-    worker = threading.Thread(target=lambda: codes.append(cli.main(["--version"])))
-    worker.start()
-    worker.join()
-    assert codes == [0]
-
-
-@pytest.mark.skipif(sys.platform == "win32", reason="signals")
-@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
-def test_a_stopped_run_leaves_nothing(files: list[str], tmp_path: Path, number: signal.Signals) -> None:
-    """Ctrl-C and termination in the middle of a long file end with 130 and remove what was written."""
-    (tmp_path / "p.csv").write_text(f"{POSES}\n" + f"{POSE}\n" * 1_000_000)
-    with subprocess.Popen([sys.executable, "-m", "hexathermal", *files], stderr=subprocess.PIPE, text=True) as running:
-        part, patience = tmp_path / "o.csv.part", time.monotonic() + 60.0
-        while not (part.exists() and part.stat().st_size) and running.poll() is None and time.monotonic() < patience:
-            time.sleep(0.01)
-        running.send_signal(number)
-        said = running.communicate(timeout=60)[1]
-    assert running.returncode == 130, said
-    assert "interrupted" in said
-    assert "Traceback" not in said
-    assert sorted(file.name for file in tmp_path.iterdir()) == ["p.csv", "t.csv"]
-
-
-@pytest.mark.skipif(sys.platform == "win32", reason="pipes")
-def test_a_reader_that_leaves_is_no_error() -> None:
-    """``hexathermal ... | head -1`` ends without a word."""
-    read, write = os.pipe()
-    os.close(read)
-    try:
-        done = subprocess.run(
-            [sys.executable, "-m", "hexathermal", "machines"],
-            stdout=write,
-            stderr=subprocess.PIPE,
-            text=True,
-            check=False,
-        )
-    finally:
-        os.close(write)
-    assert (done.returncode, done.stderr) == (0, "")
-
-
-@pytest.mark.skipif(sys.platform == "win32", reason="pseudo-terminals")
-def test_progress_is_for_terminals_only(files: list[str], tmp_path: Path) -> None:
-    """A bar moves on stderr where that is a terminal, and nothing is written there where it is none."""
-    import pty
-
-    (tmp_path / "p.csv").write_text(f"{POSES}\n" + f"{POSE}\n" * 150_000)
-    quiet = program(*files)
-    assert (quiet.returncode, quiet.stderr) == (0, "")
-    assert "\x1b" not in quiet.stdout
-    ours, theirs = pty.openpty()
-    environment = dict(os.environ, TERM="xterm", COLUMNS="100")
-    with subprocess.Popen(
-        [sys.executable, "-m", "hexathermal", *files, "--force"], stdout=subprocess.PIPE, stderr=theirs, env=environment
-    ) as running:
-        os.close(theirs)
-        shown = b""
-        while True:
-            try:
-                some = os.read(ours, 4096)
-            except OSError:
-                break
-            if not some:
-                break
-            shown += some
-        printed = running.communicate(timeout=60)[0]
-    os.close(ours)
-    assert running.returncode == 0
-    assert b"correcting" in shown
-    assert b"%" in shown
-    assert b"\x1b" not in printed
-
-
-def test_demo_writes_its_files_and_correction_helps(tmp_path: Path, capsys: Said) -> None:
-    """Table, summary, CSV and figure appear; the largest errors shrink; a second day replaces the first."""
-    folder = tmp_path / "deep" / "down"
-    assert cli.main(["demo", "--out", str(folder), "--seed", "3"]) == 0
-    said = capsys.readouterr()
-    assert sorted(file.name for file in folder.iterdir()) == ["day.csv", "day.png", "summary.json"]
-    assert (folder / "day.png").read_bytes().startswith(b"\x89PNG")
-    numbers = json.loads((folder / "summary.json").read_text())
-    for key in ("largest_shift_um", "largest_turn_urad"):
-        assert numbers[key]["with"] < 0.5 * numbers[key]["without"]
-        assert f"{numbers[key]['without']:.2f}" in said.out
-        assert f"{numbers[key]['with']:.2f}" in said.out
-    assert "No thermometer on: platform, base." in said.out
-    hours = [line for line in said.out.splitlines() if line.split()[1:2] in (["works"], ["rests"])]
-    assert len(hours) == 13
-    assert cli.main(["demo", "--out", str(folder), "--seed", "4"]) == 0
-    assert json.loads((folder / "summary.json").read_text())["seed"] == 4
-
-
-def test_demo_keeps_what_no_demo_wrote(tmp_path: Path, capsys: Said) -> None:
-    """A file of the same name that is no demo's is kept, unless --force is given."""
-    (tmp_path / "day.csv").write_text("my own day")
-    (tmp_path / "summary.json").write_text('["mine"]')
-    assert cli.main(["demo", "--out", str(tmp_path)]) == 2
-    assert "which no demo wrote" in capsys.readouterr().err
-    assert (tmp_path / "day.csv").read_text() == "my own day"
-    assert cli.main(["demo", "--out", str(tmp_path), "--force"]) == 0
-    assert (tmp_path / "day.csv").read_text().startswith("time_s,")
-
-
-def test_warm_up_leaves_nothing_to_compile(capsys: Said) -> None:
-    """After ``warm-up`` every compiled loop has a build, and calls with other layouts make no new one."""
-    assert cli.main(["warm-up"]) == 0
-    assert "compiled" in capsys.readouterr().out
-    loops = {
-        (name, key): loop
-        for name, module in sys.modules.items()
-        if name.startswith("hexathermal.kinematics.")
-        for key, loop in vars(module).items()
-        if hasattr(loop, "signatures") and loop.py_func.__module__ == name
-    }
-    built = {name for (name, _key), loop in loops.items() if loop.signatures}
-    assert {f"hexathermal.kinematics.{part}" for part in KERNELS} <= built
-    entry = list(loops.values())
-    before = [len(loop.signatures) for loop in entry]
-    hexapod = ht.load_hexapod("reference")
-    still = np.repeat(hexapod.home[None], 6, axis=0)
-    still.setflags(write=False)
-    for pose in (hexapod.home, still, still[::2], np.asfortranarray(still), still.astype(np.float32)):
-        for temps in (np.full(6, 21.0), [21.0] * 6, np.full((len(pose) if pose.ndim == 3 else 4, 6), 21.0)):
-            told = hexapod.corrected_leg_lengths(pose, temps)
-            hexapod.corrected_pose(pose, temps)
-            hexapod.predicted_pose(told, temps)
-            hexapod.solve_forward(told)
-        hexapod.jacobian(pose)
-    assert [len(loop.signatures) for loop in entry] == before
-
-
-WORDS = ["correct", "machines", "show-machine", "--machine", "--poses", "--temps", "--out", "--json", "--seed",
-         "--force", "--convention", "--user-frame", "reference", "rubin-m2", "{tmp}/p.csv", "{tmp}/t.csv", "{tmp}",
-         "{tmp}/none/x.csv", "fixed-zyx", "-1e-3", "nan", "0", "-h", "--", "[b]x[/b]", "\u00e9\udcff", ""]  # fmt: skip
-
-
-@given(arguments=st.lists(st.sampled_from(WORDS) | st.text(max_size=8), max_size=9))
-@settings(max_examples=300, suppress_health_check=[HealthCheck.function_scoped_fixture])
-def test_no_arguments_whatever_show_a_traceback(
-    files: list[str], tmp_path: Path, arguments: list[str], capsys: Said
-) -> None:
-    """Any arguments end with a stated exit code and without a traceback; what was there is still there."""
-    before = [(tmp_path / name).read_bytes() for name in ("p.csv", "t.csv")]
-    assert cli.main([word.replace("{tmp}", str(tmp_path)) for word in arguments]) in EXIT_CODES
-    said = capsys.readouterr()
-    assert "Traceback" not in said.err + said.out
-    assert "error inside hexathermal:" not in said.err
-    assert [(tmp_path / name).read_bytes() for name in ("p.csv", "t.csv")] == before
-
-
-@given(
-    change=st.lists(
-        st.tuples(st.integers(0, 200), st.sampled_from(list("\"',;\n\r\0x9.-eNa \t"))), min_size=1, max_size=3
-    ),
-    which=st.sampled_from(["p.csv", "t.csv"]),
-)
-@settings(max_examples=60, suppress_health_check=[HealthCheck.function_scoped_fixture])
-def test_damaged_files_never_show_a_traceback(
-    files: list[str], tmp_path: Path, change: list[tuple[int, str]], which: str, capsys: Said
-) -> None:
-    """Files with letters changed at random are corrected or refused with a place; a refused run leaves nothing."""
-    texts = {"p.csv": f"{POSES}\n" + f"{POSE}\n" * 3, "t.csv": f"{SENSORS}\n{HEAT}\n"}
-    letters = list(texts[which])
-    for place, letter in change:
-        letters[place % len(letters)] = letter
-    texts[which] = "".join(letters)
-    for name, text in texts.items():
-        (tmp_path / name).write_text(text, newline="")
-    code = cli.main([*files, "--force"])
-    said = capsys.readouterr()
-    assert code in (0, 3, 4), said.err
-    assert "Traceback" not in said.err
-    assert (tmp_path / "o.csv").exists() == (code == 0)
-    assert not (tmp_path / "o.csv.part").exists()
-    if code:
-        assert f"{which}, line " in said.err or "p.csv, line " in said.err
-    (tmp_path / "o.csv").unlink(missing_ok=True)
-
-
-def test_the_figure_speaks_for_itself(tmp_path: Path) -> None:
-    """Axes carry quantities and units, the curves are those of the day; other endings than images are refused."""
-    result = demonstrate(ht.load_hexapod("reference"))
-    figure = day_figure(result)
-    labels = [axes.get_ylabel() for axes in figure.axes]
-    assert [label.rpartition("(")[2] for label in labels] == ["°C)", "µm)", "µrad)"]
-    assert "(h)" in figure.axes[-1].get_xlabel()
-    drawn = figure.axes[1].lines[0].get_ydata()
-    wanted = np.linalg.norm(result.errors_without[..., :3], axis=-1).max(axis=-1) * 1e6
-    assert np.array_equal(np.asarray(drawn), wanted)
-    for name, start in (("a.png", b"\x89PNG"), ("a.svg", b"<?xml"), ("a.pdf", b"%PDF")):
-        assert save_figure(figure, tmp_path / name).read_bytes().startswith(start)
-    with pytest.raises(ArgumentError, match="cannot write a figure"):
-        save_figure(figure, tmp_path / "a.txt")

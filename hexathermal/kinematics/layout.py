@@ -54,7 +54,7 @@ BLOCK = 64
 ROTATION_TOLERANCE = 1e-9
 """Largest ``|R^T R - I|`` of an accepted rotation: less than 1 nm at a joint 1 m from the origin."""
 
-STEP_TOLERANCE = 1e-7
+STEP_TOLERANCE = 3e-8
 """Newton stops after a step below this (rad, or fractions of the machine's size): the error left is its square."""
 
 CONTRACTION = 0.05

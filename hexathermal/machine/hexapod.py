@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import numpy.typing as npt
 import pinocchio as pin
 
 from hexathermal.errors import ArgumentError
-from hexathermal.machine import ports
 from hexathermal.machine.bodies import Bodies, PoseLimits
 from hexathermal.machine.ports import TemperaturesLike
 from hexathermal.machine.thermal import ThermalModel, frozen
@@ -215,41 +214,35 @@ class Hexapod:
             raise ArgumentError(f"machine {self.name!r} has no retracted_length: strokes are not defined")
         return finite_array(lengths, (6,), "lengths") - self.retracted_length
 
-    def inverse_kinematics(self, pose: PoseLike) -> FloatArray:
-        """Return the inter-articular lengths at a pose; see `hexathermal.kinematics.inverse.inverse_kinematics`."""
-        return ports.answers.inverse_kinematics(self, pose)
+    # Kinematics and predictions are functions of upper storeys, put in place by `ports.install` on import.
+    if TYPE_CHECKING:
 
-    def forward_kinematics(self, lengths: npt.ArrayLike, guess: PoseLike | None = None) -> Any:
-        """Return the pose at given lengths, or raise; see `hexathermal.kinematics.forward.forward_kinematics`."""
-        return ports.answers.forward_kinematics(self, lengths, guess)
+        def inverse_kinematics(self, pose: PoseLike) -> FloatArray:
+            """Return the inter-articular lengths at a pose."""
 
-    def solve_forward(self, lengths: npt.ArrayLike, guess: PoseLike | None = None) -> Any:
-        """Return a `ForwardResult` with a status for each pose; see `hexathermal.kinematics.forward.solve_forward`."""
-        return ports.answers.solve_forward(self, lengths, guess)
+        def forward_kinematics(self, lengths: npt.ArrayLike, guess: PoseLike | None = None) -> Any:
+            """Return the pose at given lengths, or raise."""
 
-    def jacobian(self, pose: PoseLike) -> FloatArray:
-        """Return ``dL/dx``, rows ``[u, (R p) x u]``; see `hexathermal.kinematics.jacobian.jacobian`."""
-        return ports.answers.jacobian(self, pose)
+        def solve_forward(self, lengths: npt.ArrayLike, guess: PoseLike | None = None) -> Any:
+            """Return a `ForwardResult` with a status for each pose."""
 
-    def assembly_modes(self, lengths: npt.ArrayLike) -> FloatArray:
-        """Return all real postures; see `hexathermal.kinematics.postures.assembly_modes`."""
-        return ports.answers.assembly_modes(self, lengths)
+        def jacobian(self, pose: PoseLike) -> FloatArray:
+            """Return ``dL/dx``, rows ``[u, (R p) x u]``."""
 
-    def corrected_leg_lengths(self, pose: PoseLike, temps: TemperaturesLike) -> FloatArray:
-        """Return the lengths to command; see `hexathermal.predict.correction.corrected_leg_lengths`."""
-        return ports.answers.corrected_leg_lengths(self, pose, temps)
+        def assembly_modes(self, lengths: npt.ArrayLike) -> FloatArray:
+            """Return all real postures."""
 
-    def corrected_pose(self, pose: PoseLike, temps: TemperaturesLike) -> Any:
-        """Return the pose to command; see `hexathermal.predict.correction.corrected_pose`."""
-        return ports.answers.corrected_pose(self, pose, temps)
+        def corrected_leg_lengths(self, pose: PoseLike, temps: TemperaturesLike) -> FloatArray:
+            """Return the lengths to command."""
 
-    def predicted_pose(self, lengths: npt.ArrayLike, temps: TemperaturesLike) -> FloatArray:
-        """Return where the platform really stands; see `hexathermal.predict.correction.predicted_pose`."""
-        return ports.answers.predicted_pose(self, lengths, temps)
+        def corrected_pose(self, pose: PoseLike, temps: TemperaturesLike) -> Any:
+            """Return the pose to command."""
 
-    def leg_drift(self, lengths: npt.ArrayLike, temps: TemperaturesLike) -> FloatArray:
-        """Return the drift of each leg [m]; see `hexathermal.predict.correction.leg_drift`."""
-        return ports.answers.leg_drift(self, lengths, temps)
+        def predicted_pose(self, lengths: npt.ArrayLike, temps: TemperaturesLike) -> FloatArray:
+            """Return where the platform really stands."""
+
+        def leg_drift(self, lengths: npt.ArrayLike, temps: TemperaturesLike) -> FloatArray:
+            """Return the drift of each leg [m]."""
 
     def __eq__(self, other: object) -> bool:
         if not isinstance(other, Hexapod):

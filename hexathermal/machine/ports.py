@@ -1,7 +1,8 @@
 """What a machine can be asked, and who answers.
 
-`Hexapod` is the lowest storey: it may not import the kinematics and predictions that its methods call.  It states
-here what it needs, and the package puts `hexathermal.predict.answers` in place when it is imported.
+`Hexapod` is the lowest storey: it may not import the kinematics and predictions that its methods stand for.  This
+protocol states them, and the package puts the functions of `hexathermal.predict.answers` in place when it is imported:
+each takes the machine first, so it serves as the method itself, documentation included, and a call costs no detour.
 """
 
 from __future__ import annotations
@@ -33,5 +34,8 @@ class Answers(Protocol):
     def leg_drift(self, hexapod: Hexapod, lengths: npt.ArrayLike, temps: TemperaturesLike, /) -> FloatArray: ...
 
 
-answers: Answers
-"""Set by ``import hexathermal``."""
+def install(machine: type[Hexapod], answers: Answers) -> None:
+    """Put the functions of `answers` in place as methods of the machine's class."""
+    for name in vars(Answers):
+        if not name.startswith("_"):
+            setattr(machine, name, getattr(answers, name))

@@ -1,5 +1,9 @@
 """Corrected leg lengths of whole trajectories: files in, a file out, in constant memory.
 
+The poses file has columns ``x_mm y_mm z_mm rx_deg ry_deg rz_deg`` and optionally ``time_s`` (increasing); other columns
+are copied.  The temperatures file has ``<name>_degC`` for each of `hexapod.sensor_names` and optionally ``time_s``; how
+its rows go with the poses is told in `hexathermal.predict.pairing`.
+
 Six coordinates of each pose count from the machine's home: ``T_base_platform = T_base_home U X inv(O)`` with the pose
 ``X`` of the file and the user and object frames ``U`` and ``O`` (both the identity unless given).
 """
@@ -172,15 +176,11 @@ def correct_trajectory(
     Parameters
     ----------
     hexapod : Hexapod
-    poses : path
-        CSV or Parquet with columns ``x_mm y_mm z_mm rx_deg ry_deg rz_deg``, counted from home, optional ``time_s``
-        (increasing); other columns are copied to the results.
-    temps : path
-        A column ``<name>_degC`` for each of `hexapod.sensor_names`, optional ``time_s``. See `pairing`.
-    out : path
-        CSV, or Parquet where the name ends in ``.parquet``. Its folder must exist.
+    poses, temps, out : path
+        CSV, or Parquet where the name ends in ``.parquet``; columns and pairing as in the modules' descriptions. The
+        folder of `out` must exist.
     convention : str
-        See `hexathermal.poses`.
+        Of the three angles, see `hexathermal.poses`.
     frames : Frames, optional
         User and object frames; coordinates in both files are then of the object in the user frame.
     lengths_only : bool
@@ -196,46 +196,42 @@ def correct_trajectory(
 
     Raises
     ------
-    FileFormatError
-        The first bad row or the header, with line, columns and values; numbers of rows or time spans that do not fit.
-    TemperatureError
-        A temperature is outside the law's range.
-    KinematicsError and its children
-        A pose cannot be reached.
-    ThermalModelError
-        The machine has no thermal law.
-    ArgumentError
-        A file to be read is not there; `out` exists, is one of them, or cannot be written.
+    FileFormatError, TemperatureError, KinematicsError
+        The header or a row is bad, out of the law's range, or cannot be reached; each with the line in its file.
+    ThermalModelError, ArgumentError
+        No thermal law; a file is not there; `out` exists, is a file that is read, or cannot be written.
     """
-    names = active_model(hexapod).sensor_names
-    target = Path(out)
-    source = open_table(poses, POSE_COLUMNS, "poses")
-    heat = open_table(temps, tuple(f"{name}_degC" for name in names), "temperatures")
+    target, columns = Path(out), tuple(f"{name}_degC" for name in active_model(hexapod).sensor_names)
+    source, heat = open_table(poses, POSE_COLUMNS, "poses"), open_table(temps, columns, "temperatures")
     check_out(target, (source.path, heat.path), overwrite)
     job = _Job(hexapod, source, convention, frames, lengths_only)
     _check_clashes(job)
     try:
-        followed, checked = paired(hexapod, source, heat)
-        with written_whole(target) as part, TableWriter(part, target, source) as writer:
-            while (rows := source.next_rows()) is not None:
-                hot, time = followed.of(rows)
-                columns = job.answer(rows, hot)
-                times = rows.time if rows.time is not None else time
-                writer.write(({} if times is None else {"time_s": times}) | columns, rows.extras)
-                if progress is not None:
-                    progress(source.done() + heat.done(), source.size + heat.size)
-            followed.finish()
-            if progress is not None:
-                progress(source.size + heat.size, source.size + heat.size)
+        return _streamed(job, heat, target, progress)
     finally:
         source.close()
         heat.close()
-    largest = job.largest
+
+
+def _streamed(job: _Job, heat: TableStream, out: Path, progress: Progress | None) -> TrajectorySummary:
+    """Do the work, block by block."""
+    source, largest = job.poses, job.largest
+    followed, checked = paired(job.hexapod, source, heat)
+    with written_whole(out) as part, TableWriter(part, out, source) as writer:
+        while (rows := source.next_rows()) is not None:
+            hot, time = followed.of(rows)
+            columns = job.answer(rows, hot)
+            times = rows.time if rows.time is not None else time
+            writer.write(({} if times is None else {"time_s": times}) | columns, rows.extras)
+            if progress is not None:
+                progress(source.done() + heat.done(), source.size + heat.size)
+        followed.finish()
+        if progress is not None:
+            progress(source.size + heat.size, source.size + heat.size)
     return TrajectorySummary(
-        out=target, rows=source.count, largest_correction_um=largest.value * 1e6, largest_leg=largest.leg,
-        largest_line=source.line(largest.row), sensors=names, lowest_degC=checked.lowest, highest_degC=checked.highest,
-        pairing=followed.pairing, copied=source.header.extras,
-        unused=heat.header.extras,
+        out=out, rows=source.count, largest_correction_um=largest.value * 1e6, largest_leg=largest.leg,
+        largest_line=source.line(largest.row), sensors=job.hexapod.sensor_names, lowest_degC=checked.lowest,
+        highest_degC=checked.highest, pairing=followed.pairing, copied=source.header.extras, unused=heat.header.extras,
     )  # fmt: skip
 
 
