@@ -3,7 +3,7 @@ PYTHON ?= python3
 VENV   ?= .venv
 BIN    := $(VENV)/bin
 
-.PHONY: demo test check bench models clean
+.PHONY: demo test bench models pictures clean
 
 demo: $(VENV)/installed
 	$(BIN)/hexathermal demo
@@ -21,6 +21,11 @@ bench: $(VENV)/installed
 
 models: $(VENV)/installed
 	$(BIN)/python tools/make_models.py
+
+pictures: $(VENV)/installed
+	$(BIN)/python tools/draw_models.py
+	$(BIN)/hexathermal demo --out $(VENV)/demo
+	cp $(VENV)/demo/day.png docs/demo.png
 
 $(VENV)/installed: pyproject.toml
 	$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11) and "Python 3.11 or later is needed")'

@@ -1,6 +1,6 @@
 """A machine warms through a working day: what its platform does with and without thermal correction.
 
-The truth: legs and plates expand by their laws at their true temperatures.  The controller knows only what the
+The truth: legs and plates expand by their laws at their true temperatures, the base about the centre of its joints.  The controller knows only what the
 machine's own thermometers read; the temperature of a plate without a thermometer stays unknown to it.
 """
 
@@ -83,6 +83,19 @@ def with_plate_sensors(hexapod: Hexapod) -> Hexapod:
     whole = replace(model, reference_temperature_degC=reference_degC(hexapod), **plates)  # type: ignore[arg-type]
     reference = np.array([known.get(name, reference_degC(hexapod)) for name in whole.sensor_names])
     return replace(hexapod, thermal=replace(whole, reference_temperature_degC=reference))
+
+
+def held_at_its_base(hexapod: Hexapod) -> tuple[Hexapod, FloatArray]:
+    """Return the machine with its base frame at the centre of the base joints, and the move (3,) [m].
+
+    A plate expands about its frame's origin. Where the base has no thermometer, its frame was chosen for other reasons,
+    and the truth is told where the base is held; with a thermometer the machine's own frame says where that is.
+    """
+    base = active_model(hexapod).base
+    centre = hexapod.base_joints.mean(axis=0) if base is not None and base.sensor is None else np.zeros(3)
+    home = hexapod.home.copy()
+    home[:3, 3] -= centre
+    return replace(hexapod, base_joints=hexapod.base_joints - centre, home=home), centre
 
 
 def pose_errors(wanted: FloatArray, reached: FloatArray) -> FloatArray:
@@ -168,7 +181,8 @@ def demonstrate(hexapod: Hexapod, *, day: WorkingDay | None = None, seed: int = 
     KinematicsError
         The machine cannot move about its home.
     """
-    whole = with_plate_sensors(hexapod)
+    held, centre = held_at_its_base(hexapod)
+    whole = with_plate_sensors(held)
     day = WorkingDay() if day is None else day
     generator = np.random.default_rng(seed)
     truth = day_temperatures(day, reference_degC(hexapod), generator)
@@ -178,8 +192,10 @@ def demonstrate(hexapod: Hexapod, *, day: WorkingDay | None = None, seed: int = 
     nominal = hexapod.inverse_kinematics(poses)
     corrected = hexapod.corrected_leg_lengths(poses, read[:, None])
     true_temps = sensor_truth(whole, truth)[:, None]
-    without = pose_errors(poses, whole.predicted_pose(nominal, true_temps))
-    with_ = pose_errors(poses, whole.predicted_pose(corrected, true_temps))
+    wanted = poses.copy()
+    wanted[:, :3, 3] -= centre
+    without = pose_errors(wanted, whole.predicted_pose(nominal, true_temps))
+    with_ = pose_errors(wanted, whole.predicted_pose(corrected, true_temps))
     return Demonstration(hexapod, day, seed, truth, read, poses, nominal, corrected, without, with_)
 
 

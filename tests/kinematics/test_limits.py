@@ -130,15 +130,17 @@ def test_lean_angles_of_a_batch_are_those_of_its_poses() -> None:
 
 
 def test_leading_shapes_and_se3() -> None:
-    """Every array has the poses' leading shape, none for an SE3, and cannot be written."""
+    """Every array has the poses' leading shape and cannot be written; a single pose gives plain values."""
     poses = poses_near_home(TURNED, 6, seed=5).reshape(2, 3, 4, 4)
     found, alone = margins(TURNED, poses, collisions=True), margins(TURNED, pin.SE3(poses[1, 2]), collisions=True)
     for item in fields(found):
         every, one = getattr(found, item.name), getattr(alone, item.name)
-        assert every.shape == (2, 3, *one.shape)
+        assert every.shape == (2, 3, *np.shape(one))
         assert np.array_equal(every[1, 2], one) or np.abs(every[1, 2] - one).max() < 1e-12
         with pytest.raises(ValueError, match="read-only"):
             every[0, 0] = 0
+    kinds = (alone.worst, alone.reachable, alone.share, alone.side, alone.worst_leg)
+    assert [type(value) for value in kinds] == [Limit, bool, float, int, int]
     assert margins(TURNED, np.empty((0, 4, 4)), collisions=True).stroke.shape == (0, 6)
 
 
@@ -162,7 +164,7 @@ def test_the_limit_that_is_broken_is_the_worst(coordinates: list[float], limit: 
     """A pose beyond one limit is not reachable, and `worst` names that limit with a negative share."""
     found = margins(machine, ht.pose_from_coordinates(coordinates, hexapod=machine))
     assert not found.reachable
-    assert Limit(int(found.worst)) is limit
+    assert found.worst is limit
     assert found.share < 0.0
     assert (found.worst_leg > 0) == (limit not in (Limit.TRAVEL, Limit.SINGULAR))
     assert margins(machine, machine.home).reachable
@@ -176,7 +178,7 @@ def test_thick_legs_collide() -> None:
     found = margins(machine, machine.home, collisions=True)
     assert found.clearance < 0.0
     assert not found.reachable
-    assert Limit(int(found.worst)) is Limit.COLLISION
+    assert found.worst is Limit.COLLISION
     assert found.worst_leg == found.clearance_legs[0] != found.clearance_legs[1]
 
 

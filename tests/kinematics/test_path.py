@@ -90,7 +90,7 @@ def test_what_is_named_without_a_failure() -> None:
     end = from_home(10, 20, 30, 5, 3, 10)
     found = check_path(REFERENCE, REFERENCE.home, end, samples=5)
     assert found.ok
-    assert (int(found.limit), int(found.leg), int(found.axis)) == (Limit.NONE, 0, -1)
+    assert (found.limit, found.leg, found.axis) == (Limit.NONE, 0, -1)
     assert np.isnan([found.first, found.value, found.bound]).all()
     every = margins(REFERENCE, path_poses(REFERENCE.home, end, np.linspace(0, 1, 5)))
     assert found.samples == 5
@@ -115,9 +115,9 @@ def test_a_dip_between_samples_is_not_missed(depth: float, ok: bool) -> None:
     stroke[2, 0] = dip.fun + depth - 0.6
     machine = replace(REFERENCE, stroke=stroke, base_cone=None, platform_cone=None)
     found = check_path(machine, start, end, samples=2)
-    assert bool(found.ok) is ok
+    assert found.ok is ok
     if not ok:
-        assert (Limit(int(found.limit)), int(found.leg)) == (Limit.STROKE, 3)
+        assert (found.limit, found.leg) == (Limit.STROKE, 3)
         assert found.first < dip.x
 
 
@@ -140,7 +140,7 @@ def test_a_turn_through_a_singular_pose_fails_there() -> None:
     """A hexapod of two symmetric rings is singular when turned by 90 degrees about z: a turn by 170 fails at 90/170."""
     found = check_path(FREE, FREE.home, from_home(0, 0, 0, 0, 0, 170))
     assert not found.ok
-    assert Limit(int(found.limit)) is Limit.SINGULAR
+    assert found.limit is Limit.SINGULAR
     assert found.first == pytest.approx(90.0 / 170.0, abs=1e-6)
     assert found.value > 1e6
     assert check_path(FREE, FREE.home, from_home(0, 0, 0, 0, 0, 89)).ok
@@ -165,7 +165,7 @@ def test_collisions_on_the_way() -> None:
     assert touching.any()
     assert not touching[0]
     assert not found.ok
-    assert Limit(int(found.limit)) is Limit.COLLISION
+    assert found.limit is Limit.COLLISION
     assert abs(found.first - s[touching.argmax()]) < 5.1e-3
     assert found.leg in found.smallest.clearance_legs
     assert -1e-6 < found.value <= 0.0

@@ -71,7 +71,7 @@ def test_volume_agrees_with_random_points(machine: ht.Hexapod, angles: tuple[flo
     """400 000 random points give the same volume within 4 standard deviations; bounds are as close as asked."""
     volume = reachable_volume(machine, turned(*angles), resolution=0.002)
     lower, upper = volume.bounds
-    found, deviation = sampled(machine, turned(*angles), np.array([0.3, 0.3, 0.22]), 400_000, seed=1)
+    found, deviation = sampled(machine, turned(*angles), np.array([0.36, 0.36, 0.3]), 400_000, seed=1)
     assert lower - 4.0 * deviation < found < upper + 4.0 * deviation
     assert 0.0 < upper - lower <= 0.004 * volume.value * (1.0 + 1e-9)
     assert volume.value == pytest.approx(0.5 * (lower + upper))
@@ -240,7 +240,7 @@ def test_a_singular_home_has_no_side() -> None:
         reachable_volume(machine)
     found = margins(machine, machine.home)
     assert not found.reachable
-    assert Limit(int(found.worst)) is Limit.SINGULAR
+    assert found.worst is Limit.SINGULAR
 
 
 slopes = st.one_of(st.just(0.0), st.floats(1e-6, 10.0))
