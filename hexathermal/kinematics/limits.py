@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, fields
 from enum import IntEnum
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -48,25 +48,25 @@ class Margins:
     limits : array, shape (..., 6) [m, m, m, rad, rad, rad]
         To the maker's travel `Hexapod.limits`: ``min(x - low, high - x)``, coordinates counted from home in its own
         convention.
-    condition_number : array, shape (...)
-        As `condition_number`: 1 perfect, infinity singular.
-    side : array, shape (...), int
+    condition_number : float, or array, shape (...)
+        As `condition_number`: 1 perfect, infinity singular.  A plain value for a single pose, and so are those below.
+    side : int, or array, shape (...)
         Sign of ``det J`` as compared with home: 1 the same, -1 beyond a singular pose, 0 singular (condition number
         above 1e7).
-    clearance : array, shape (...) [m]
+    clearance : float, or array, shape (...) [m]
         Smallest distance between two legs, negative where they overlap; NaN when not asked for, or where a leg stands
         so that its joints cannot be placed.
     clearance_legs : array, shape (..., 2), int
         The two legs that are nearest, 1 to 6; 0 without `clearance`.
-    share : array, shape (...)
+    share : float, or array, shape (...)
         Smallest share that is left of any limit: of half the stroke, of the cone, of half the travel, of home's
         ``1 / condition_number`` (with the sign of `side`), of the diameter of a leg's body for the clearance.  1 is
         mid-range, 0 on the limit.
-    worst : array, shape (...), int
+    worst : Limit, or array, shape (...), int
         The `Limit` with the smallest share.
-    worst_leg : array, shape (...), int
+    worst_leg : int, or array, shape (...)
         Its leg, 1 to 6; 0 where it is no limit of a leg.
-    reachable : array, shape (...), bool
+    reachable : bool, or array, shape (...)
         Within stroke, cones and travel (to 1e-12 m, rad), on home's side of all singular poses, and legs apart where
         asked for.  Necessary, not sufficient: `check_path` tells whether a move gets there.
     """
@@ -75,20 +75,20 @@ class Margins:
     base_cone: FloatArray
     platform_cone: FloatArray
     limits: FloatArray
-    condition_number: FloatArray
-    side: npt.NDArray[np.int8]
-    clearance: FloatArray
+    condition_number: Any
+    side: Any
+    clearance: Any
     clearance_legs: npt.NDArray[np.int8]
-    share: FloatArray
-    worst: npt.NDArray[np.int8]
-    worst_leg: npt.NDArray[np.int8]
-    reachable: npt.NDArray[np.bool_]
+    share: Any
+    worst: Any
+    worst_leg: Any
+    reachable: Any
 
     def __post_init__(self) -> None:
         for item in fields(self):
-            array = np.asarray(getattr(self, item.name))
-            array.setflags(write=False)
-            object.__setattr__(self, item.name, array)
+            value = getattr(self, item.name)
+            if isinstance(value, np.ndarray):
+                value.setflags(write=False)
 
 
 class Standing(NamedTuple):
@@ -246,7 +246,7 @@ def margins(hexapod: Hexapod, poses: PoseLike, *, collisions: bool = False) -> M
     >>> import hexathermal as ht
     >>> hexapod = ht.load_hexapod("reference")
     >>> found = margins(hexapod, ht.pose_from_coordinates([0, 0, 150, 0, 0, 0]))
-    >>> bool(found.reachable), Limit(int(found.worst)).name, round(float(found.stroke.min()), 4)
+    >>> found.reachable, found.worst.name, round(float(found.stroke.min()), 4)
     (False, 'STROKE', -0.0144)
     """
     array = poses_of(poses, "poses")
@@ -259,5 +259,12 @@ def margins(hexapod: Hexapod, poses: PoseLike, *, collisions: bool = False) -> M
 
 def shaped(found: Margins, lead: tuple[int, ...]) -> Margins:
     """Return flat margins with leading shape `lead`."""
-    arrays = {item.name: getattr(found, item.name) for item in fields(found)}
-    return Margins(**{name: array.reshape((*lead, *array.shape[1:])) for name, array in arrays.items()})
+    return Margins(**{item.name: reshaped(getattr(found, item.name), lead, item.name) for item in fields(found)})
+
+
+def reshaped(flat: npt.NDArray[Any], lead: tuple[int, ...], name: str) -> Any:
+    """Return a flat array with leading shape `lead`; a single number as a plain value, a limit as `Limit`."""
+    array = flat.reshape((*lead, *flat.shape[1:]))
+    if array.ndim:
+        return array
+    return Limit(array.item()) if name in ("worst", "limit") else array.item()

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, fields
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -15,6 +16,7 @@ from hexathermal.kinematics.limits import (
     clearances,
     decided,
     leg_margins,
+    reshaped,
     shaped,
     standing,
     travel_coordinates,
@@ -32,41 +34,41 @@ SAMPLES = 17
 
 @dataclass(frozen=True, eq=False)
 class PathCheck:
-    """Whether moves are allowed; arrays of the moves' leading shape.
+    """Whether moves are allowed; arrays of the moves' leading shape, plain values for a single move.
 
     Attributes
     ----------
-    ok : array, shape (...), bool
+    ok : bool, or array, shape (...)
         Every pose on the way, also between the samples, holds every limit to 1e-9 m (cones: at the platform joint;
         turns: 1e-9 rad), stays on home's side of all singular poses, and keeps the legs apart where asked for (an
         overlap below 0.01 mm between samples may be missed).
-    first : array, shape (...)
+    first : float, or array, shape (...)
         Part ``s`` of the way, 0 to 1, of the first pose that fails, to 1e-9; NaN where `ok`.
-    limit : array, shape (...), int
-        The `Limit` that fails there; 0 where `ok`.
-    leg : array, shape (...), int
+    limit : Limit, or array, shape (...), int
+        The `Limit` that fails there; `Limit.NONE` where `ok`.
+    leg : int, or array, shape (...)
         Its leg, 1 to 6; 0 where it is no limit of a leg.
-    axis : array, shape (...), int
+    axis : int, or array, shape (...)
         Coordinate of a failing travel: 0 to 5 for x, y, z, rx, ry, rz; -1 otherwise.
-    value, bound : array, shape (...)
+    value, bound : float, or array, shape (...)
         What was found there, and the limit it was held against: length [m], lean [rad], coordinate from home [m or
         rad], condition number (a move that crosses a singular pose shows a large one), distance of legs [m]; NaN where
         `ok`.
     smallest : Margins
         Smallest margins and largest condition number over the samples up to `first`.
-    samples : array, shape (...), int
+    samples : int, or array, shape (...)
         Poses that were looked at.
     """
 
-    ok: npt.NDArray[np.bool_]
-    first: FloatArray
-    limit: npt.NDArray[np.int8]
-    leg: npt.NDArray[np.int8]
-    axis: npt.NDArray[np.int8]
-    value: FloatArray
-    bound: FloatArray
+    ok: Any
+    first: Any
+    limit: Any
+    leg: Any
+    axis: Any
+    value: Any
+    bound: Any
     smallest: Margins
-    samples: npt.NDArray[np.int64]
+    samples: Any
 
 
 def _joint_shape(start: FloatArray, end: FloatArray, s: FloatArray) -> tuple[int, ...]:
@@ -146,7 +148,7 @@ def check_path(
     >>> hexapod = ht.load_hexapod("reference")
     >>> up = ht.pose_from_coordinates([0, 0, 200, 0, 0, 0], hexapod=hexapod)
     >>> found = check_path(hexapod, hexapod.home, up)
-    >>> bool(found.ok), Limit(int(found.limit)).name, round(float(found.first), 4), round(float(found.value), 6)
+    >>> found.ok, found.limit.name, round(found.first, 4), round(found.value, 6)
     (False, 'STROKE', 0.6736, 0.85)
     """
     count = SAMPLES if samples is None else samples
@@ -160,7 +162,7 @@ def check_path(
         for k in range(0, max(len(one), 1), MOVES_AT_ONCE)
     ]
     joined = {
-        item.name: np.concatenate([getattr(part, item.name) for part in parts]).reshape(lead)
+        item.name: reshaped(np.concatenate([getattr(part, item.name) for part in parts]), lead, item.name)
         for item in fields(PathCheck)
         if item.name != "smallest"
     }

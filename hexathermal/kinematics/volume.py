@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -14,6 +15,7 @@ from hexathermal.kinematics.limit_functions import LimitFunctions, limit_functio
 from hexathermal.kinematics.limits import (
     ROUNDING,
     rates,
+    reshaped,
     standing,
     travel_coordinates,
     travel_range,
@@ -46,10 +48,10 @@ class Volume:
         Whether home lies in the volume, or a straight move from home into it is certified by `check_path`.
     """
 
-    value: FloatArray
-    uncertainty: FloatArray
+    value: Any
+    uncertainty: Any
     bounds: FloatArray
-    reached: npt.NDArray[np.bool_]
+    reached: Any
 
 
 @dataclass(frozen=True, eq=False)
@@ -131,17 +133,21 @@ def reachable_volume(
     --------
     >>> import hexathermal as ht
     >>> volume = reachable_volume(ht.load_hexapod("reference"))
-    >>> bool(volume.uncertainty < 0.01 * volume.value)
+    >>> volume.uncertainty < 0.01 * volume.value
     True
     """
     _check(hexapod, resolution)
     turns = rotation_array(rotation)
     found = [_volume(hexapod, turn, resolution) for turn in turns.reshape(-1, 3, 3)]
     lead = turns.shape[:-2]
-    bounds = np.array([row[:2] for row in found]).reshape((*lead, 2))
-    reached = np.array([row[2] for row in found], dtype=np.bool_).reshape(lead)
-    uncertainty = (bounds[..., 1] - bounds[..., 0]) / (2.0 * np.sqrt(3.0))
-    return Volume(bounds.mean(axis=-1), uncertainty, bounds, reached[()])
+    bounds = np.array([row[:2] for row in found]).reshape(-1, 2)
+    columns = {
+        "value": bounds.mean(axis=1),
+        "uncertainty": (bounds[:, 1] - bounds[:, 0]) / (2.0 * np.sqrt(3.0)),
+        "reached": np.array([row[2] for row in found], dtype=np.bool_),
+    }
+    named = {name: reshaped(column, lead, name) for name, column in columns.items()}
+    return Volume(bounds=bounds.reshape((*lead, 2)), **named)
 
 
 def _check(hexapod: Hexapod, resolution: float) -> None:

@@ -1,7 +1,8 @@
 """A machine warms through a working day: what its platform does with and without thermal correction.
 
-The truth: legs and plates expand by their laws at their true temperatures, the base about the centre of its joints.  The controller knows only what the
-machine's own thermometers read; the temperature of a plate without a thermometer stays unknown to it.
+The truth: legs and plates expand by their laws at their true temperatures, the base about the centre of its joints. The
+controller knows only what the machine's own thermometers read; the temperature of a plate without a thermometer stays
+unknown to it.
 """
 
 from __future__ import annotations
