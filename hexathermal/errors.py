@@ -27,7 +27,21 @@ class UnknownNameError(HexathermalError, ValueError):
         return (type(self), (str(self), self.available))
 
 
-class KinematicsError(HexathermalError, ValueError):
+class _FieldsError(HexathermalError, ValueError):
+    """An error with fields beside its message; both survive pickling."""
+
+    def __reduce__(self) -> tuple[object, ...]:
+        return (_rebuilt, (type(self), str(self), self.__dict__))
+
+
+def _rebuilt(kind: type[_FieldsError], message: str, fields: dict[str, object]) -> _FieldsError:
+    """Return a pickled error as it was."""
+    error = kind(message)
+    error.__dict__.update(fields)
+    return error
+
+
+class KinematicsError(_FieldsError):
     """A pose or a set of leg lengths that the machine cannot take.
 
     Attributes
@@ -52,16 +66,6 @@ class KinematicsError(HexathermalError, ValueError):
     ) -> None:
         super().__init__(message)
         self.leg, self.value, self.lower, self.upper, self.index = leg, value, lower, upper, index
-
-    def __reduce__(self) -> tuple[object, ...]:
-        return (_rebuilt, (type(self), str(self), self.__dict__))
-
-
-def _rebuilt(kind: type[KinematicsError], message: str, fields: dict[str, object]) -> KinematicsError:
-    """Return a pickled error as it was."""
-    error = kind(message)
-    error.__dict__.update(fields)
-    return error
 
 
 class OutOfStrokeError(KinematicsError):
@@ -88,7 +92,7 @@ class ThermalModelError(HexathermalError, ValueError):
     """The machine has no thermal law (compensation is not active), or the law is unusable."""
 
 
-class TemperatureError(HexathermalError, ValueError):
+class TemperatureError(_FieldsError):
     """A temperature is missing, not a number, impossible, or outside the law's range.
 
     Attributes
@@ -113,16 +117,6 @@ class TemperatureError(HexathermalError, ValueError):
     ) -> None:
         super().__init__(message)
         self.sensor, self.value, self.lower, self.upper, self.index = sensor, value, lower, upper, index
-
-    def __reduce__(self) -> tuple[object, ...]:
-        return (_rebuilt_temperature, (str(self), self.__dict__))
-
-
-def _rebuilt_temperature(message: str, fields: dict[str, object]) -> TemperatureError:
-    """Return a pickled error as it was."""
-    error = TemperatureError(message)
-    error.__dict__.update(fields)
-    return error
 
 
 @dataclass(frozen=True)

@@ -45,7 +45,7 @@ from hexathermal.kinematics.layout import (
     SENSORS,
     SHORTEST,
 )
-from hexathermal.kinematics.lengths_loops import bad_bottom, bad_cone, lane
+from hexathermal.kinematics.lengths_loops import bad_bottom, bad_cone, entry, gathered, lane
 
 
 @formula
@@ -106,23 +106,6 @@ def corrected_one(both, T, temps, out):
         elif c[HAS_CONES] != 0.0 and code == OK and bad_cone(c, R, i, d, wanted):
             code = OUT_OF_CONE
     return code
-
-
-@formula
-def entry(which, k, count):
-    """Return which entry result `k` takes: an index array, or `k` itself, or 0 where there is only one."""
-    return which[k] if which.shape[0] else (k if count > 1 else 0)
-
-
-@formula
-def gathered_rows(T, which, first, width, s):
-    """Turn the poses behind a block of results into arrays by coordinate; rows as in `gathered`."""
-    for j in range(width):
-        P = T[entry(which, first + j, T.shape[0])]
-        s[j], s[BLOCK + j], s[2 * BLOCK + j], s[3 * BLOCK + j] = P[0, 0], P[0, 1], P[0, 2], P[0, 3]
-        s[4 * BLOCK + j], s[5 * BLOCK + j], s[6 * BLOCK + j], s[7 * BLOCK + j] = P[1, 0], P[1, 1], P[1, 2], P[1, 3]
-        s[8 * BLOCK + j], s[9 * BLOCK + j], s[10 * BLOCK + j], s[11 * BLOCK + j] = P[2, 0], P[2, 1], P[2, 2], P[2, 3]
-        s[12 * BLOCK + j] = bad_bottom(P)
 
 
 @loop
@@ -187,7 +170,7 @@ def corrected_many(both, T, temps, which_pose, which_temps, out):
     t = np.zeros(n * BLOCK)
     for first in range(0, out.shape[0], BLOCK):
         width = min(BLOCK, out.shape[0] - first)
-        gathered_rows(T, which_pose, first, width, s)
+        gathered(T, which_pose, first, width, s)
         for j in range(width):
             row = temps[entry(which_temps, first + j, temps.shape[0])]
             for k in range(n):

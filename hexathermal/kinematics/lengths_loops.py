@@ -65,14 +65,23 @@ def lengths_one(c, T, out):
 
 
 @formula
-def gathered(T, first, width, s):
-    """Turn a block of poses into arrays by coordinate; rows 0-11 the pose, row 12 the error of its last row."""
+def entry(which, k, count):
+    """Return which entry result `k` takes: an index array, or `k` itself, or 0 where there is only one."""
+    return which[k] if which.shape[0] else (k if count > 1 else 0)
+
+
+@formula
+def gathered(T, which, first, width, s):
+    """Turn the poses behind a block of results into arrays by coordinate.
+
+    Rows 0-11 hold the pose, row 12 the error of its last row; for `which` see `entry`.
+    """
     for j in range(width):
-        P = T[first + j]
+        P = T[entry(which, first + j, T.shape[0])]
         s[j], s[BLOCK + j], s[2 * BLOCK + j], s[3 * BLOCK + j] = P[0, 0], P[0, 1], P[0, 2], P[0, 3]
         s[4 * BLOCK + j], s[5 * BLOCK + j], s[6 * BLOCK + j], s[7 * BLOCK + j] = P[1, 0], P[1, 1], P[1, 2], P[1, 3]
         s[8 * BLOCK + j], s[9 * BLOCK + j], s[10 * BLOCK + j], s[11 * BLOCK + j] = P[2, 0], P[2, 1], P[2, 2], P[2, 3]
-        s[12 * BLOCK + j] = abs(P[3, 0]) + abs(P[3, 1]) + abs(P[3, 2]) + abs(P[3, 3] - 1.0)
+        s[12 * BLOCK + j] = bad_bottom(P)
 
 
 @formula
@@ -107,9 +116,10 @@ def lengths_many(c, T, out):
     n = T.shape[0]
     P, B, most = six_joints(c, PLATFORM), six_joints(c, BASE), c[LARGEST_TOTAL]
     s, o, error = np.zeros(13 * BLOCK), np.zeros(6 * BLOCK), np.zeros(BLOCK)
+    in_step = np.empty(0, dtype=np.int64)
     for first in range(0, n, BLOCK):
         width = min(BLOCK, n - first)
-        gathered(T, first, width, s)
+        gathered(T, in_step, first, width, s)
         for j in range(BLOCK):
             R, t = lane(s, j)
             L = six_lengths(R, t, P, B)

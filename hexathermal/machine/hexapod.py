@@ -11,8 +11,7 @@ import pinocchio as pin
 
 from hexathermal.errors import ArgumentError
 from hexathermal.machine.bodies import Bodies, PoseLimits
-from hexathermal.machine.ports import TemperaturesLike
-from hexathermal.machine.thermal import ThermalModel, frozen
+from hexathermal.machine.thermal import TemperaturesLike, ThermalModel, frozen
 from hexathermal.poses import FloatArray, PoseLike, as_array, finite_array, pose_array
 
 GRADES = ("A", "B", "C")

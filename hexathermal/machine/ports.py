@@ -7,17 +7,15 @@ each takes the machine first, so it serves as the method itself, documentation i
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy.typing as npt
 
+from hexathermal.machine.thermal import TemperaturesLike
 from hexathermal.poses import FloatArray, PoseLike
 
 if TYPE_CHECKING:
     from hexathermal.machine.hexapod import Hexapod
-
-TemperaturesLike = npt.ArrayLike | Mapping[str, npt.ArrayLike]
 
 
 class Answers(Protocol):

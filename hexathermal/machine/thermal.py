@@ -8,15 +8,18 @@ This module holds the numbers; the equations themselves stand in `hexathermal.ki
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import Any
+from typing import Any, TypeAlias
 
 import numpy as np
 import numpy.typing as npt
 
 from hexathermal.errors import ArgumentError
 from hexathermal.poses import FloatArray, as_array, finite_array
+
+TemperaturesLike: TypeAlias = npt.ArrayLike | Mapping[str, npt.ArrayLike]
+"""Temperatures [degC]: an array (..., n) in the order of a machine's sensors, or a mapping of their names."""
 
 ABSOLUTE_ZERO_DEGC = -273.15
 DEFAULT_RANGE_DEGC = (-60.0, 120.0)

@@ -20,7 +20,7 @@ from hexathermal.kinematics.forward import run
 from hexathermal.kinematics.inverse import inverse_kinematics, poses_of, refuse_pose
 from hexathermal.kinematics.refusals import refuse_cone, refuse_forward, refuse_stroke
 from hexathermal.machine.hexapod import Hexapod
-from hexathermal.machine.ports import TemperaturesLike
+from hexathermal.machine.thermal import TemperaturesLike
 from hexathermal.poses import FloatArray, PoseLike, finite_array, like
 from hexathermal.predict.temperatures import (
     active_model,

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from hexathermal.machine.hexapod import Hexapod
 from hexathermal.machine.library import load_hexapod
-from hexathermal.machine.ports import TemperaturesLike
+from hexathermal.machine.thermal import TemperaturesLike
 from hexathermal.poses import FloatArray, PoseLike
 
 

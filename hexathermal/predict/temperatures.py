@@ -11,8 +11,7 @@ from hexathermal.errors import ArgumentError, TemperatureError, ThermalModelErro
 from hexathermal.kinematics.batches import where
 from hexathermal.kinematics.inverse import plain
 from hexathermal.machine.hexapod import Hexapod
-from hexathermal.machine.ports import TemperaturesLike
-from hexathermal.machine.thermal import ABSOLUTE_ZERO_DEGC, ThermalModel
+from hexathermal.machine.thermal import ABSOLUTE_ZERO_DEGC, TemperaturesLike, ThermalModel
 from hexathermal.poses import FloatArray, as_array
 
 
