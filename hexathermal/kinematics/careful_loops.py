@@ -99,7 +99,7 @@ def newton(t, q, joints, L, size, contraction):
     """Newton from a pose; returns pose, determinant, steps and whether it converged.
 
     With ``contraction > 0`` the first step must be below it and each further one below half of the one before;
-    otherwise steps are capped and any convergence counts.
+    with 0 steps are capped, below 0 they are taken as they are, and any convergence counts.
     """
     x = np.zeros(6)
     before, determinant, steps = np.inf, 0.0, 0
@@ -112,7 +112,7 @@ def newton(t, q, joints, L, size, contraction):
         if contraction > 0.0:
             if step > contraction or (step > 0.5 * before and step > STEP_TOLERANCE):
                 return t, q, determinant, steps, False
-        else:
+        elif contraction == 0.0:
             capped(x, size)
         t, q = moved(t, q, (x[0], x[1], x[2], x[3], x[4], x[5]))
         before = step
@@ -197,17 +197,23 @@ def quaternion_of(T):
 
 @loop
 def retried(t0, q0, t, q, joints, L, size, sign):
-    """Capped Newton from the start, then from where the homotopy stopped; returns pose, steps and a code.
+    """Newton from the start and from where the homotopy stopped, capped and plain; returns pose, steps and a code.
 
     A posture found so counts as the start's branch only if the straight way to it is free of singular poses.
     """
-    t1, q1, _determinant, steps, converged = newton(t0, q0, joints, L, size, 0.0)
-    if not converged or not (length_error(t1, q1, joints, L) < RESIDUAL * size):
-        t1, q1, _determinant, more, converged = newton(t, q, joints, L, size, 0.0)
+    best_t, best_q, code, steps = t, q, NOT_CONVERGED, 0
+    for attempt in range(4):
+        cap = 0.0 if attempt < 2 else -1.0
+        if attempt % 2 == 0:
+            t1, q1, _determinant, more, converged = newton(t0, q0, joints, L, size, cap)
+        else:
+            t1, q1, _determinant, more, converged = newton(t, q, joints, L, size, cap)
         steps += more
-    if not converged:
-        return t1, q1, steps, NOT_CONVERGED
-    return t1, q1, steps, OK if straight_way_is_regular(t0, q0, t1, q1, joints, sign) else OTHER_BRANCH
+        if converged and length_error(t1, q1, joints, L) < RESIDUAL * size:
+            if straight_way_is_regular(t0, q0, t1, q1, joints, sign):
+                return t1, q1, steps, OK
+            best_t, best_q, code = t1, q1, OTHER_BRANCH
+    return best_t, best_q, steps, code
 
 
 @formula

@@ -57,10 +57,10 @@ ROTATION_TOLERANCE = 1e-9
 STEP_TOLERANCE = 3e-8
 """Newton stops after a step below this (rad, or fractions of the machine's size): the error left is its square."""
 
-CONTRACTION = 0.05
+CONTRACTION = 0.03
 """Largest Newton step (same unit) after the two chord steps for which the branch is taken as certain."""
 
-DETERMINANT_RATIO = 0.05
+DETERMINANT_RATIO = 0.25
 """Smallest determinant, as a part of home's, for which the branch is taken as certain."""
 
 OK, OUT_OF_STROKE, OUT_OF_CONE, SINGULAR, NOT_CONVERGED, OTHER_BRANCH = 0, 1, 2, 3, 4, 5

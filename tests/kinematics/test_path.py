@@ -176,6 +176,36 @@ def test_collisions_on_the_way() -> None:
     assert apart.smallest.clearance >= margins(slim, path_poses(start, end, s), collisions=True).clearance.min() - 1e-12
 
 
+def test_legs_that_pass_through_each_other_between_samples_collide() -> None:
+    """Legs in crossed pairs, side by side at both ends of a turn and through each other on the way: not missed."""
+    base, platform = [], []
+    for third in (0, 120, 240):
+        for side, radius in ((-1, 0.47), (1, 0.43)):
+            a, b = np.radians([third + 25 * side, third - 25 * side])
+            base.append([radius * np.cos(a), radius * np.sin(a), 0.0])
+            platform.append([(radius - 0.05) * np.cos(b), (radius - 0.05) * np.sin(b), 0.0])
+    machine = ht.Hexapod(base, platform, home=[0, 0, 0.6], bodies=ht.Bodies(0.03, 0.03))
+    start, end = from_home(0, 0, 0, 0, 0, -30, machine=machine), from_home(0, 0, 0, 0, 0, 45, machine=machine)
+    ends = margins(machine, np.stack([start, end]), collisions=True)
+    assert ends.clearance.min() > 0.005
+    found = check_path(machine, start, end, samples=2, collisions=True)
+    assert found.limit is Limit.COLLISION
+    assert 0.1 < found.first < 0.9
+    assert check_path(machine, start, end, samples=2).ok
+
+
+def test_a_visit_to_the_other_side_between_samples_is_not_missed() -> None:
+    """Moves whose ends are on home's side of the singular poses, and whose middle is not, are refused."""
+    random = np.random.default_rng(7)
+    start, end = ht.pose_from_coordinates(random.normal(size=(2, 3000, 6)) * [120, 120, 120, 35, 35, 35], hexapod=FREE)
+    side = margins(FREE, path_poses(start[:, None], end[:, None], np.linspace(0.0, 1.0, 21))).side
+    visits = (side[:, 0] == 1) & (side[:, -1] == 1) & (side == -1).any(axis=1)
+    assert visits.sum() >= 5
+    found = check_path(FREE, start[visits], end[visits], samples=2)
+    assert not found.ok.any()
+    assert (found.limit == Limit.SINGULAR).all()
+
+
 def test_the_way_back_is_as_good_as_the_way_there() -> None:
     """Reversed moves get the same verdict."""
     machine = MACHINES["cones"]

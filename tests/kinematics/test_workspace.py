@@ -151,6 +151,27 @@ def test_what_is_not_connected_with_home_does_not_count() -> None:
     assert reachable_volume(machine).value == pytest.approx(reachable_volume(REFERENCE).value, rel=0.02)
 
 
+def test_a_part_behind_a_wall_does_not_count() -> None:
+    """A leg's shortest length cuts a narrow travel in two, both parts on home's side of det J: home's counts."""
+    unit = WIDE.jacobian(WIDE.home)[2, :3]
+    across = np.cross(unit, [0.0, 0.0, 1.0]) / np.linalg.norm(np.cross(unit, [0.0, 0.0, 1.0]))
+    home = np.eye(4)
+    home[:3, :3] = np.column_stack([across, np.cross(unit, across), unit])
+    home[:3, 3] = 0.08 * across
+    stroke = np.tile([-0.5, 2.0], (6, 1))
+    stroke[2, 0] = float(WIDE.inverse_kinematics(WIDE.home)[2]) + 0.002 - 0.6
+    travel = ht.PoseLimits((-0.2, 0.04), (-0.001, 0.001), (-0.001, 0.001), (-1, 1), (-1, 1), (-1, 1))
+    machine = replace(
+        WIDE, platform_joints=WIDE.platform_joints @ home[:3, :3], home=home, stroke=stroke, limits=travel
+    )
+    x = np.linspace(-0.2, 0.04, 2401)
+    _poses, found = workspace_grid(machine, x, np.linspace(-0.001, 0.001, 5), np.linspace(-0.001, 0.001, 5))
+    assert not found.reachable[np.abs(x + 0.08) < 0.01].any()
+    here, there = (found.reachable[part].sum() * 1e-4 * 4e-6 / 25 for part in (x > -0.08, x < -0.08))
+    assert there > 0.2 * here
+    assert reachable_volume(machine, resolution=0.001).value == pytest.approx(here, rel=0.01)
+
+
 def test_the_other_side_of_a_singular_pose_does_not_count() -> None:
     """Turned by 120 degrees about z, two symmetric rings are beyond their singular pose at 90: nothing is reachable."""
     travel = ht.PoseLimits((-0.3, 0.3), (-0.3, 0.3), (-0.3, 0.3), (-1, 1), (-1, 1), (-3, 3))
