@@ -31,6 +31,7 @@ from hexathermal.kinematics.layout import (
     OUT_OF_STROKE,
     PLATFORM,
     SINGULAR,
+    SINGULAR_START,
     STEP_TOLERANCE,
     UNSURE,
 )
@@ -41,6 +42,9 @@ CAP_TRANSLATION, CAP_ROTATION = 0.15, 0.25
 
 DOUBTFUL = 1e-4
 """Determinant of the unit rows, over the machine's size cubed, below which the condition number is looked at."""
+
+SINGULAR_DETERMINANT = 1e-12
+"""The same for a start: below it the sign is noise, and a start has no branch."""
 
 FIRST_PART, SMALLEST_PART = 1.0 / 16.0, 1.0 / 4096.0
 """Parts of the way from the start's lengths to the wanted ones."""
@@ -217,13 +221,23 @@ def retried(t0, q0, t, q, joints, L, size, sign):
 
 
 @formula
-def centred(T, centre, back, out):
-    """Write the pose of the joints' centroid for a pose of the platform's origin, or the other way (`back`)."""
+def centred(T, centre, origin, out):
+    """Write the pose of the platform joints' centroid from the base joints' for a pose of the platform."""
     R, t = pose_of(T)
     s = rotate(R, (centre[0], centre[1], centre[2]))
-    w = -1.0 if back else 1.0
     for i in range(3):
-        out[i, 0], out[i, 1], out[i, 2], out[i, 3] = R[3 * i], R[3 * i + 1], R[3 * i + 2], t[i] + w * s[i]
+        out[i, 0], out[i, 1], out[i, 2], out[i, 3] = R[3 * i], R[3 * i + 1], R[3 * i + 2], (t[i] - origin[i]) + s[i]
+        out[3, i] = 0.0
+    out[3, 3] = 1.0
+
+
+@formula
+def uncentred(T, centre, origin, out):
+    """Write the pose of the platform for one of the centroids."""
+    R, t = pose_of(T)
+    s = rotate(R, (centre[0], centre[1], centre[2]))
+    for i in range(3):
+        out[i, 0], out[i, 1], out[i, 2], out[i, 3] = R[3 * i], R[3 * i + 1], R[3 * i + 2], (t[i] - s[i]) + origin[i]
         out[3, i] = 0.0
     out[3, 3] = 1.0
 
@@ -237,7 +251,8 @@ def careful_one(joints, L, start, size, out, info):
     t0 = (start[0, 3], start[1, 3], start[2, 3])
     q0 = quaternion_of(start)
     x = np.zeros(6)
-    sign = np.sign(pivoted_step(t0, q0, joints, L, x))
+    at_start = pivoted_step(t0, q0, joints, L, x)
+    sign = np.sign(at_start)
     t, q, determinant, steps, good = newton(t0, q0, joints, L, size, CONTRACTION)
     code = OK
     if not good:
@@ -254,6 +269,8 @@ def careful_one(joints, L, start, size, out, info):
         out[3, i] = 0.0
     out[3, 3] = 1.0
     info[0], info[1], info[2] = steps, worst, determinant
+    if abs(at_start) < SINGULAR_DETERMINANT * size**3:
+        return SINGULAR_START
     if not (worst < RESIDUAL * size):
         return NOT_CONVERGED
     if code == OK and not (determinant * sign > 0.0):
@@ -262,7 +279,7 @@ def careful_one(joints, L, start, size, out, info):
 
 
 @loop
-def careful_many(c, centre, size, lengths, commands, starts, expansions, only_unsure, out, codes, info):
+def careful_many(c, centre, origin, size, lengths, commands, starts, expansions, only_unsure, out, codes, info):
     """Careful solution of many sets of lengths; limits are held against `commands`; returns how many are not `OK`.
 
     `starts` (1 or N, 4, 4) and `expansions` (1 or N, 2: platform, base) serve all rows where there is one. With
@@ -278,10 +295,10 @@ def careful_many(c, centre, size, lengths, commands, starts, expansions, only_un
                 p = expanded(triple(c, PLATFORM + 3 * i), e[0])
                 b = expanded(triple(c, BASE + 3 * i), e[1])
                 for j in range(3):
-                    joints[3 * i + j], joints[18 + 3 * i + j] = p[j] - centre[j], b[j]
-            centred(starts[k if starts.shape[0] > 1 else 0], centre, False, start)
+                    joints[3 * i + j], joints[18 + 3 * i + j] = p[j] - centre[j], b[j] - origin[j]
+            centred(starts[k if starts.shape[0] > 1 else 0], centre, origin, start)
             code = careful_one(joints, lengths[k], start, size, found, row)
-            centred(found, centre, True, out[k])
+            uncentred(found, centre, origin, out[k])
             R, t = pose_of(out[k])
             limit = stroke_and_cones(c, R, t, commands[k])
             if code == OK or limit == OUT_OF_STROKE:

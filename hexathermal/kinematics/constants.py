@@ -13,7 +13,7 @@ from hexathermal.machine.thermal import PlateLaw, ThermalModel
 from hexathermal.poses import FloatArray
 
 SWAPPED_UNITS = 20.0
-"""A pose whose mean leg is this many times longer than the longest leg is refused: millimetres were meant."""
+"""A pose with a leg this many times longer than the longest allowed (or at home) is refused: millimetres were meant."""
 
 LARGEST_CONDITION = 1e7
 """Condition number (lengths over the machine's size) above which a pose is called singular."""
@@ -26,7 +26,8 @@ class Constants:
     `both_forward` joins machine and forward constants; `both_law` has the machine's constants as its first row, filled
     up, and the rows of the law below.
 
-    `unlimited` is `machine` without strokes; `radius` is the platform joints' about `centre`.
+    `unlimited` is `machine` without strokes; `radius` is the platform joints' about `centre`, their centroid; `origin` is
+    the base joints' centroid.
     """
 
     machine: FloatArray
@@ -35,6 +36,7 @@ class Constants:
     both_forward: FloatArray
     both_law: FloatArray
     centre: FloatArray
+    origin: FloatArray
     size: float
     radius: float
 
@@ -48,6 +50,12 @@ def constants(hexapod: Hexapod) -> Constants:
     return made
 
 
+def reach(hexapod: Hexapod) -> float:
+    """Return the leg length [m] beyond which a pose is taken for one in millimetres."""
+    longest = hexapod.length_limits[1]
+    return SWAPPED_UNITS * float(longest.max() if np.isfinite(longest).all() else hexapod.home_lengths.max())
+
+
 def dimensionless(J: FloatArray, radius: float) -> FloatArray:
     """Return Jacobians with rotations counted as motions of the joints: last three columns over their radius."""
     return np.asarray(J / np.array([1.0, 1.0, 1.0, radius, radius, radius]))
@@ -58,13 +66,17 @@ def _made(hexapod: Hexapod) -> Constants:
     p, b, home = hexapod.platform_joints, hexapod.base_joints, hexapod.home
     centre = p.mean(axis=0)
     radius = float(np.sqrt(((p - centre) ** 2).sum(axis=1).mean())) or 1.0
-    lengths = hexapod._home_lengths()
+    lengths = hexapod.home_lengths
     size = float(max(lengths.max(), np.linalg.norm(p - centre, axis=1).max()))
     law = thermal_rows(hexapod.thermal)
     machine = _machine(hexapod, lengths, size)
     unlimited = machine.copy()
     unlimited[at.SHORTEST : at.SHORTEST + 6], unlimited[at.LONGEST : at.LONGEST + 6] = 0.0, np.inf
-    forward = _forward(p - centre, b, home, centre, size)
+    origin = b.mean(axis=0)
+    shifted = home.copy()
+    shifted[:3, 3] -= origin
+    forward = _forward(p - centre, b - origin, shifted, centre, size)
+    forward[at.F_ORIGIN : at.F_ORIGIN + 3] = origin
     order = forward[at.F_ORDER : at.F_ORDER + 6].astype(int)
     for own, place, width in (
         (at.BASE_AXES, at.F_BASE_AXES, 3), (at.BASE_COSINES, at.F_BASE_COSINES, 1),
@@ -76,7 +88,7 @@ def _made(hexapod: Hexapod) -> Constants:
     both_law = np.zeros((1 + at.LAW_ROWS, columns))
     both_law[0, : at.MACHINE_LENGTH], both_law[1:, : law.shape[1]] = machine, law
     both_forward = np.concatenate([machine, forward])
-    return Constants(machine, unlimited, forward, both_forward, both_law, centre, size, radius)
+    return Constants(machine, unlimited, forward, both_forward, both_law, centre, origin, size, radius)
 
 
 def _machine(hexapod: Hexapod, lengths: FloatArray, size: float) -> FloatArray:
@@ -86,8 +98,7 @@ def _machine(hexapod: Hexapod, lengths: FloatArray, size: float) -> FloatArray:
     c[at.PLATFORM : at.PLATFORM + 18], c[at.BASE : at.BASE + 18] = p.ravel(), b.ravel()
     c[at.Q0 : at.Q0 + 6] = 0.0 if hexapod.retracted_length is None else hexapod.retracted_length
     shortest, longest = hexapod.length_limits
-    # the last bit of a length may be lost between a pose and its lengths: a limit itself must not be refused
-    slack = 4.0 * np.finfo(float).eps * size
+    slack = hexapod.length_slack
     c[at.SHORTEST : at.SHORTEST + 6], c[at.LONGEST : at.LONGEST + 6] = shortest - slack, longest + slack
     u = (p @ home[:3, :3].T + home[:3, 3] - b) / lengths[:, None]
     c[at.BASE_AXES : at.BASE_AXES + 18] = u.ravel()
@@ -97,8 +108,7 @@ def _machine(hexapod: Hexapod, lengths: FloatArray, size: float) -> FloatArray:
         c[at.HAS_CONES] = max(c[at.HAS_CONES], float(cone is not None))
     c[at.FIRST_SENSOR : at.FIRST_SENSOR + 9] = _first_sensors(hexapod.thermal)
     c[at.SIZE] = size
-    reach = longest.max() if np.isfinite(longest).all() else np.inf
-    c[at.LARGEST_TOTAL] = 6.0 * SWAPPED_UNITS * reach if np.isfinite(reach) else np.finfo(float).max
+    c[at.LARGEST_LENGTH] = reach(hexapod)
     return c
 
 

@@ -27,6 +27,7 @@ from hexathermal.kinematics.layout import (
     BLOCK,
     FIRST_SENSOR,
     HAS_CONES,
+    LARGEST_LENGTH,
     LAW_A,
     LAW_B,
     LAW_HIGHEST,
@@ -101,6 +102,8 @@ def corrected_one(both, T, temps, out):
         _s, d = leg_vector(R, t, p, expanded(triple(c, BASE + 3 * i), eb))
         wanted = np.sqrt(dot(d, d))
         out[i] = commanded_length(a, b, c[Q0 + i], wanted)
+        if not (wanted <= c[LARGEST_LENGTH]):
+            return BAD_POSE
         if not ((out[i] >= c[SHORTEST + i]) & (out[i] <= c[LONGEST + i])):
             code = OUT_OF_STROKE
         elif c[HAS_CONES] != 0.0 and code == OK and bad_cone(c, R, i, d, wanted):
@@ -134,7 +137,7 @@ def block_coefficients(c, law, t, w, error):
 def corrected_leg(c, i, s, w, error, o):
     """Commanded lengths of leg `i` for a block; `error` grows where a length or a cone is not allowed."""
     p0, b0, q0 = triple(c, PLATFORM + 3 * i), triple(c, BASE + 3 * i), c[Q0 + i]
-    low, high = c[SHORTEST + i], c[LONGEST + i]
+    low, high, reach = c[SHORTEST + i], c[LONGEST + i], c[LARGEST_LENGTH]
     u, v = triple(c, BASE_AXES + 3 * i), triple(c, PLATFORM_AXES + 3 * i)
     base_cosine, platform_cosine = c[BASE_COSINES + i], c[PLATFORM_COSINES + i]
     row_a, row_b, row_o = 2 * i * BLOCK, (2 * i + 1) * BLOCK, i * BLOCK
@@ -145,7 +148,7 @@ def corrected_leg(c, i, s, w, error, o):
         wanted = np.sqrt(dot(d, d))
         told = commanded_length(w[row_a + j], w[row_b + j], q0, wanted)
         o[row_o + j] = told
-        good = (told >= low) & (told <= high) & (dot(u, d) >= base_cosine * wanted)
+        good = (wanted <= reach) & (told >= low) & (told <= high) & (dot(u, d) >= base_cosine * wanted)
         good &= dot(rotate(R, v), d) >= platform_cosine * wanted
         error[j] += 0.0 if good else 1.0
 

@@ -13,8 +13,8 @@ from numpy import empty, ndarray
 from hexathermal.errors import ArgumentError, KinematicsError
 from hexathermal.kinematics import layout as at
 from hexathermal.kinematics.batches import in_chunks, place, slices, solvers, where
-from hexathermal.kinematics.constants import LARGEST_CONDITION, constants
-from hexathermal.kinematics.inverse import plain
+from hexathermal.kinematics.constants import LARGEST_CONDITION, constants, reach
+from hexathermal.kinematics.inverse import inverse_kinematics, plain
 from hexathermal.kinematics.jacobian import condition_number
 from hexathermal.kinematics.refusals import refuse_forward
 from hexathermal.machine.hexapod import Hexapod
@@ -92,13 +92,24 @@ def _starts(guess: PoseLike | None, hexapod: Hexapod, lead: tuple[int, ...]) -> 
     """Return start poses, one or as many as there are lengths."""
     if guess is None:
         return np.array(hexapod.home)[None]
-    array = np.array(pose_array(guess, "guess"))
+    array = np.array(pose_array(guess, "guess"), order="C")
+    if (inverse_lengths(hexapod, array) > reach(hexapod)).any():
+        raise ArgumentError("guess is far outside the machine; poses are in metres, were millimetres given?")
     if array.ndim == 2:
         return array[None]
     try:
-        return np.array(np.broadcast_to(array, (*lead, 4, 4))).reshape(-1, 4, 4)
+        return np.array(np.broadcast_to(array, (*lead, 4, 4)), order="C").reshape(-1, 4, 4)
     except ValueError:
-        raise ArgumentError(f"guess has shape {array.shape}; expected (4, 4) or {(*lead, 4, 4)}") from None
+        wanted = f"(4, 4) or {(*lead, 4, 4)}" if lead else "(4, 4), as there is one set of lengths"
+        raise ArgumentError(f"guess has shape {array.shape}; expected {wanted}") from None
+
+
+def inverse_lengths(hexapod: Hexapod, poses: FloatArray) -> FloatArray:
+    """Return leg lengths of poses that may be anywhere; infinite where a pose is refused."""
+    try:
+        return inverse_kinematics(hexapod, poses)
+    except ArgumentError:
+        return np.full((*poses.shape[:-2], 6), np.inf)
 
 
 def run(
@@ -148,7 +159,7 @@ def run(
                 begin = np.where((codes[i:j] == at.OK)[:, None, None], out[i:j], home)
         return int(
             careful.careful_many(
-                made.machine, made.centre, made.size, lengths[i:j], held[i:j], begin, part(expansions, i, j),
+                made.machine, made.centre, made.origin, made.size, lengths[i:j], held[i:j], begin, part(expansions, i, j),
                 from_home and cold, out[i:j], codes[i:j], notes,
             )
         )  # fmt: skip
@@ -160,7 +171,8 @@ def run(
 
 def _mark_singular(hexapod: Hexapod, poses: FloatArray, codes: npt.NDArray[np.int8]) -> None:
     """Decide by the condition number which doubtful poses are singular."""
-    doubtful = np.isin(codes, (at.NOT_CONVERGED, at.OTHER_BRANCH, at.SINGULAR, at.NEAR_SINGULAR))
+    codes[codes == at.SINGULAR_START] = at.SINGULAR
+    doubtful = np.isin(codes, (at.NOT_CONVERGED, at.OTHER_BRANCH, at.NEAR_SINGULAR))
     chosen = np.flatnonzero(doubtful & np.isfinite(poses).all(axis=(1, 2)))
     singular = _conditions(hexapod, poses[chosen]) > LARGEST_CONDITION
     codes[codes == at.NEAR_SINGULAR] = at.OK
@@ -202,7 +214,7 @@ def solve_forward(hexapod: Hexapod, lengths: npt.ArrayLike, guess: PoseLike | No
     Raises
     ------
     ArgumentError
-        Wrong shape, not finite, or lengths not above 0.
+        Wrong shape, not finite, lengths not above 0, or a guess far outside the machine.
 
     Examples
     --------
@@ -222,7 +234,7 @@ def solve_forward(hexapod: Hexapod, lengths: npt.ArrayLike, guess: PoseLike | No
     if good.any():
         condition[good] = _conditions(hexapod, poses[good])
     if not lead:
-        mode = int(_modes(hexapod, poses)[0])
+        mode = 0 if codes[0] == at.SINGULAR else int(_modes(hexapod, poses)[0])
         steps, residual = int(info[0, 0]), float(info[0, 1])
         return ForwardResult(poses[0], ForwardStatus(int(codes[0])), steps, residual, float(condition[0]), mode)
     return ForwardResult(
@@ -231,7 +243,7 @@ def solve_forward(hexapod: Hexapod, lengths: npt.ArrayLike, guess: PoseLike | No
         iterations=info[:, 0].astype(np.int64).reshape(lead),
         residual=info[:, 1].reshape(lead),
         condition_number=condition.reshape(lead),
-        assembly_mode=_modes(hexapod, poses).reshape(lead),
+        assembly_mode=np.where(codes == at.SINGULAR, 0, _modes(hexapod, poses)).reshape(lead),
     )
 
 

@@ -38,6 +38,7 @@ from hexathermal.kinematics.layout import (
     F_INVERSE,
     F_INVERSE_SIZE,
     F_ORDER,
+    F_ORIGIN,
     F_PLATFORM,
     F_PLATFORM_AXES,
     F_PLATFORM_COSINES,
@@ -109,9 +110,10 @@ def written(R, t, out):
 
 @formula
 def from_centre(f, R, t):
-    """Return the position of the platform's own origin, given that of the joints' centroid."""
+    """Return the position of the platform's own origin in the base, given that of one centroid from the other."""
     s = rotate(R, triple(f, F_CENTRE))
-    return (t[0] - s[0], t[1] - s[1], t[2] - s[2])
+    o = triple(f, F_ORIGIN)
+    return ((t[0] - s[0]) + o[0], (t[1] - s[1]) + o[1], (t[2] - s[2]) + o[2])
 
 
 @formula

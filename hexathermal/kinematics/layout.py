@@ -13,15 +13,15 @@ BASE_COSINES = 72
 PLATFORM_AXES = 78
 PLATFORM_COSINES = 96
 SIZE = 102
-LARGEST_TOTAL = 103
+LARGEST_LENGTH = 103
 HAS_CONES = 104
 FIRST_SENSOR = 105
 SENSORS = 113
 MACHINE_LENGTH = 114
 
 # --- forward constants: joints with the legs in elimination order, home, and the inverse of Newton's matrix at home.
-# The solver's platform origin is the centroid of the platform joints (F_CENTRE in the platform frame), so that a far
-# pivot costs no accuracy.
+# The solver's origins are the centroids of the joints (F_CENTRE in the platform frame, F_ORIGIN in the base frame), so
+# that a far pivot or a far base frame costs no accuracy.
 F_PLATFORM = 0
 F_BASE = 18
 F_T = 36
@@ -35,7 +35,8 @@ F_BASE_AXES = 90
 F_BASE_COSINES = 108
 F_PLATFORM_AXES = 114
 F_PLATFORM_COSINES = 132
-FORWARD_LENGTH = 138
+F_ORIGIN = 138
+FORWARD_LENGTH = 141
 
 # --- rows of the thermal law, one column a sensor, in the order leg 1 .. leg 6, platform, base; the machine's constants
 # from FIRST_SENSOR on tell which columns are whose
@@ -69,8 +70,8 @@ OK, OUT_OF_STROKE, OUT_OF_CONE, SINGULAR, NOT_CONVERGED, OTHER_BRANCH = 0, 1, 2,
 UNSURE = 6
 """The fast loop asks for the careful solver."""
 
-NEAR_SINGULAR = 10
-"""The careful solver found a pose whose determinant asks for its condition number."""
+NEAR_SINGULAR, SINGULAR_START = 10, 11
+"""The careful solver found a pose, or was given a start, whose determinant asks for its condition number."""
 
 BAD_POSE, BAD_TEMPERATURE, BAD_SHAPE = 7, 8, 9
 """Outcomes of the loops that start from a pose."""

@@ -26,7 +26,7 @@ from hexathermal.kinematics.layout import (
     BASE_AXES,
     BASE_COSINES,
     BLOCK,
-    LARGEST_TOTAL,
+    LARGEST_LENGTH,
     OK,
     PLATFORM,
     PLATFORM_AXES,
@@ -57,11 +57,11 @@ def lengths_one(c, T, out):
     R, t = pose_of(T)
     if not (rotation_error(R) + bad_bottom(T) < ROTATION_TOLERANCE):
         return BAD_POSE
-    total = 0.0
+    good = True
     for i in range(6):
         out[i] = leg_length(R, t, triple(c, PLATFORM + 3 * i), triple(c, BASE + 3 * i))
-        total += out[i]
-    return OK if total <= c[LARGEST_TOTAL] else BAD_POSE
+        good &= out[i] <= c[LARGEST_LENGTH]
+    return OK if good else BAD_POSE
 
 
 @formula
@@ -114,7 +114,7 @@ def six_lengths(R, t, P, B):
 def lengths_many(c, T, out):
     """Leg lengths of many poses; returns the index of the first bad pose or -1."""
     n = T.shape[0]
-    P, B, most = six_joints(c, PLATFORM), six_joints(c, BASE), c[LARGEST_TOTAL]
+    P, B, most = six_joints(c, PLATFORM), six_joints(c, BASE), c[LARGEST_LENGTH]
     s, o, error = np.zeros(13 * BLOCK), np.zeros(6 * BLOCK), np.zeros(BLOCK)
     in_step = np.empty(0, dtype=np.int64)
     for first in range(0, n, BLOCK):
@@ -125,8 +125,9 @@ def lengths_many(c, T, out):
             L = six_lengths(R, t, P, B)
             o[j], o[BLOCK + j], o[2 * BLOCK + j] = L[0], L[1], L[2]
             o[3 * BLOCK + j], o[4 * BLOCK + j], o[5 * BLOCK + j] = L[3], L[4], L[5]
-            total = L[0] + L[1] + L[2] + L[3] + L[4] + L[5]
-            error[j] = rotation_error(R) + s[12 * BLOCK + j] + (0.0 if total <= most else 1.0)
+            near = (L[0] <= most) & (L[1] <= most) & (L[2] <= most)
+            near &= (L[3] <= most) & (L[4] <= most) & (L[5] <= most)
+            error[j] = rotation_error(R) + s[12 * BLOCK + j] + (0.0 if near else 1.0)
         # a loop of its own: a count next to the formula would keep the compiler from vector code
         wrong = 0
         for j in range(width):
@@ -149,13 +150,14 @@ def jacobian_one(c, T, out):
     R, t = pose_of(T)
     if not (rotation_error(R) + bad_bottom(T) < ROTATION_TOLERANCE):
         return BAD_POSE
-    total = 0.0
+    good = True
     for i in range(6):
-        row = jacobian_row(R, t, triple(c, PLATFORM + 3 * i), triple(c, BASE + 3 * i))
+        p, b = triple(c, PLATFORM + 3 * i), triple(c, BASE + 3 * i)
+        row = jacobian_row(R, t, p, b)
         out[i, 0], out[i, 1], out[i, 2] = row[0], row[1], row[2]
         out[i, 3], out[i, 4], out[i, 5] = row[3], row[4], row[5]
-        total += row[0] + row[3]
-    return OK if np.isfinite(total) else BAD_POSE
+        good &= (leg_length(R, t, p, b) <= c[LARGEST_LENGTH]) & np.isfinite(row[0])
+    return OK if good else BAD_POSE
 
 
 @loop

@@ -5,6 +5,11 @@ Six lengths fix the platform up to at most 40 complex postures, and for some mac
 in `modes_start.npz` (made by `tools/make_modes_start.py`), are followed while that machine is deformed into
 the caller's (`modes_tracker` has the equations).  Generically the 40 paths end at the 40 solutions, and 40
 distinct ends prove that none is missing.
+
+Where a machine moves with its legs locked, the solutions form curves and no list is complete.  Two kinds exist:
+machines that do so at every pose (`architecturally_singular`; they are told from the joints alone), and machines
+that do so at some lengths only.  The latter show in the ends: on a curve each start machine ends somewhere else,
+and a step along the free motion leads to further postures.
 """
 
 from __future__ import annotations
@@ -18,6 +23,15 @@ import numpy as np
 import numpy.typing as npt
 
 from hexathermal.errors import ArgumentError
+from hexathermal.kinematics.holding import (
+    architecturally_singular,
+    checked,
+    moves,
+    refine_real,
+    rotations,
+    singular_poses,
+    way_between,
+)
 
 if TYPE_CHECKING:
     C128 = npt.NDArray[np.complex128]
@@ -40,9 +54,16 @@ class AssemblyModes:
 
     A general machine has 40 complex solutions, and 40 distinct ends of the 40 paths make `complete` a proof
     up to rounding.  A special one (joints shared by two legs, symmetric rings, ...) has fewer: some paths
-    leave towards infinity, and `complete` says that runs from two start machines agreed.  Two real postures
-    closer than 3e-7 sizes (a pose at a singularity) are listed once.  Lengths that a machine can hold while
-    moving (architectural singularities) have no finite list: `complete` is False.
+    leave towards infinity, and `complete` says that runs from two start machines agreed, multiple solutions
+    included.  Two real postures closer than 3e-7 sizes, or closer than 1e-3 and both singular (condition number of
+    the dimensionless Jacobian above 1e7), are listed once.
+
+    A singular posture that stands alone (a fold, where two postures meet) leaves the list complete.  Lengths that a
+    machine can hold while moving have no finite list, and `complete` is False: if the machine is
+    `architecturally_singular` (nothing is then searched: no poses, `paths_failed` 40), if the multiple solutions
+    found from two start machines differ by more than 1e-3, if a step of 0.02 sizes along the free motion of a
+    singular posture leads to another singular posture that meets the tolerance, or if there are more poses than
+    `complex_solutions`.
 
     Attributes
     ----------
@@ -54,11 +75,12 @@ class AssemblyModes:
         True if every one of the 40 paths is accounted for: it ended at a solution of its own, or where no
         real posture can be.  False: postures may be missing, or the machine can move with its legs locked.
     complex_solutions : int
-        Distinct finite complex solutions found, real ones included (40 for a machine of general geometry).
+        Distinct finite complex solutions found, real ones included (40 for a machine of general geometry); at least
+        the number of poses if `complete`.
     residuals : array, shape (k,) [m]
         max_i | |t + R p_i - b_i| - L_i | of each posture, read-only.
     paths_failed : int
-        Paths that are not accounted for; 0 if `complete`.
+        Paths that are not accounted for and postures that are not isolated; 0 if `complete`.
     """
 
     poses: F64
@@ -84,6 +106,7 @@ class _Census(NamedTuple):
 
     regular: C128  # (n, 8) distinct finite solutions, unit vectors
     sharp: C128  # (l, 8) those of them that stand well apart from all others
+    blunt: C128  # (j, 8) finite ends at, or next to, multiple solutions: all that are not sharp
     singular: C128  # (m, 8) finite ends that paths come near but do not reach
     group: I64  # (m,) which of them belong to one solution
     failed: int
@@ -138,9 +161,9 @@ def assembly_modes(
     >>> modes.complete, modes.complex_solutions
     (True, 40)
     """
-    base = _checked("base_joints", base_joints, (6, 3))
-    platform = _checked("platform_joints", platform_joints, (6, 3))
-    length = _checked("lengths", lengths, (6,))
+    base = checked("base_joints", base_joints, (6, 3))
+    platform = checked("platform_joints", platform_joints, (6, 3))
+    length = checked("lengths", lengths, (6,))
     if not np.all(length > 0):
         raise ArgumentError(f"lengths must be positive; got {length.tolist()} m")
     if not 1e-14 <= tolerance <= 1e-6:
@@ -150,30 +173,21 @@ def assembly_modes(
 
 def _listed(base: F64, platform: F64, length: F64, tolerance: float) -> AssemblyModes:
     """Return the postures of checked input."""
+    if architecturally_singular(base, platform):
+        return AssemblyModes(_frozen(np.empty((0, 4, 4))), False, 0, _frozen(np.empty(0)), MOST_SOLUTIONS)
     scaled = _scale(base, platform, length)
     census = _solve(scaled)
-    poses, lost = _real_poses(scaled, census, tolerance)
+    poses, unsettled = _real_poses(scaled, census, tolerance)
     poses = _sort(poses, scaled.unit)
     points = np.einsum("kij,nj->kni", poses[:, :3, :3], platform) + poses[:, None, :3, 3]
     residuals = np.abs(np.linalg.norm(points - base, axis=2) - length).max(axis=1)
-    poses.setflags(write=False)
-    residuals.setflags(write=False)
     found = len(census.regular) + int((np.bincount(census.group) > 1).sum())
-    return AssemblyModes(poses, census.failed + lost == 0, found, residuals, census.failed + lost)
+    failed = census.failed + unsettled + max(0, len(poses) - found)
+    return AssemblyModes(_frozen(poses), failed == 0, found, _frozen(residuals), failed)
 
 
-def _checked(name: str, values: npt.ArrayLike, shape: tuple[int, ...]) -> F64:
-    """Return values as a float array of this shape, or say what is wrong with them."""
-    try:
-        if np.iscomplexobj(values):
-            raise TypeError("complex")
-        array = np.array(values, dtype=np.float64)
-    except (TypeError, ValueError) as error:
-        raise ArgumentError(f"{name} must be an array of real numbers, shape {shape}") from error
-    if array.shape != shape:
-        raise ArgumentError(f"{name} must have shape {shape}; got {array.shape}")
-    if not np.all(np.isfinite(array)):
-        raise ArgumentError(f"{name} must be finite; got {array.tolist()}")
+def _frozen(array: F64) -> F64:
+    array.setflags(write=False)
     return array
 
 
@@ -195,7 +209,8 @@ def _starts() -> tuple[C128, C128]:
 def _solve(scaled: _Scaled) -> _Census:
     """Follow 40 paths from one start machine after the other, until all are accounted for.
 
-    One round is enough where 40 distinct solutions are found; else two rounds must find the same ones.
+    One round is enough where 40 distinct solutions are found; else two rounds must find the same ones, and
+    the same multiple ones: the ends on a curve of solutions depend on where the paths came from.
     Solutions of all rounds are united, with their complex conjugates (the target is real).
     """
     from hexathermal.kinematics import modes_tracker as tracker
@@ -204,7 +219,9 @@ def _solve(scaled: _Scaled) -> _Census:
     squares = (p**2).sum(axis=1) + (b**2).sum(axis=1) - length**2
     target = np.column_stack([squares, p, b]).astype(np.complex128)
     regular = sharp = np.empty((0, 8), np.complex128)
-    agreed, census = False, _Census(regular, sharp, regular, np.empty(0, np.int64), MOST_SOLUTIONS)
+    agreed = False
+    earlier: list[C128] = []
+    census = _Census(regular, sharp, regular, regular, np.empty(0, np.int64), MOST_SOLUTIONS)
     for legs, points, fraction in zip(*_starts(), _FRACTIONS, strict=True):
         ends, states, reports = tracker.track_all(legs, target, points, fraction)
         census = _take_census(ends, states == tracker.REGULAR, reports)
@@ -212,8 +229,11 @@ def _solve(scaled: _Scaled) -> _Census:
         regular = _distinct(np.concatenate([regular, census.regular, census.regular.conj()]))
         sharp = _distinct(np.concatenate([sharp, census.sharp, census.sharp.conj()]))
         if len(regular) == MOST_SOLUTIONS:
-            return _Census(regular, sharp, regular[:0], census.group[:0], 0)
+            return _Census(regular, sharp, regular[:0], regular[:0], census.group[:0], 0)
+        blunt = np.concatenate([census.blunt, census.blunt.conj()])
         agreed = census.failed == 0 and len(census.sharp) == before == len(sharp)
+        agreed = agreed and any(_same_places(blunt, other) for other in earlier)
+        earlier.append(blunt)
         if agreed and fraction < _FRACTIONS[0]:
             break
     failed = max(census.failed, len(regular) - MOST_SOLUTIONS, 0 if agreed else 1)
@@ -230,7 +250,16 @@ def _take_census(ends: C128, arrived: npt.NDArray[np.bool_], reports: F64) -> _C
     singular = ends[~arrived & ~gone]
     group = np.array([(_distances(singular, x[None]) < _CLUSTER).argmax() for x in singular], np.int64)
     failed += int((np.bincount(group) == 1).sum())
-    return _Census(_distinct(sound), _distinct(sharp), singular, group, failed)
+    blunt = np.concatenate([ends[arrived & ~gone & (sensitivity >= _SENSITIVE)], singular])
+    return _Census(_distinct(sound), _distinct(sharp), blunt, singular, group, failed)
+
+
+def _same_places(first: C128, second: C128) -> bool:
+    """Tell whether each point has one of the other set within _CLUSTER."""
+    if not len(first) or not len(second):
+        return len(first) == len(second)
+    near = _distances(first, second) < _CLUSTER
+    return bool(near.any(axis=0).all() and near.any(axis=1).all())
 
 
 def _distances(first: C128, second: C128) -> F64:
@@ -247,7 +276,9 @@ def _distinct(points: C128) -> C128:
 
 
 def _real_poses(scaled: _Scaled, census: _Census, tolerance: float) -> tuple[F64, int]:
-    """Return the real postures (k, 4, 4) in the caller's frames and how many did not reach the tolerance.
+    """Return the real postures (k, 4, 4) in the caller's frames and how many are open.
+
+    Open are those that did not reach the tolerance and those that are not isolated.
 
     A solution is real if it is its own complex conjugate, which another solution is never closer to than
     _SAME.  A singular end is real if Newton's method on the real equations converges next to it.
@@ -259,16 +290,22 @@ def _real_poses(scaled: _Scaled, census: _Census, tolerance: float) -> tuple[F64
     points = points * np.exp(-1j * np.angle(phase))
     near = np.linalg.norm(points.imag, axis=1) < 0.01
     turns, shifts = _pose_of(points.real[near])
-    turns, shifts, worst, moved = _refine_real(scaled, turns, shifts)
+    turns, shifts, worst, moved = refine_real(scaled.base, scaled.platform, scaled.lengths, turns, shifts)
     good = (worst <= tolerance) & (moved < np.where(certain[near], 1e-5, 0.03))
     lost = int((certain[near] & ~good).sum())
-    rotations, shifts = _rotations(turns[good]), shifts[good]
-    flat = np.concatenate([rotations.reshape(-1, 9), shifts], axis=1)
-    apart = np.linalg.norm(flat[:, None] - flat[None], axis=2)
-    single = ~np.tril(apart < _CLOSE, -1).any(axis=1)
-    poses = np.zeros((int(single.sum()), 4, 4))
-    poses[:, :3, :3] = rotations[single]
-    poses[:, :3, 3] = scaled.base_centre + scaled.unit * shifts[single]
+    turns, shifts = turns[good], shifts[good]
+    singular = singular_poses(scaled.base, scaled.platform, turns, shifts)
+    # rounding scatters a multiple solution by its root (1e-8 for a double one)
+    limit = np.where(singular[:, None] & singular, _CLUSTER, _CLOSE)
+    single = ~np.tril(way_between(turns[:, None], shifts[:, None], turns, shifts) < limit, -1).any(axis=1)
+    turns, shifts, singular = turns[single], shifts[single], singular[single]
+    lost += sum(
+        moves(scaled.base, scaled.platform, scaled.lengths, turns[k], shifts[k], tolerance)
+        for k in np.flatnonzero(singular)
+    )
+    poses = np.zeros((len(turns), 4, 4))
+    poses[:, :3, :3] = rotations(turns)
+    poses[:, :3, 3] = scaled.base_centre + scaled.unit * shifts
     poses[:, :3, 3] -= poses[:, :3, :3] @ scaled.platform_centre
     poses[:, 3, 3] = 1
     return poses, lost
@@ -279,46 +316,6 @@ def _pose_of(points: F64) -> tuple[F64, F64]:
     points = points / np.linalg.norm(points[:, :4], axis=1, keepdims=True)
     e, h = points[:, :4], points[:, 4:]
     return e, e[:, :1] * h[:, 1:] - h[:, :1] * e[:, 1:] + np.cross(e[:, 1:], h[:, 1:])
-
-
-def _rotations(turns: F64) -> F64:
-    """Return the rotation matrices (k, 3, 3) of unit quaternions (k, 4), scalar first."""
-    w, v = turns[:, 0, None, None], turns[:, 1:]
-    skew = np.cross(v[:, None, :], np.eye(3)).transpose(0, 2, 1)
-    return np.eye(3) + 2 * (w * skew + skew @ skew)
-
-
-def _refine_real(scaled: _Scaled, turns: F64, shifts: F64) -> tuple[F64, F64, F64, F64]:
-    """Improve poses by Newton steps on the six lengths; return them, max |error| and the way moved (k,).
-
-    ::
-
-        dL_i = u_i . dt + (R p_i x u_i) . w,   u_i = (t + R p_i - b_i) / L_i,   e <- (1, w / 2) e / |.|
-    """
-    best = (turns.copy(), shifts.copy(), np.full(len(shifts), np.inf), np.zeros(len(shifts)))
-    moved = np.zeros(len(shifts))
-    for _ in range(12):
-        arms = np.einsum("kij,nj->kni", _rotations(turns), scaled.platform)
-        legs = arms + shifts[:, None] - scaled.base
-        size = np.linalg.norm(legs, axis=2)
-        errors = size - scaled.lengths
-        worst = np.abs(errors).max(axis=1)
-        better = worst < best[2]
-        for kept, now in zip(best, (turns, shifts, worst, moved), strict=True):
-            kept[better] = now[better]
-        if not better.any():
-            break
-        units = legs / size[:, :, None]
-        jacobian = np.concatenate([units, np.cross(arms, units)], axis=2)
-        step = -np.einsum("kij,kj->ki", np.linalg.pinv(jacobian, rcond=1e-11), errors)
-        shifts = shifts + step[:, :3]
-        half = 0.5 * step[:, 3:]
-        scalar = turns[:, :1] - (half * turns[:, 1:]).sum(axis=1, keepdims=True)
-        vector = turns[:, 1:] + turns[:, :1] * half + np.cross(half, turns[:, 1:])
-        turns = np.concatenate([scalar, vector], axis=1)
-        turns = turns / np.linalg.norm(turns, axis=1, keepdims=True)
-        moved = moved + np.linalg.norm(step, axis=1)
-    return best
 
 
 def _sort(poses: F64, unit: float) -> F64:

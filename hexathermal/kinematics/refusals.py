@@ -9,6 +9,7 @@ import numpy as np
 from hexathermal.errors import (
     ArgumentError,
     JointConeError,
+    KinematicsError,
     NotConvergedError,
     OtherBranchError,
     OutOfStrokeError,
@@ -16,42 +17,83 @@ from hexathermal.errors import (
 )
 from hexathermal.kinematics import layout as at
 from hexathermal.kinematics.batches import where
-from hexathermal.kinematics.constants import LARGEST_CONDITION, constants
+from hexathermal.kinematics.constants import LARGEST_CONDITION, constants, dimensionless
 from hexathermal.kinematics.inverse import inverse_kinematics
-from hexathermal.kinematics.lean import lean_angles
+from hexathermal.kinematics.jacobian import at_centre, jacobian
+from hexathermal.kinematics.lean import angles_of
 from hexathermal.machine.hexapod import Hexapod
 from hexathermal.poses import FloatArray
 
 
 def refuse_forward(
-    hexapod: Hexapod, code: int, pose: FloatArray, lengths: FloatArray, index: tuple[int, ...] = ()
+    hexapod: Hexapod,
+    code: int,
+    pose: FloatArray,
+    lengths: FloatArray,
+    index: tuple[int, ...] = (),
+    expansions: FloatArray | None = None,
 ) -> NoReturn:
-    """Raise the error of a code, with leg, value and limits."""
+    """Raise the error of a code, with leg, value and limits.
+
+    `pose` is what the solver ended with, `lengths` the true ones it sought, `expansions` those of platform and base.
+    """
     here = where(index)
     if code == at.OUT_OF_STROKE:
         refuse_stroke(hexapod, lengths, index)
     if code == at.OUT_OF_CONE:
-        refuse_cone(hexapod, pose, index)
-    error = np.abs(_lengths(hexapod, pose) - lengths)
-    leg = int(np.nanargmax(error)) if np.isfinite(error).any() else 0
+        refuse_cone(hexapod, pose, index, expansions)
     if code == at.SINGULAR:
+        condition, leg = _condition_and_leg(hexapod, pose)
         raise SingularPoseError(
-            f"singular pose{here}: the leg lengths do not hold the platform (condition number above "
-            f"{LARGEST_CONDITION:g}); keep away from it, or start from another guess",
-            value=float(np.inf), upper=LARGEST_CONDITION, index=index,
+            f"singular pose{here}: the leg lengths do not hold the platform (condition number {condition:.3g}, allowed "
+            f"{LARGEST_CONDITION:g}; leg {leg + 1} is the most dependent); keep away from it, or start from another guess",
+            leg=leg + 1, value=condition, lower=1.0, upper=LARGEST_CONDITION, index=index,
         )  # fmt: skip
     if code == at.OTHER_BRANCH:
+        ratio = determinant(hexapod, pose) / determinant(hexapod, hexapod.home)
+        _condition, leg = _condition_and_leg(hexapod, pose)
         raise OtherBranchError(
-            f"these lengths{here} are met only in another posture than the one reached from the start: the way "
-            "there passes a singular pose; assembly_modes(lengths) lists all postures, forward_kinematics(lengths, "
-            "guess=...) starts elsewhere",
-            value=float(error[leg]), index=index,
+            f"these lengths{here} were met only in another posture than the one reached from the start: the way there "
+            f"passes a singular pose (det J is {ratio:.3g} of home's; leg {leg + 1} is the most dependent there); "
+            "assembly_modes(lengths) lists all postures, forward_kinematics(lengths, guess=...) starts elsewhere",
+            leg=leg + 1, value=ratio, lower=0.0, index=index,
         )  # fmt: skip
+    error = np.abs(_lengths(warm_machine(hexapod, expansions), pose) - lengths)
+    leg = int(np.nanargmax(error)) if np.isfinite(error).any() else 0
+    allowed = 2e-14 * constants(hexapod).size
     raise NotConvergedError(
-        f"no pose has these leg lengths{here}: leg {leg + 1} stays {error[leg]:.3g} m off "
-        f"(allowed {2e-14 * constants(hexapod).size:.1g} m); check the lengths (metres, q0 + q) or give a guess",
-        leg=leg + 1, value=float(error[leg]), upper=2e-14 * constants(hexapod).size, index=index,
+        f"no pose with these leg lengths{here} was found from the start: leg {leg + 1} stays {error[leg]:.3g} m off "
+        f"(allowed {allowed:.1g} m); check the lengths (metres, q0 + q), give a guess, or ask assembly_modes(lengths)",
+        leg=leg + 1, value=float(error[leg]), lower=0.0, upper=allowed, index=index,
     )  # fmt: skip
+
+
+def warm_machine(hexapod: Hexapod, expansions: FloatArray | None) -> Hexapod:
+    """Return the machine between expanded plates, without strokes; `expansions`: ``alpha dT`` of platform and base."""
+    if expansions is None or not expansions.any():
+        return hexapod
+    platform, base = hexapod.platform_joints * (1.0 + expansions[0]), hexapod.base_joints * (1.0 + expansions[1])
+    return Hexapod(base, platform, home=hexapod.home, name=hexapod.name)
+
+
+def determinant(hexapod: Hexapod, pose: FloatArray) -> float:
+    """Return ``det J``; 0 where the pose is none."""
+    try:
+        return float(np.linalg.det(jacobian(hexapod, pose)))
+    except (ArgumentError, KinematicsError):
+        return 0.0
+
+
+def _condition_and_leg(hexapod: Hexapod, pose: FloatArray) -> tuple[float, int]:
+    """Return the condition number at a pose, and the leg with the largest part in the most dependent lengths."""
+    made = constants(hexapod)
+    try:
+        J = dimensionless(at_centre(jacobian(hexapod, pose), pose, made.centre), made.radius)
+    except (ArgumentError, KinematicsError):
+        return np.inf, 0
+    left, values, _right = np.linalg.svd(J)
+    condition = values[0] / values[-1] if values[-1] > 0.0 else np.inf
+    return float(condition), int(np.abs(left[:, -1]).argmax())
 
 
 def _lengths(hexapod: Hexapod, pose: FloatArray) -> FloatArray:
@@ -76,11 +118,14 @@ def refuse_stroke(hexapod: Hexapod, lengths: FloatArray, index: tuple[int, ...] 
     )  # fmt: skip
 
 
-def refuse_cone(hexapod: Hexapod, pose: FloatArray, index: tuple[int, ...] = ()) -> NoReturn:
-    """Raise for the joint that is furthest out of its cone."""
+def refuse_cone(
+    hexapod: Hexapod, pose: FloatArray, index: tuple[int, ...] = (), expansions: FloatArray | None = None
+) -> NoReturn:
+    """Raise for the joint that is furthest out of its cone, between plates as warm as they are."""
+    units = jacobian(warm_machine(hexapod, expansions), pose)[:, :3]
     worst: tuple[float, str, int, float, float] = (-np.inf, "", 0, 0.0, 0.0)
     cones = (("base", hexapod.base_cone), ("platform", hexapod.platform_cone))
-    for (joint, cone), angle in zip(cones, lean_angles(hexapod, pose), strict=True):
+    for (joint, cone), angle in zip(cones, angles_of(hexapod, units, pose[:3, :3]), strict=True):
         if cone is not None:
             leg = int((angle - cone).argmax())
             worst = max(worst, (float(angle[leg] - cone[leg]), joint, leg, float(angle[leg]), float(cone[leg])))

@@ -145,14 +145,17 @@ class Hexapod:
             raise ArgumentError("a thermal law needs retracted_length: its drift is A q0 dT + B q dT")
         if self.grade not in GRADES:
             raise ArgumentError(f"grade {self.grade!r} is not known; choose 'A' identified, 'B' measured, 'C' drawing")
-        lengths = self._home_lengths()
+        lengths = self.home_lengths
+        if not np.isfinite(lengths).all():
+            raise ArgumentError("leg lengths at home are not finite: joint coordinates are too large; metres are meant")
         if not (lengths > 0.0).all():
             leg = int(lengths.argmin()) + 1
             raise ArgumentError(
                 f"leg {leg} has length 0 at home: its base and platform joint coincide; give another home"
             )
         shortest, longest = self.length_limits
-        if ((lengths < shortest) | (lengths > longest)).any():
+        slack = self.length_slack
+        if ((lengths < shortest - slack) | (lengths > longest + slack)).any():
             leg = int(np.maximum(shortest - lengths, lengths - longest).argmax())
             raise ArgumentError(
                 f"home is out of stroke: leg {leg + 1} is {lengths[leg]:.6g} m long there, "
@@ -190,8 +193,15 @@ class Hexapod:
             raise ArgumentError(f"home has shape {pose.shape}; expected (3,), (4, 4) or an SE3")
         return pose
 
-    def _home_lengths(self) -> FloatArray:
-        """Return the leg lengths at home."""
+    @property
+    def length_slack(self) -> float:
+        """How far beyond a limit a length may lie [m]: what rounding of the coordinates costs, a few 1e-15 m."""
+        joints = np.abs(self.base_joints).max() + np.abs(self.platform_joints).max() + np.abs(self.home[:3, 3]).max()
+        return float(4.0 * np.finfo(float).eps * (joints + self.home_lengths.max()))
+
+    @property
+    def home_lengths(self) -> FloatArray:
+        """Inter-articular lengths at home, shape (6,) [m]."""
         moved = self.platform_joints @ self.home[:3, :3].T + self.home[:3, 3]
         return np.asarray(np.linalg.norm(moved - self.base_joints, axis=1))
 
@@ -263,7 +273,7 @@ class Hexapod:
 
     def __repr__(self) -> str:
         lines = [f"Hexapod {self.name or '(no name)'} · grade {self.grade}"]
-        lengths = self._home_lengths()
+        lengths = self.home_lengths
         if self.stroke is not None and self.retracted_length is not None:
             lines.append(f"  q0      {_range(self.retracted_length)} mm, stroke {_range(self.stroke)} mm")
         lines.append(f"  home    legs {_range(lengths)} mm, platform origin at {_point(self.home[:3, 3])} mm")

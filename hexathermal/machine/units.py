@@ -6,21 +6,27 @@ decimals and rounded once; a double is written as the shortest decimal that is r
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
-from decimal import Decimal, localcontext
+from decimal import MAX_EMAX, MIN_EMIN, ROUND_HALF_EVEN, Context, Decimal, localcontext
 
 PI = Decimal("3.14159265358979323846264338327950288419716939937510582097494")
+
+_OWN = Context(prec=60, rounding=ROUND_HALF_EVEN, Emin=MIN_EMIN, Emax=MAX_EMAX, capitals=1, clamp=0, flags=[], traps=[])
+"""The caller's decimal context may be of any precision; a machine must not depend on it."""
 
 
 def metres(value_mm: Decimal) -> float:
     """Return millimetres as metres."""
-    return float(value_mm.scaleb(-3))
+    sign, digits, exponent = value_mm.as_tuple()
+    if not isinstance(exponent, int):
+        return float(value_mm)
+    return float(f"{'-' * sign}{''.join(map(str, digits))}e{exponent - 3}")
 
 
 def radians(value_deg: Decimal) -> float:
     """Return degrees as radians."""
-    with localcontext() as context:
-        context.prec = 50
+    with localcontext(_OWN):
         return float(value_deg * PI / 180)
 
 
@@ -29,25 +35,25 @@ def same(value: Decimal) -> float:
     return float(value)
 
 
-_FACTORS: dict[Callable[[Decimal], float], Decimal] = {metres: Decimal(1000), radians: 180 / PI, same: Decimal(1)}
-
-
 def shortest(value: float, reader: Callable[[Decimal], float]) -> Decimal:
-    """Return the decimal with the fewest digits that `reader` turns into exactly `value`.
+    """Return the decimal with the fewest digits that `reader` turns into exactly `value`, its sign included.
 
     Examples
     --------
     >>> str(shortest(0.25, metres)), str(shortest(radians(Decimal("12.5")), radians))
     ('250', '12.5')
     """
-    with localcontext() as context:
-        context.prec = 60
-        exact = Decimal(value) * (180 / PI if reader is radians else _FACTORS[reader])
+    if value == 0.0:
+        return Decimal("-0" if math.copysign(1.0, value) < 0.0 else "0")
+    with localcontext(_OWN) as context:
+        exact = Decimal(value)
+        if reader is not same:
+            exact = exact * 180 / PI if reader is radians else exact * 1000
         for digits in range(1, 26):
             context.prec = digits
             rounded = +exact
+            context.prec = _OWN.prec
             if reader(rounded) == value:
-                context.prec = 60
                 return _plain(rounded)
         return exact
 

@@ -16,12 +16,12 @@ from hexathermal.errors import ArgumentError
 from hexathermal.kinematics import layout as at
 from hexathermal.kinematics.batches import correctors, in_chunks, place
 from hexathermal.kinematics.constants import constants
-from hexathermal.kinematics.forward import run
+from hexathermal.kinematics.forward import checked_lengths, run
 from hexathermal.kinematics.inverse import inverse_kinematics, poses_of, refuse_pose
 from hexathermal.kinematics.refusals import refuse_cone, refuse_forward, refuse_stroke
 from hexathermal.machine.hexapod import Hexapod
 from hexathermal.machine.thermal import TemperaturesLike
-from hexathermal.poses import FloatArray, PoseLike, finite_array, like
+from hexathermal.poses import FloatArray, PoseLike, like
 from hexathermal.predict.temperatures import (
     active_model,
     check_temperatures,
@@ -115,7 +115,7 @@ def _corrected(hexapod: Hexapod, poses: FloatArray, temps: FloatArray) -> FloatA
         if bad >= 0:
             m = int(which_pose[bad]) if which_pose.size else (bad if flat.shape[0] > 1 else 0)
             n = int(which_temps[bad]) if which_temps.size else (bad if hot.shape[0] > 1 else 0)
-            _refuse(hexapod, flat[m], hot[n], place(bad, lead))
+            _refuse(hexapod, flat[m], hot[n], place(bad, lead), place(n, temps.shape[:-1]))
     return out.reshape(*lead, 6)
 
 
@@ -144,19 +144,26 @@ def _which(own: tuple[int, ...], lead: tuple[int, ...]) -> npt.NDArray[np.int64]
     return np.ascontiguousarray(np.broadcast_to(np.arange(count).reshape(own), lead)).reshape(-1)
 
 
-def _refuse(hexapod: Hexapod, pose: FloatArray, temps: FloatArray, index: tuple[int, ...]) -> NoReturn:
-    """Say why a pose and its temperatures were refused."""
+def _refuse(
+    hexapod: Hexapod, pose: FloatArray, temps: FloatArray, index: tuple[int, ...], reading: tuple[int, ...]
+) -> NoReturn:
+    """Say why a pose and its temperatures were refused; `index` is the result's place, `reading` that of the temps."""
     made = constants(hexapod)
     out = np.empty(6)
     code = correctors().corrected_one(made.both_law, np.array(pose), np.array(temps), out)
     if code == at.BAD_TEMPERATURE:
-        refuse_temperatures(hexapod, temps, index)
+        refuse_temperatures(hexapod, temps, reading)
     if code == at.OUT_OF_STROKE:
         inverse_kinematics(hexapod, pose)
         refuse_stroke(hexapod, out, index)
     if code == at.OUT_OF_CONE:
-        refuse_cone(hexapod, pose, index)
+        refuse_cone(hexapod, pose, index, _expansions(hexapod, temps))
     refuse_pose(hexapod, pose, index)
+
+
+def _expansions(hexapod: Hexapod, temps: FloatArray) -> FloatArray:
+    """Return ``alpha dT`` of platform and base at one set of temperatures, shape (2,)."""
+    return _warm_lengths(hexapod, hexapod.home_lengths, temps)[1]
 
 
 def corrected_pose(hexapod: Hexapod, pose: PoseLike, temps: TemperaturesLike) -> Any:
@@ -197,7 +204,7 @@ def leg_drift(hexapod: Hexapod, lengths: npt.ArrayLike, temps: TemperaturesLike)
     -------
     array, shape (..., 6) [m]
     """
-    commands = finite_array(lengths, (6,), "lengths")
+    commands = checked_lengths(lengths)
     warm, _scales = _warm_lengths(hexapod, commands, temps)
     return warm - commands
 
@@ -249,7 +256,7 @@ def predicted_pose(hexapod: Hexapod, lengths: npt.ArrayLike, temps: Temperatures
     >>> bool(warm[2, 3] > hexapod.home[2, 3])             # warm legs lift the platform
     True
     """
-    commands = finite_array(lengths, (6,), "lengths")
+    commands = checked_lengths(lengths)
     warm, expansions = _warm_lengths(hexapod, commands, temps)
     lead = warm.shape[:-1]
     true = np.array(warm.reshape(-1, 6))
@@ -259,7 +266,7 @@ def predicted_pose(hexapod: Hexapod, lengths: npt.ArrayLike, temps: Temperatures
     poses, codes, _info = run(hexapod, true, None, commands=told, expansions=flat)
     if codes.any():
         bad = int(np.flatnonzero(codes)[0])
-        refuse_forward(hexapod, int(codes[bad]), poses[bad], true[bad], place(bad, lead))
+        refuse_forward(hexapod, int(codes[bad]), poses[bad], true[bad], place(bad, lead), flat[bad])
     return poses.reshape(*lead, 4, 4)
 
 

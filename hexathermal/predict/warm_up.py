@@ -31,7 +31,7 @@ def steps() -> Iterator[Step]:
     plates = _with_plates(hexapod)
     one, many = np.array(hexapod.home), np.repeat(hexapod.home[None], 70, axis=0)
     cool, warm, hot = np.full(6, 21.0), np.full((70, 6), 22.0), np.full(8, 23.0)
-    lengths = hexapod._home_lengths()
+    lengths = hexapod.home_lengths
     yield "leg lengths of one pose", lambda: hexapod.inverse_kinematics(one)
     yield "leg lengths of many poses", lambda: hexapod.inverse_kinematics(many)
     yield "Jacobians", lambda: condition_number(hexapod, many)

@@ -184,7 +184,7 @@ def test_legs_that_pass_through_each_other_between_samples_collide() -> None:
             a, b = np.radians([third + 25 * side, third - 25 * side])
             base.append([radius * np.cos(a), radius * np.sin(a), 0.0])
             platform.append([(radius - 0.05) * np.cos(b), (radius - 0.05) * np.sin(b), 0.0])
-    machine = ht.Hexapod(base, platform, home=[0, 0, 0.6], bodies=ht.Bodies(0.03, 0.03))
+    machine = ht.Hexapod(base, platform, home=[0, 0, 0.6], bodies=ht.Bodies(0.002, 0.002))
     start, end = from_home(0, 0, 0, 0, 0, -30, machine=machine), from_home(0, 0, 0, 0, 0, 45, machine=machine)
     ends = margins(machine, np.stack([start, end]), collisions=True)
     assert ends.clearance.min() > 0.005
