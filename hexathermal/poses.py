@@ -26,7 +26,7 @@ FloatArray: TypeAlias = npt.NDArray[np.float64]
 PoseLike: TypeAlias = "pin.SE3 | npt.ArrayLike"
 
 ROTATION_TOLERANCE = 1e-9
-"""Largest ``|R^T R - I|`` of an accepted rotation: an error below 1 nm at a joint 1 m from the origin."""
+"""Largest sum of ``|R^T R - I|`` (upper triangle): an error below 1 nm at a joint 1 m from the origin."""
 
 CONVENTIONS: Mapping[str, str] = MappingProxyType(
     {
@@ -57,11 +57,12 @@ class HasHome(Protocol):
 
 def _convention(name: str) -> str:
     """Return ``fixed-xyz`` or ``fixed-zyx``."""
-    key = name.lower().replace("_", "-") if isinstance(name, str) else name
+    key = name.lower().replace("_", "-") if isinstance(name, str) else ""
     if key not in CONVENTIONS:
         raise UnknownNameError(
             f"convention {name!r} is not known; choose 'fixed-xyz' (R = Rz Ry Rx, SYMETRIE) or "
-            f"'fixed-zyx' (R = Rx Ry Rz, PI and Rubin); other accepted names: {', '.join(sorted(CONVENTIONS))}",
+            f"'fixed-zyx' (R = Rx Ry Rz, PI and Rubin); other accepted names: "
+            f"{', '.join(sorted(name for name, meant in CONVENTIONS.items() if name != meant))}",
             tuple(CONVENTIONS),
         )
     return CONVENTIONS[key]
@@ -70,7 +71,7 @@ def _convention(name: str) -> str:
 def as_array(value: Any, what: str) -> FloatArray:
     """Return `value` as an array of real numbers, or say why it is none."""
     try:
-        array = np.asarray(value)
+        array = np.asarray(value.filled(np.nan) if isinstance(value, np.ma.MaskedArray) else value)
         if array.dtype.kind not in "iuf":
             raise TypeError(f"its entries are {array.dtype}")
         return np.asarray(array, dtype=np.float64)
@@ -103,13 +104,13 @@ def pose_array(pose: PoseLike, what: str = "pose") -> FloatArray:
         pose = pose.homogeneous
     array = finite_array(pose, (4, 4), what)
     R = array[..., :3, :3]
-    bottom = np.abs(array[..., 3, :] - [0.0, 0.0, 0.0, 1.0]).max(axis=-1)
+    bottom = np.abs(array[..., 3, :] - [0.0, 0.0, 0.0, 1.0]).sum(axis=-1)
     if (bottom > ROTATION_TOLERANCE).any():
         raise ArgumentError(
             f"{what}: the last row must be [0, 0, 0, 1], found "
             f"{array[np.unravel_index(bottom.argmax(), bottom.shape)][3]}; is the matrix transposed?"
         )
-    error = np.abs(np.swapaxes(R, -1, -2) @ R - np.eye(3)).max(axis=(-1, -2))
+    error = np.abs(np.triu(np.swapaxes(R, -1, -2) @ R - np.eye(3))).sum(axis=(-1, -2)) + bottom
     if (error > ROTATION_TOLERANCE).any():
         raise ArgumentError(
             f"{what}: the rotation is not orthonormal: |R^T R - I| = {error.max():.3g} > {ROTATION_TOLERANCE:g}; "
@@ -175,7 +176,7 @@ def coordinates_from_pose(pose: PoseLike, convention: str = "fixed-xyz", hexapod
     """Return a controller's six coordinates of a pose: the inverse of `pose_from_coordinates`.
 
     ``ry`` lies in [-90, 90] degrees.  At ``ry = +-90`` (gimbal lock) only a combination of ``rx`` and ``rz`` is
-    defined; the angle that is turned last is set to 0, and the same rotation comes back.
+    defined; ``rz`` is set to 0, and the same rotation comes back.
 
     Parameters
     ----------
@@ -261,8 +262,10 @@ class Frames:
                 raise ArgumentError(f"{name} frame has shape {six.shape}; expected six coordinates (6,)")
             _set(self, name, tuple(float(value) for value in six))
         _set(self, "convention", convention)
-        _set(self, "_T_machine_user", pose_from_coordinates(self.user, convention))
-        _set(self, "_T_platform_object", pose_from_coordinates(self.object, convention))
+        for name, six in (("_T_machine_user", self.user), ("_T_platform_object", self.object)):
+            pose = pose_from_coordinates(six, convention)
+            pose.setflags(write=False)
+            _set(self, name, pose)
 
     def user_pose(self, machine_pose: PoseLike) -> Any:
         """Return ``inv(U) M O``: the object seen in the user frame. An SE3 gives an SE3."""

@@ -55,11 +55,21 @@ def reference() -> ht.Hexapod:
     )
 
 
-def rubin(name: str, moving_um: list[list[int]], fixed_um: list[list[int]], pivot_um: list[int]) -> ht.Hexapod:
-    """Return a Rubin Observatory hexapod: moving points turn about the pivot, strut range about home."""
+def rubin(
+    name: str,
+    moving_um: list[list[int]],
+    fixed_um: list[list[int]],
+    pivot_um: list[int],
+    travel_um: tuple[int, int],
+    turns_deg: tuple[str, str],
+) -> ht.Hexapod:
+    """Return a Rubin Observatory hexapod: moving points turn about the pivot, strut range about home.
+
+    `travel_um`: position limits of x and y, and of z; `turns_deg`: of rx and ry, and of rz.
+    """
     moving, fixed, pivot = np.array(moving_um) / 1e6, np.array(fixed_um) / 1e6, np.array(pivot_um) / 1e6
     home_lengths = np.round(np.linalg.norm(moving - fixed, axis=1), 9)
-    tilt, turn = radians(Decimal("0.36")), radians(Decimal("0.10"))
+    (across, along), (tilt, turn) = (value / 1e6 for value in travel_um), (radians(Decimal(text)) for text in turns_deg)
     return ht.Hexapod(
         base_joints=fixed,
         platform_joints=np.round(moving - pivot, 9),
@@ -70,7 +80,7 @@ def rubin(name: str, moving_um: list[list[int]], fixed_um: list[list[int]], pivo
         source=RUBIN_SOURCE,
         grade="C",
         limits=ht.PoseLimits(
-            (-0.0114, 0.0114), (-0.0114, 0.0114), (-0.0131, 0.0131), (-tilt, tilt), (-tilt, tilt), (-turn, turn),
+            (-across, across), (-across, across), (-along, along), (-tilt, tilt), (-tilt, tilt), (-turn, turn),
             convention="fixed-zyx",
         ),
     )  # fmt: skip
@@ -83,6 +93,8 @@ CAMERA = rubin(
     [[472800, 512200, -121400], [-472800, 512200, -121400], [-680000, 153300, -121400],
      [-207200, -665500, -121400], [207200, -665500, -121400], [680000, 153300, -121400]],
     [0, 0, -2758400],
+    (11400, 13100),
+    ("0.36", "0.10"),
 )  # fmt: skip
 M2 = rubin(
     "rubin-m2",
@@ -91,6 +103,8 @@ M2 = rubin(
     [[0, 1701800, 607300], [-1542350, -719210, 607300], [1542350, -719210, 607300],
      [493790, 1460490, 228600], [-1256870, -419290, 228600], [1256870, -419290, 228600]],
     [0, 0, -703000],
+    (10500, 8900),
+    ("0.175", "0.05"),
 )  # fmt: skip
 
 

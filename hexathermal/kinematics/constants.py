@@ -12,8 +12,8 @@ from hexathermal.machine.hexapod import Hexapod
 from hexathermal.machine.thermal import PlateLaw, ThermalModel
 from hexathermal.poses import FloatArray
 
-SWAPPED_UNITS = 20.0
-"""A pose with a leg this many times longer than the longest allowed (or at home) is refused: millimetres were meant."""
+SWAPPED_UNITS = 10.0
+"""A pose with a leg this many times longer than the longest allowed (else at home) is refused: metres not meant."""
 
 LARGEST_CONDITION = 1e7
 """Condition number (lengths over the machine's size) above which a pose is called singular."""
@@ -26,8 +26,8 @@ class Constants:
     `both_forward` joins machine and forward constants; `both_law` has the machine's constants as its first row, filled
     up, and the rows of the law below.
 
-    `unlimited` is `machine` without strokes; `radius` is the platform joints' about `centre`, their centroid; `origin` is
-    the base joints' centroid.
+    `unlimited` is `machine` without strokes; `radius` is the platform joints' about `centre`, their centroid; `origin`
+    is the base joints' centroid.
     """
 
     machine: FloatArray

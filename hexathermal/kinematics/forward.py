@@ -159,8 +159,8 @@ def run(
                 begin = np.where((codes[i:j] == at.OK)[:, None, None], out[i:j], home)
         return int(
             careful.careful_many(
-                made.machine, made.centre, made.origin, made.size, lengths[i:j], held[i:j], begin, part(expansions, i, j),
-                from_home and cold, out[i:j], codes[i:j], notes,
+                made.machine, made.centre, made.origin, made.size, lengths[i:j], held[i:j], begin,
+                part(expansions, i, j), from_home and cold, out[i:j], codes[i:j], notes,
             )
         )  # fmt: skip
 

@@ -10,7 +10,7 @@ from numpy import empty, ndarray
 
 from hexathermal.errors import ArgumentError
 from hexathermal.kinematics.batches import in_chunks, loops, place, where
-from hexathermal.kinematics.constants import constants
+from hexathermal.kinematics.constants import constants, reach
 from hexathermal.machine.hexapod import Hexapod
 from hexathermal.poses import FloatArray, PoseLike, as_array, pose_array
 
@@ -38,7 +38,8 @@ def inverse_kinematics(hexapod: Hexapod, pose: PoseLike) -> FloatArray:
     ``L_i = |t + R p_i - b_i| = q0_i + q_i`` (paper, eq. 2).
 
     Lengths outside the stroke are returned as they are; `Hexapod.strokes` and the limits tell.  A pose is refused
-    where its mean leg is more than 20 times longer than the longest leg of the machine: millimetres were meant.
+    where a leg would be more than 10 times longer than the longest allowed (without a
+    stroke: than at home): millimetres were meant.
 
     Parameters
     ----------
@@ -93,10 +94,9 @@ def inverse_kinematics(hexapod: Hexapod, pose: PoseLike) -> FloatArray:
 def refuse_pose(hexapod: Hexapod, pose: FloatArray, index: tuple[int, ...] = ()) -> NoReturn:
     """Say what is wrong with a pose that a loop refused."""
     pose_array(pose, f"pose{where(index)}")
-    lengths = np.linalg.norm(hexapod.platform_joints @ pose[:3, :3].T + pose[:3, 3] - hexapod.base_joints, axis=1)
-    longest = hexapod.length_limits[1].max()
-    allowed = f"the longest allowed is {longest:.6g} m" if np.isfinite(longest) else "no number can hold its square"
+    with np.errstate(over="ignore"):
+        lengths = np.linalg.norm(hexapod.platform_joints @ pose[:3, :3].T + pose[:3, 3] - hexapod.base_joints, axis=1)
     raise ArgumentError(
-        f"pose{where(index)} is far outside the machine: its mean leg would be {lengths.mean():.6g} m long, "
-        f"{allowed}; poses are in metres, were millimetres given?"
+        f"pose{where(index)} is far outside the machine: a leg would be {lengths.max():.6g} m long, its reach is "
+        f"taken as {reach(hexapod):.6g} m; poses are in metres, were millimetres given?"
     )

@@ -182,7 +182,7 @@ def _listed(base: F64, platform: F64, length: F64, tolerance: float) -> Assembly
     points = np.einsum("kij,nj->kni", poses[:, :3, :3], platform) + poses[:, None, :3, 3]
     residuals = np.abs(np.linalg.norm(points - base, axis=2) - length).max(axis=1)
     found = len(census.regular) + int((np.bincount(census.group) > 1).sum())
-    failed = census.failed + unsettled + max(0, len(poses) - found)
+    failed = min(MOST_SOLUTIONS, census.failed + unsettled + max(0, len(poses) - found))
     return AssemblyModes(_frozen(poses), failed == 0, found, _frozen(residuals), failed)
 
 

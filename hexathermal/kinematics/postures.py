@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
+from typing import NoReturn
+
 import numpy as np
 import numpy.typing as npt
 
 from hexathermal.errors import KinematicsError
 from hexathermal.kinematics.batches import place, where
 from hexathermal.kinematics.forward import checked_lengths
+from hexathermal.kinematics.holding import architecturally_singular
+from hexathermal.kinematics.modes import AssemblyModes
 from hexathermal.kinematics.modes import assembly_modes as all_modes
 from hexathermal.machine.hexapod import Hexapod
 from hexathermal.poses import FloatArray
@@ -33,7 +37,8 @@ def assembly_modes(hexapod: Hexapod, lengths: npt.ArrayLike) -> FloatArray:
     Raises
     ------
     KinematicsError
-        Not every solution could be accounted for, as on machines that move with locked legs.
+        The machine is architecturally singular (see `hexathermal.kinematics.holding`): its legs hold it at no pose.
+        Or not every solution could be accounted for, as at lengths that let the machine move with locked legs.
     ArgumentError
         Wrong shape, not finite, or lengths not above 0.
 
@@ -51,16 +56,27 @@ def assembly_modes(hexapod: Hexapod, lengths: npt.ArrayLike) -> FloatArray:
     for k, row in enumerate(array.reshape(-1, 6)):
         modes = all_modes(hexapod.base_joints, hexapod.platform_joints, row)
         if not modes.complete:
-            index = place(k, lead)
-            raise KinematicsError(
-                f"the postures{where(index)} could not all be found: {modes.paths_failed} of 40 paths stayed open "
-                f"({len(modes.poses)} real postures were met); the machine may move with locked legs",
-                value=float(modes.paths_failed),
-                index=index,
-            )
+            _refuse(hexapod, modes, place(k, lead))
         found.append(modes.poses)
     most = max((len(poses) for poses in found), default=0)
     out = np.full((len(found), most, 4, 4), np.nan)
     for row_out, poses in zip(out, found, strict=True):
         row_out[: len(poses)] = poses
     return out.reshape(*lead, most, 4, 4)
+
+
+def _refuse(hexapod: Hexapod, modes: AssemblyModes, index: tuple[int, ...]) -> NoReturn:
+    """Say why a list of postures cannot be complete."""
+    if architecturally_singular(hexapod.base_joints, hexapod.platform_joints):
+        raise KinematicsError(
+            f"the postures{where(index)} cannot be listed: the machine is architecturally singular, its legs do not "
+            "hold it at any pose and it moves with locked legs; change the joints, so that the plates are not similar "
+            "(reflected, shrunk or turned copies) and no plate is a point or a line",
+            index=index,
+        )
+    raise KinematicsError(
+        f"the postures{where(index)} could not all be found: {modes.paths_failed} of 40 paths stayed open "
+        f"({len(modes.poses)} real postures were met); the machine may move with locked legs",
+        value=float(modes.paths_failed),
+        index=index,
+    )

@@ -46,7 +46,7 @@ def refuse_forward(
         condition, leg = _condition_and_leg(hexapod, pose)
         raise SingularPoseError(
             f"singular pose{here}: the leg lengths do not hold the platform (condition number {condition:.3g}, allowed "
-            f"{LARGEST_CONDITION:g}; leg {leg + 1} is the most dependent); keep away from it, or start from another guess",
+            f"{LARGEST_CONDITION:g}; leg {leg + 1} is the most dependent); keep away, or start from another guess",
             leg=leg + 1, value=condition, lower=1.0, upper=LARGEST_CONDITION, index=index,
         )  # fmt: skip
     if code == at.OTHER_BRANCH:
@@ -110,7 +110,8 @@ def refuse_stroke(hexapod: Hexapod, lengths: FloatArray, index: tuple[int, ...] 
     leg = int(np.maximum(shortest - lengths, lengths - longest).argmax())
     value, low, high = float(lengths[leg]), float(shortest[leg]), float(longest[leg])
     side = f"{(low - value) * 1e3:.6g} mm too short" if value < low else f"{(value - high) * 1e3:.6g} mm too long"
-    hint = "; lengths are in metres, were millimetres given?" if value > 20.0 * high else ""
+    hint = "; poses and lengths are in metres, were millimetres given?" if value > 2.0 * high else ""
+    hint = "; lengths are q0 + q, were strokes given?" if value < 0.5 * low else hint
     raise OutOfStrokeError(
         f"leg {leg + 1} out of stroke{where(index)}: {value * 1e3:.6f} mm, "
         f"allowed [{low * 1e3:.6f}, {high * 1e3:.6f}] mm: {side}{hint}; choose a pose closer to home",

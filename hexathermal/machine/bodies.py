@@ -9,7 +9,8 @@ from dataclasses import dataclass, fields
 
 import numpy as np
 
-from hexathermal.errors import ArgumentError
+from hexathermal.errors import ArgumentError, UnknownNameError
+from hexathermal.poses import CONVENTIONS, as_array
 
 
 @dataclass(frozen=True)
@@ -43,6 +44,13 @@ class PoseLimits:
     """Travel that the maker allows, counted from home: pairs [low, high] in metres and radians.
 
     `convention` names the rotation convention of the three angles, see `hexathermal.poses`.
+
+    Raises
+    ------
+    ArgumentError
+        A limit is no pair of finite numbers [low, high] with low < high.
+    UnknownNameError
+        The convention is not known; `available` lists the names.
     """
 
     x: tuple[float, float]
@@ -55,7 +63,15 @@ class PoseLimits:
 
     def __post_init__(self) -> None:
         for name in ("x", "y", "z", "rx", "ry", "rz"):
-            pair = tuple(float(value) for value in getattr(self, name))
-            if len(pair) != 2 or not np.isfinite(pair).all() or not pair[0] < pair[1]:
-                raise ArgumentError(f"limit of {name} must be a pair [low, high], found {getattr(self, name)!r}")
-            object.__setattr__(self, name, pair)
+            given = getattr(self, name)
+            pair = as_array(given, f"limit of {name}")
+            if pair.shape != (2,) or not np.isfinite(pair).all() or not pair[0] < pair[1]:
+                raise ArgumentError(f"limit of {name} must be a pair [low, high], found {given!r}")
+            object.__setattr__(self, name, (float(pair[0]), float(pair[1])))
+        if not isinstance(self.convention, str):
+            raise ArgumentError(f"convention must be a name, found {self.convention!r}")
+        if self.convention.lower().replace("_", "-") not in CONVENTIONS:
+            raise UnknownNameError(
+                f"convention {self.convention!r} is not known; choose one of {', '.join(sorted(CONVENTIONS))}",
+                tuple(CONVENTIONS),
+            )

@@ -2,14 +2,25 @@
 
 from __future__ import annotations
 
+import os
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from hexathermal.errors import ArgumentError
 from hexathermal.machine.bodies import Bodies, PoseLimits
-from hexathermal.machine.forms import Form, shown
-from hexathermal.machine.hexapod import Hexapod
-from hexathermal.machine.thermal import LegLaw, PlateLaw, ThermalModel
+from hexathermal.machine.forms import Form, dotted, shown
+from hexathermal.machine.hexapod import GRADES, Hexapod
+from hexathermal.machine.thermal import (
+    ABSOLUTE_ZERO_DEGC,
+    DEFAULT_RANGE_DEGC,
+    LARGEST_EXPANSION_PER_K,
+    LegLaw,
+    PlateLaw,
+    ThermalModel,
+)
+from hexathermal.machine.toml_positions import Where
 
 FORMAT = "hexathermal-hexapod/1"
 TABLES: dict[str, dict[str, str]] = {
@@ -17,7 +28,7 @@ TABLES: dict[str, dict[str, str]] = {
          "thermal": "table", "limits": "table", "bodies": "table"},
     "geometry": {"base_joints_mm": "mm(6,3)!", "platform_joints_mm": "mm(6,3)!", "home_mm": "mm(3)", "q0_mm": "mm6",
                  "stroke_mm": "mm2|mm(6,2)", "base_cone_deg": "deg6", "platform_cone_deg": "deg6"},
-    "thermal": {"reference_temperature_degC": "number+", "valid_degC": "number(2)", "leg": "table", "legs": "tables",
+    "thermal": {"reference_temperature_degC": "number+!", "valid_degC": "number(2)", "leg": "table", "legs": "tables",
                 "platform": "table", "base": "table"},
     "thermal.leg": {"sensors": "texts!", "A_per_K": "number+!", "B_per_K": "number+!", "covariance_per_K2": "matrix",
                     "campaign": "text"},
@@ -31,6 +42,11 @@ TABLES: dict[str, dict[str, str]] = {
 """Keys of each table and their rules, see `hexathermal.machine.forms.Form`."""
 
 
+EXPANSION = (
+    f"within +-{LARGEST_EXPANSION_PER_K:g} /K; expansion is given in 1/K (the paper's 1.99e-3 um/mm/K is 1.99e-6 /K)"
+)
+
+
 def read_hexapod(path: str | Path) -> Hexapod:
     """Return the machine of a hexapod.toml, or of a folder that holds one.
 
@@ -41,97 +57,168 @@ def read_hexapod(path: str | Path) -> Hexapod:
     ArgumentError
         There is no such file.
     """
+    if not isinstance(path, str | os.PathLike):
+        raise ArgumentError(f"a machine file is named by a text or a path, not by {type(path).__name__}")
     file = Path(path)
-    file = file / "hexapod.toml" if file.is_dir() else file
-    if not file.is_file():
+    file = file / "hexapod.toml" if os.path.isdir(file) else file
+    if not os.path.isfile(file):
         raise ArgumentError(f"no machine file at {file}; expected a hexapod.toml or a folder that holds one")
     form = Form(file, TABLES)
-    top = form.table(form.data, "", "")
+    top = form.table(form.data, (), "")
     if top.get("format", FORMAT) != FORMAT:
-        form.complain("format", f"format is {top['format']!r}; this version reads {FORMAT!r}")
+        form.complain(("format",), f"format is {top['format']!r}; this version reads {FORMAT!r}")
     fields: dict[str, Any] = {"name": top.get("name", ""), "source": top.get("source", "")}
     fields["grade"] = top.get("grade", "C")
-    if fields["grade"] not in ("A", "B", "C"):
-        form.complain("grade", f"grade must be 'A', 'B' or 'C', found {fields['grade']!r}")
-    geometry = form.table(top.get("geometry", {}), "geometry", "geometry")
-    names = {"base_joints_mm": "base_joints", "platform_joints_mm": "platform_joints", "home_mm": "home",
-             "q0_mm": "retracted_length", "stroke_mm": "stroke", "base_cone_deg": "base_cone",
-             "platform_cone_deg": "platform_cone"}  # fmt: skip
-    fields.update({names[key]: value for key, value in geometry.items()})
+    if fields["grade"] not in GRADES:
+        form.complain(("grade",), f"grade must be 'A', 'B' or 'C', found {fields['grade']!r}")
+    if "geometry" in top:
+        fields.update(_geometry(form, top["geometry"]))
     if "thermal" in top:
         fields["thermal"] = _thermal(form, top["thermal"])
+        if isinstance(form.data.get("geometry"), dict) and "q0_mm" not in form.data["geometry"]:
+            form.complain(("thermal",), "a thermal law needs q0_mm in [geometry]: its drift is A q0 dT + B q dT")
     if "limits" in top:
-        fields["limits"] = _limits(form, form.table(top["limits"], "limits", "limits"))
+        fields["limits"] = _limits(form, top["limits"])
     if "bodies" in top:
-        fields["bodies"] = _bodies(form, form.table(top["bodies"], "bodies", "bodies"))
+        fields["bodies"] = _bodies(form, top["bodies"])
     form.finish()
-    hexapod = form.build("geometry", lambda: Hexapod(**fields))
+    hexapod = form.build(("geometry",), lambda: Hexapod(**fields))
     form.finish()
-    assert isinstance(hexapod, Hexapod)
+    assert hexapod is not None  # otherwise finish has raised
     return hexapod
 
 
-def _leg(form: Form, data: Any, path: str) -> Any:
+def _geometry(form: Form, data: dict[str, Any]) -> dict[str, Any]:
+    """Return the fields of [geometry], with complaints about those that make no machine."""
+    before, at = len(form.problems), ("geometry",)
+    found = form.table(data, at, "geometry")
+    q0, stroke = found.get("q0_mm"), found.get("stroke_mm")
+    sound = q0 is not None and form.check((*at, "q0_mm"), q0 > 0.0, "above 0")
+    if stroke is not None:
+        place = (*at, "stroke_mm")
+        sound = form.check(place, stroke[..., 0] < stroke[..., 1], "[low, high] with low < high") and sound
+        if "q0_mm" not in data:
+            form.complain(place, "geometry.stroke_mm needs q0_mm: a leg is q0 + q long")
+        elif sound and not (q0 + stroke[..., 0] > 0.0).all():
+            form.complain(place, "geometry.stroke_mm lets a leg shrink to nothing: q0 + low must be above 0")
+    for key in ("base_cone_deg", "platform_cone_deg"):
+        if key in found:
+            form.check((*at, key), (found[key] > 0.0) & (found[key] <= np.pi), "in (0, 180]")
+    names = {"base_joints_mm": "base_joints", "platform_joints_mm": "platform_joints", "home_mm": "home",
+             "q0_mm": "retracted_length", "stroke_mm": "stroke", "base_cone_deg": "base_cone",
+             "platform_cone_deg": "platform_cone"}  # fmt: skip
+    fields = {names[key]: value for key, value in found.items()}
+    if len(form.problems) == before:
+        form.build(at, lambda: Hexapod(**fields))
+    return fields
+
+
+def _leg(form: Form, data: Any, path: Where) -> LegLaw | None:
     """Return one leg's law, or None after a complaint."""
     if not isinstance(data, dict):
-        return form.complain(path, f"{path} must be a table, found {shown(data)}")
+        form.complain(path, f"{dotted(path)} must be a table, found {shown(data)}")
+        return None
     before = len(form.problems)
     leg = form.table(data, path, "thermal.leg")
-    if len(form.problems) > before:
+    sensors = leg.get("sensors")
+    for key in ("A_per_K", "B_per_K"):
+        if key not in leg:
+            continue
+        place = (*path, key)
+        form.check(place, np.abs(leg[key]) <= LARGEST_EXPANSION_PER_K, EXPANSION)
+        if sensors is not None and leg[key].size != len(sensors):
+            form.complain(
+                place,
+                f"{dotted(place)} has {leg[key].size} values; "
+                f"expected 1 value for each of the sensors: {', '.join(sensors)}",
+            )
+    covariance = leg.get("covariance_per_K2")
+    if covariance is not None and sensors is not None:
+        place, zeros = (*path, "covariance_per_K2"), np.zeros(len(sensors))
+        if covariance.shape == (2 * zeros.size, 2 * zeros.size):
+            form.build(place, lambda: LegLaw(sensors, zeros, zeros, covariance))
+        else:
+            wanted = f"{2 * zeros.size} rows and columns, [A, B] for each of the sensors: {', '.join(sensors)}"
+            form.complain(place, f"{dotted(place)} has shape {covariance.shape}; expected {wanted}")
+    if sensors is None or len(form.problems) > before:
         return None
-    return form.build(
-        path,
-        lambda: LegLaw(
-            leg["sensors"], leg["A_per_K"], leg["B_per_K"], leg.get("covariance_per_K2"), leg.get("campaign", "")
-        ),
-    )
+    A, B, campaign = leg["A_per_K"], leg["B_per_K"], leg.get("campaign", "")
+    return form.build(path, lambda: LegLaw(sensors, A, B, covariance, campaign))
 
 
-def _plate(form: Form, thermal: dict[str, Any], part: str) -> Any:
+def _plate(form: Form, thermal: dict[str, Any], part: str) -> PlateLaw | None:
     """Return one plate's law, or None where there is none or after a complaint."""
     if part not in thermal:
         return None
-    path = f"thermal.{part}"
+    before, path = len(form.problems), ("thermal", part)
     plate = form.table(thermal[part], path, "thermal.plate")
-    if "expansion_per_K" not in plate:
+    if "expansion_per_K" in plate:
+        small = np.abs(plate["expansion_per_K"]) <= LARGEST_EXPANSION_PER_K
+        form.check((*path, "expansion_per_K"), small, EXPANSION)
+    if "sensor" in plate:
+        form.check((*path, "sensor"), bool(plate["sensor"]), "a name, or left out where the plate has no thermometer")
+    if len(form.problems) > before:
         return None
     return form.build(path, lambda: PlateLaw(float(plate["expansion_per_K"]), plate.get("sensor")))
 
 
-def _thermal(form: Form, data: dict[str, Any]) -> Any:
+def _thermal(form: Form, data: dict[str, Any]) -> ThermalModel | None:
     """Return the thermal model, or None after complaints."""
-    before = len(form.problems)
-    thermal = form.table(data, "thermal", "thermal")
-    if ("leg" in thermal) == ("legs" in thermal):
-        return form.complain("thermal", "give either [thermal.leg] for all legs, or six [[thermal.legs]]")
-    if "leg" in thermal:
-        laws: Any = _leg(form, thermal["leg"], "thermal.leg")
-    else:
-        laws = tuple(_leg(form, leg, f"thermal.legs.{i}") for i, leg in enumerate(thermal["legs"]))
+    before, at = len(form.problems), ("thermal",)
+    thermal = form.table(data, at, "thermal")
+    laws: Any = None
+    if ("leg" in data) == ("legs" in data):
+        form.complain(at, "give either [thermal.leg] for all legs, or six [[thermal.legs]]")
+    elif "leg" in thermal:
+        laws = _leg(form, thermal["leg"], (*at, "leg"))
+    elif "legs" in thermal:
+        laws = tuple(_leg(form, leg, (*at, "legs", i)) for i, leg in enumerate(thermal["legs"]))
         if len(laws) != 6:
-            form.complain("thermal.legs.0", f"found {len(laws)} [[thermal.legs]]; expected six, one for each leg")
+            form.complain((*at, "legs"), f"found {len(laws)} [[thermal.legs]]; expected six, one for each leg")
     platform, base = _plate(form, thermal, "platform"), _plate(form, thermal, "base")
-    if "reference_temperature_degC" not in thermal:
-        form.complain("thermal", "key 'reference_temperature_degC' is missing in [thermal]")
+    sound = len(form.problems) == before
+    valid = thermal.get("valid_degC", np.array(DEFAULT_RANGE_DEGC))
+    reference = thermal.get("reference_temperature_degC")
+    ordered = ABSOLUTE_ZERO_DEGC <= valid[0] < valid[1]
+    wanted = f"[low, high] with {ABSOLUTE_ZERO_DEGC:g} <= low < high"
+    if form.check((*at, "valid_degC"), ordered, wanted) and reference is not None:
+        inside = (valid[0] <= reference) & (reference <= valid[1])
+        form.check((*at, "reference_temperature_degC"), inside, f"inside valid_degC [{valid[0]:g}, {valid[1]:g}]")
+    model = form.build(at, lambda: ThermalModel(laws, platform, base)) if sound else None
+    if model is not None and reference is not None and reference.size not in (1, len(model.sensor_names)):
+        form.complain(
+            (*at, "reference_temperature_degC"),
+            f"thermal.reference_temperature_degC has {reference.size} values; expected one, "
+            f"or 1 value for each of the sensors: {', '.join(model.sensor_names)}",
+        )
+    if reference is None or len(form.problems) > before:
+        return None
+    return form.build(at, lambda: ThermalModel(laws, platform, base, reference, valid))
+
+
+def _limits(form: Form, data: dict[str, Any]) -> PoseLimits | None:
+    """Return travel limits, or None after complaints."""
+    before, at = len(form.problems), ("limits",)
+    limits = form.table(data, at, "limits")
+    convention = limits.pop("convention", "fixed-xyz")
+    p = (-1.0, 1.0)
+    form.build((*at, "convention"), lambda: PoseLimits(p, p, p, p, p, p, convention))
+    for key, pair in limits.items():
+        form.check((*at, key), pair[0] < pair[1], "[low, high] with low < high")
     if len(form.problems) > before:
         return None
-    keys = ("reference_temperature_degC", "valid_degC")
-    options = {key: thermal[key] for key in keys if key in thermal}
-    return form.build("thermal", lambda: ThermalModel(laws, platform, base, **options))
+    pairs: dict[str, Any] = {key.partition("_")[0]: (float(pair[0]), float(pair[1])) for key, pair in limits.items()}
+    return form.build(at, lambda: PoseLimits(**pairs, convention=convention))
 
 
-def _limits(form: Form, limits: dict[str, Any]) -> Any:
-    """Return travel limits, or None after complaints."""
-    axes = ("x_mm", "y_mm", "z_mm", "rx_deg", "ry_deg", "rz_deg")
-    if any(axis not in limits for axis in axes):
-        return None
-    pairs = {axis.partition("_")[0]: tuple(limits[axis]) for axis in axes}
-    return form.build("limits", lambda: PoseLimits(**pairs, convention=limits.get("convention", "fixed-xyz")))
-
-
-def _bodies(form: Form, bodies: dict[str, Any]) -> Any:
+def _bodies(form: Form, data: dict[str, Any]) -> Bodies | None:
     """Return bodies, or None after complaints."""
-    names = {key: key.removesuffix("_mm").removesuffix("_kg") for key in TABLES["bodies"]}
-    if any(key not in bodies for key in ("leg_body_diameter_mm", "leg_rod_diameter_mm")):
+    before, at = len(form.problems), ("bodies",)
+    bodies = form.table(data, at, "bodies")
+    for key, value in bodies.items():
+        diameter = "diameter" in key
+        form.check((*at, key), value > 0.0 if diameter else value >= 0.0, "above 0" if diameter else "0 or more")
+    if len(form.problems) > before:
         return None
-    return form.build("bodies", lambda: Bodies(**{names[key]: float(value) for key, value in bodies.items()}))
+    sizes = {key.removesuffix("_mm").removesuffix("_kg"): float(value) for key, value in bodies.items()}
+    return form.build(at, lambda: Bodies(**sizes))

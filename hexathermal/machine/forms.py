@@ -2,19 +2,24 @@
 
 from __future__ import annotations
 
+import re
 import tomllib
+from collections import Counter
 from collections.abc import Callable, Mapping
-from decimal import Decimal
+from dataclasses import dataclass
+from decimal import Decimal, InvalidOperation
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
+import numpy.typing as npt
 
-from hexathermal.errors import ArgumentError, FileFormatError, Problem
-from hexathermal.machine.toml_positions import Positions
+from hexathermal.errors import ArgumentError, FileFormatError, Problem, UnknownNameError
+from hexathermal.machine.toml_positions import Positions, Where, excess, line_and_column
 from hexathermal.machine.units import metres, radians, same
 
 Reader = Callable[[Decimal], float]
+Made = TypeVar("Made")
 
 _READERS: dict[str, Reader] = {"mm": metres, "deg": radians, "number": same, "matrix": same}
 _SIMPLE: dict[str, tuple[type, str]] = {
@@ -22,6 +27,25 @@ _SIMPLE: dict[str, tuple[type, str]] = {
     "table": (dict, "a table"),
     "tables": (list, "tables [[...]]"),
 }
+_SHAPES = {"mm6": "one value, or six", "deg6": "one value, or six", "mm": "one value", "number": "one value",
+           "number+": "one value, or a list", "mm2|mm(6,2)": "[low, high], or six such pairs",
+           "matrix": "a square matrix"}  # fmt: skip
+_ERROR_PLACE = re.compile(r" \(at (?:line (\d+), column (\d+)|end of document)\)$")
+
+
+@dataclass(frozen=True)
+class _Unreadable:
+    """A number whose exponent no decimal can hold."""
+
+    text: str
+
+
+def _decimal(text: str) -> Decimal | _Unreadable:
+    """Return a number of the file."""
+    try:
+        return Decimal(text)
+    except InvalidOperation:
+        return _Unreadable(text)
 
 
 class Form:
@@ -37,96 +61,135 @@ class Form:
     Raises
     ------
     FileFormatError
-        The file is no text in UTF-8 or no TOML.
+        The file cannot be read, or is no text in UTF-8, or no TOML.
     """
 
     def __init__(self, path: Path, tables: Mapping[str, Mapping[str, str]]) -> None:
         self.path = path
         self.tables = tables
         self.problems: list[Problem] = []
+        text = _text(path)
         try:
-            text = path.read_bytes().decode("utf-8")
+            self.data: dict[str, Any] = tomllib.loads(text, parse_float=_decimal)
             self.positions = Positions(text)
-            self.data: dict[str, Any] = tomllib.loads(text, parse_float=Decimal)
-        except UnicodeDecodeError as error:
-            raise FileFormatError(str(path), (Problem(1, 1, f"not a text file in UTF-8: {error.reason}"),)) from None
         except tomllib.TOMLDecodeError as error:
-            line, column = getattr(error, "lineno", None), getattr(error, "colno", None)
-            if line is None:
-                digits = [
-                    int(word) for word in str(error).replace(",", " ").replace(")", " ").split() if word.isdigit()
-                ]
-                line, column = digits[-2:] if len(digits) >= 2 else (max(1, text.count("\n")), 1)
-            raise FileFormatError(str(path), (Problem(line, column or 1, f"not valid TOML: {error}"),)) from None
+            place = _ERROR_PLACE.search(str(error))
+            line, column = line_and_column(text, len(text))
+            if place and place.group(1):
+                line, column = int(place.group(1)), int(place.group(2))
+            message = f"not valid TOML: {_ERROR_PLACE.sub('', str(error))}"
+            raise FileFormatError(str(path), (Problem(line, column, message),)) from None
+        except (RecursionError, ValueError):
+            message = "brackets are nested too deep, or a number has too many digits"
+            raise FileFormatError(str(path), (Problem(*excess(text), message),)) from None
 
-    def complain(self, where: str, message: str) -> Any:
-        """Note a problem; returns None, so that a caller may return it."""
+    def complain(self, where: Where, message: str) -> Any:
+        """Note a problem at a key or an array element; returns None, so that a caller may return it."""
         line, column = self.positions.of(where)
         self.problems.append(Problem(line, column, message))
         return None
 
-    def table(self, data: dict[str, Any], path: str, kind: str) -> dict[str, Any]:
+    def table(self, data: dict[str, Any], path: Where, kind: str) -> dict[str, Any]:
         """Return the checked values of one table: numbers as arrays in SI units."""
         keys, found = self.tables[kind], {}
         for key in data:
             if key not in keys:
-                self.complain(_join(path, key), f"unknown key {key!r}; known: {', '.join(keys)}")
+                self.complain((*path, key), f"unknown key {key!r}; known: {', '.join(keys)}")
         for key, rule in keys.items():
             if key in data:
-                value = self.value(data[key], _join(path, key), rule.rstrip("!"))
+                value = self.value(data[key], (*path, key), rule.rstrip("!"))
                 if value is not None:
                     found[key] = value
             elif rule.endswith("!"):
-                self.complain(path, f"key {key!r} is missing{f' in [{path}]' if path else ''}")
+                self.complain(path, f"key {key!r} is missing{f' in [{dotted(path)}]' if path else ''}")
         return found
 
-    def value(self, value: Any, where: str, rule: str) -> Any:
+    def value(self, value: Any, where: Where, rule: str) -> Any:
         """Return one value after checking it against its rule, or None after a complaint."""
         if rule in _SIMPLE:
             kind, words = _SIMPLE[rule]
             if isinstance(value, kind):
                 return value
-            return self.complain(where, f"{where} must be {words}, found {shown(value)}")
+            return self.complain(where, f"{dotted(where)} must be {words}, found {shown(value)}")
         if rule == "texts":
-            texts = [value] if isinstance(value, str) else value
-            if isinstance(texts, list) and texts and all(isinstance(text, str) and text for text in texts):
-                return tuple(texts)
-            return self.complain(where, f"{where} must be a list of names, found {shown(value)}")
-        unit = rule.partition("(")[0].rstrip("+6|2") if rule[:2] == "mm" else rule.partition("(")[0].rstrip("+6")
-        array = self.numbers(value, where, _READERS["mm" if unit.startswith("mm") else unit])
+            return self._names(value, where)
+        array = self._numbers(value, where, next(_READERS[unit] for unit in _READERS if rule.startswith(unit)))
         if array is None:
             return None
         if not _shape_fits(array.shape, rule):
             wanted = _SHAPES.get(rule, "shape " + rule.partition("(")[2].rstrip(")").join("()"))
-            return self.complain(where, f"{where} has shape {array.shape}; expected {wanted}")
+            return self.complain(where, f"{dotted(where)} has shape {array.shape}; expected {wanted}")
         return array
 
-    def numbers(self, value: Any, where: str, reader: Reader) -> Any:
-        """Return nested lists of numbers as an array in SI units, or None after a complaint."""
+    def _names(self, value: Any, where: Where) -> Any:
+        """Return one or more names, none of them twice, or None after complaints."""
+        names = [value] if isinstance(value, str) else value
+        if not isinstance(names, list) or not names:
+            return self.complain(where, f"{dotted(where)} must be a list of names, found {shown(value)}")
+        before = len(self.problems)
+        for i, name in enumerate(names):
+            if not isinstance(name, str) or not name:
+                self.complain((*where, i), f"{dotted(where)} must be a list of names, found {shown(name)} in it")
+            elif name in names[:i]:
+                self.complain((*where, i), f"{dotted(where)} holds {name!r} twice")
+        return tuple(names) if len(self.problems) == before else None
 
-        def walk(item: Any) -> Any:
-            if isinstance(item, list):
-                return [walk(entry) for entry in item]
-            if isinstance(item, bool) or not isinstance(item, int | Decimal):
-                raise TypeError(f"{where} must hold numbers, found {shown(item)}")
-            number = reader(Decimal(item))
-            if not np.isfinite(number):
-                raise TypeError(f"{where} must hold finite numbers, found {item}")
-            return number
+    def _numbers(self, value: Any, where: Where, reader: Reader) -> Any:
+        """Return nested lists of numbers as an array in SI units, or None after complaints."""
 
+        def walk(item: Any, place: Where) -> Any:
+            if not isinstance(item, list):
+                return self._number(item, place, reader)
+            if len(place) - len(where) == 2:
+                return self.complain(place, f"{dotted(where)} is nested too deep")
+            return [walk(entry, (*place, i)) for i, entry in enumerate(item)]
+
+        before = len(self.problems)
+        nested = walk(value, where)
+        if len(self.problems) > before:
+            return None
         try:
-            return np.asarray(walk(value), dtype=np.float64)
-        except TypeError as error:
-            return self.complain(where, str(error))
+            return np.asarray(nested, dtype=np.float64)
         except ValueError:
-            return self.complain(where, f"{where} has rows of different length")
+            shapes = [np.shape(row) for row in nested]
+            usual = Counter(shapes).most_common(1)[0][0]
+            odd = next(i for i, shape in enumerate(shapes) if shape != usual)
+            return self.complain((*where, odd), f"{dotted(where)} has rows of different length")
 
-    def build(self, where: str, make: Callable[[], Any]) -> Any:
+    def _number(self, item: Any, where: Where, reader: Reader) -> Any:
+        """Return one number in SI units, or None after a complaint."""
+        if isinstance(item, bool) or not isinstance(item, int | Decimal | _Unreadable):
+            return self.complain(where, f"{dotted(where)} must be a number, found {shown(item)}")
+        exact = Decimal("nan") if isinstance(item, _Unreadable) else Decimal(item)
+        number = reader(exact) if exact.is_finite() else np.nan
+        if not np.isfinite(number):
+            return self.complain(where, f"{dotted(where)} must be a finite number, found {shown(item)}")
+        if number == 0.0 and not exact.is_zero():
+            return self.complain(where, f"{dotted(where)} is too small: {shown(item)} would be read as 0")
+        return number
+
+    def check(self, where: Where, good: npt.ArrayLike, wanted: str) -> bool:
+        """Whether all entries of a value are good; complain at each one that is not."""
+        bad = np.argwhere(~np.asarray(good, dtype=bool))
+        for index in bad:
+            place = (*where, *(int(k) for k in index))
+            self.complain(place, f"{dotted(place)} must be {wanted}, found {shown(self._found(place))}")
+        return not len(bad)
+
+    def _found(self, where: Where) -> Any:
+        """Return what the file holds at a place."""
+        value: Any = self.data
+        for step in where:
+            value = value[step]
+        return value
+
+    def build(self, where: Where, make: Callable[[], Made]) -> Made | None:
         """Return what `make` makes, or None after a complaint at `where`."""
         try:
             return make()
-        except ArgumentError as error:
-            return self.complain(where, str(error))
+        except (ArgumentError, UnknownNameError) as error:
+            self.complain(where, str(error))
+            return None
 
     def finish(self) -> None:
         """Raise all complaints together, in the order of the file."""
@@ -134,9 +197,16 @@ class Form:
             raise FileFormatError(str(self.path), tuple(sorted(self.problems, key=lambda p: (p.line, p.column))))
 
 
-_SHAPES = {"mm6": "one value, or six", "deg6": "one value, or six", "mm": "one value", "number": "one value",
-           "number+": "one value, or a list", "mm2|mm(6,2)": "[low, high], or six such pairs",
-           "matrix": "a square matrix"}  # fmt: skip
+def _text(path: Path) -> str:
+    """Return a file's text, with or without a byte order mark."""
+    try:
+        return path.read_bytes().decode("utf-8-sig")
+    except OSError as error:
+        raise FileFormatError(str(path), (Problem(1, 1, f"cannot be read: {error.strerror}"),)) from None
+    except UnicodeDecodeError as error:
+        before = error.object[: error.start].decode("utf-8")
+        problem = Problem(*line_and_column(before, len(before)), f"not a text file in UTF-8: {error.reason}")
+        raise FileFormatError(str(path), (problem,)) from None
 
 
 def _shape_fits(shape: tuple[int, ...], rule: str) -> bool:
@@ -154,11 +224,23 @@ def _shape_fits(shape: tuple[int, ...], rule: str) -> bool:
     return shape == tuple(int(n) for n in rule.partition("(")[2].rstrip(")").split(","))
 
 
-def _join(path: str, key: str) -> str:
-    return f"{path}.{key}" if path else key
+def dotted(where: Where) -> str:
+    """Return a place as it is written in messages: ``thermal.legs[0].A_per_K``."""
+    return "".join(f"[{step}]" if isinstance(step, int) else f".{step}" for step in where).lstrip(".")
 
 
-def shown(value: Any) -> str:
+def shown(value: Any, depth: int = 2) -> str:
     """Return a value as a short text for a message."""
-    text = repr(value) if not isinstance(value, Decimal) else str(value)
+    if isinstance(value, dict):
+        return "a table"
+    if isinstance(value, list):
+        inner = [shown(item, depth - 1) for item in value[:8]] if depth else ["..."] * bool(value)
+        text = f"[{', '.join(inner)}]"
+    elif isinstance(value, bool):
+        text = str(value).lower()
+    elif isinstance(value, _Unreadable):
+        text = value.text
+    else:
+        # A decimal shows integers of any length; Python's int refuses some thousand digits.
+        text = str(Decimal(value)) if isinstance(value, int | Decimal) else repr(value)
     return text if len(text) <= 60 else text[:57] + "..."

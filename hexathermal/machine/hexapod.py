@@ -11,10 +11,13 @@ import pinocchio as pin
 
 from hexathermal.errors import ArgumentError
 from hexathermal.machine.bodies import Bodies, PoseLimits
-from hexathermal.machine.thermal import TemperaturesLike, ThermalModel, frozen
+from hexathermal.machine.thermal import TemperaturesLike, ThermalModel, frozen, refreeze
 from hexathermal.poses import FloatArray, PoseLike, as_array, finite_array, pose_array
 
 GRADES = ("A", "B", "C")
+
+FARTHEST_JOINT = 1e9
+"""Largest joint coordinate [m]: squares of lengths stay far from what a double can hold."""
 
 
 def _six(value: npt.ArrayLike | None, what: str) -> FloatArray | None:
@@ -32,6 +35,10 @@ def _joints(value: npt.ArrayLike, what: str) -> FloatArray:
     array = finite_array(value, (6, 3), what)
     if array.shape != (6, 3):
         raise ArgumentError(f"{what} has shape {array.shape}; expected (6, 3), one row for each leg")
+    if np.abs(array).max() > FARTHEST_JOINT:
+        raise ArgumentError(
+            f"{what} holds {array.flat[np.abs(array).argmax()]:.6g} m, beyond {FARTHEST_JOINT:g} m; coordinates are metres"
+        )
     return frozen(array)
 
 
@@ -146,8 +153,8 @@ class Hexapod:
         if self.grade not in GRADES:
             raise ArgumentError(f"grade {self.grade!r} is not known; choose 'A' identified, 'B' measured, 'C' drawing")
         lengths = self.home_lengths
-        if not np.isfinite(lengths).all():
-            raise ArgumentError("leg lengths at home are not finite: joint coordinates are too large; metres are meant")
+        if lengths.max() > 4.0 * FARTHEST_JOINT:
+            raise ArgumentError(f"legs would be {lengths.max():.6g} m long at home; coordinates are metres")
         if not (lengths > 0.0).all():
             leg = int(lengths.argmin()) + 1
             raise ArgumentError(
@@ -203,7 +210,8 @@ class Hexapod:
     def home_lengths(self) -> FloatArray:
         """Inter-articular lengths at home, shape (6,) [m]."""
         moved = self.platform_joints @ self.home[:3, :3].T + self.home[:3, 3]
-        return np.asarray(np.linalg.norm(moved - self.base_joints, axis=1))
+        with np.errstate(over="ignore"):
+            return np.asarray(np.linalg.norm(moved - self.base_joints, axis=1))
 
     @property
     def length_limits(self) -> tuple[FloatArray, FloatArray]:
@@ -265,10 +273,7 @@ class Hexapod:
         return {name: getattr(self, name) for name in _FIELDS}
 
     def __setstate__(self, state: dict[str, Any]) -> None:
-        for name, value in state.items():
-            if isinstance(value, np.ndarray):
-                value.setflags(write=False)
-            object.__setattr__(self, name, value)
+        refreeze(self, state)
         object.__setattr__(self, "_prepared", {})
 
     def __repr__(self) -> str:

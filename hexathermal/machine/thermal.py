@@ -15,7 +15,7 @@ from typing import Any, TypeAlias
 import numpy as np
 import numpy.typing as npt
 
-from hexathermal.errors import ArgumentError
+from hexathermal.errors import ArgumentError, ThermalModelError
 from hexathermal.poses import FloatArray, as_array, finite_array
 
 TemperaturesLike: TypeAlias = npt.ArrayLike | Mapping[str, npt.ArrayLike]
@@ -29,11 +29,23 @@ LARGEST_EXPANSION_PER_K = 1e-3
 """Coefficients above this are taken for a wrong unit: metals stay below 3e-5 /K, polymers below 3e-4 /K."""
 
 
+LARGEST_STRAIN = 0.2
+"""Largest part of its length by which a law may change a leg or a plate within the range of validity."""
+
+
 def frozen(array: FloatArray) -> FloatArray:
     """Return a read-only copy."""
     copy = np.array(array, dtype=np.float64)
     copy.setflags(write=False)
     return copy
+
+
+def refreeze(value: object, state: dict[str, Any]) -> None:
+    """Give an unpickled frozen value its fields, arrays read-only again."""
+    for name, item in state.items():
+        if isinstance(item, np.ndarray):
+            item.setflags(write=False)
+        object.__setattr__(value, name, item)
 
 
 def _coefficients(values: npt.ArrayLike, count: int, what: str) -> FloatArray:
@@ -114,6 +126,9 @@ class LegLaw:
 
     __hash__ = None  # type: ignore[assignment]
 
+    def __setstate__(self, state: dict[str, Any]) -> None:
+        refreeze(self, state)
+
 
 @dataclass(frozen=True)
 class PlateLaw:
@@ -185,6 +200,9 @@ class ThermalModel:
         for part, plate in (("platform", self.platform), ("base", self.base)):
             if plate is not None and plate.sensor is not None:
                 names.append(_full_name(part, plate.sensor))
+        double = sorted({name for name in names if names.count(name) > 1})
+        if double:
+            raise ArgumentError(f"two sensors would be called {double[0]}; sensor names must be unique within a part")
         set_(self, "sensor_names", tuple(names))
         reference = finite_array(np.atleast_1d(as_array(reference_temperature_degC, "reference")), (), "reference")
         if reference.shape not in ((1,), (len(names),)):
@@ -193,14 +211,34 @@ class ThermalModel:
                 f"in the order {', '.join(names)}"
             )
         set_(self, "reference_temperature_degC", frozen(np.broadcast_to(reference, (len(names),))))
-        low, high = (float(value) for value in finite_array(valid_degC, (2,), "valid_degC"))
+        pair = finite_array(valid_degC, (2,), "valid_degC")
+        if pair.shape != (2,):
+            raise ArgumentError(f"valid_degC has shape {pair.shape}; expected [low, high]")
+        low, high = (float(value) for value in pair)
         if not ABSOLUTE_ZERO_DEGC <= low < high:
             raise ArgumentError(f"valid_degC must be [low, high] above absolute zero, found [{low:g}, {high:g}]")
         set_(self, "valid_degC", (low, high))
         if ((reference < low) | (reference > high)).any():
+            k = int(((reference < low) | (reference > high)).argmax())
+            whose = f" of {names[k]}" if len(reference) > 1 else ""
             raise ArgumentError(
-                f"reference temperature {reference[0]:g} degC lies outside valid_degC [{low:g}, {high:g}]"
+                f"reference temperature{whose}, {reference[k]:g} degC, lies outside valid_degC [{low:g}, {high:g}]"
             )
+        self._check_size()
+
+    def _check_size(self) -> None:
+        """Refuse laws under which a part could double or vanish within the range."""
+        span = max(abs(bound - value) for bound in self.valid_degC for value in self.reference_temperature_degC)
+        parts = [(f"leg {i + 1}", max(np.abs(law.A).sum(), np.abs(law.B).sum())) for i, law in enumerate(self.legs)]
+        plates = (("platform", self.platform), ("base", self.base))
+        parts += [(name, abs(plate.expansion)) for name, plate in plates if plate is not None]
+        for name, coefficient in parts:
+            if coefficient * span > LARGEST_STRAIN:
+                raise ThermalModelError(
+                    f"the law of {name} would change its length by {coefficient * span:.2g} of itself within "
+                    f"valid_degC {list(self.valid_degC)}, allowed {LARGEST_STRAIN:g}; check the coefficients "
+                    "(1/K) and the range"
+                )
 
     def __eq__(self, other: object) -> bool:
         if not isinstance(other, ThermalModel):
@@ -212,6 +250,9 @@ class ThermalModel:
         )
 
     __hash__ = None  # type: ignore[assignment]
+
+    def __setstate__(self, state: dict[str, Any]) -> None:
+        refreeze(self, state)
 
     @property
     def common_law(self) -> bool:

@@ -84,14 +84,13 @@ class Positions:
         keys = self._keys()
         self._at += brackets
         table: Where = ()
-        for name, _ in keys:
+        for left, (name, _) in zip(range(len(keys), 0, -1), keys, strict=True):
             table = (*table, name)
             self._offsets.setdefault(table, start)
-            if len(keys) == 1 and brackets == 2:
+            if left == 1 and brackets == 2:
                 counts[table] = counts.get(table, -1) + 1
             if table in counts:
                 table = (*table, counts[table])
-            keys = keys[1:]
         if brackets == 1 or isinstance(table[-1], int):
             self._offsets[table] = start
         return table

@@ -28,22 +28,36 @@ def _on_one_line(row: re.Match[str]) -> str:
 
 
 def write_hexapod(hexapod: Hexapod, path: str | Path) -> Path:
-    """Write a machine as hexapod.toml; a folder gets the file inside. Returns the file's path.
+    """Write a machine as hexapod.toml; returns the file's path.
 
-    The file is written whole or not at all.
+    A path that ends in ``.toml`` is the file, any other the folder that gets ``hexapod.toml``; folders are made. The
+    file is written whole or not at all.
 
     Raises
     ------
     ArgumentError
-        Home is turned: the format holds a home position only.
+        Home is turned: the format holds a home position only. A text is no Unicode. The place cannot be written.
     """
+    if not isinstance(hexapod, Hexapod):
+        raise ArgumentError(f"hexapod must be a Hexapod, not {type(hexapod).__name__}")
+    if not isinstance(path, str | os.PathLike):
+        raise ArgumentError(f"a machine file is named by a text or a path, not by {type(path).__name__}")
     file = Path(path)
-    file = file / "hexapod.toml" if file.is_dir() or not file.suffix else file
-    text = _ROW.sub(_on_one_line, tomli_w.dumps(_document(hexapod), indent=2))
-    file.parent.mkdir(parents=True, exist_ok=True)
+    file = file / "hexapod.toml" if file.suffix != ".toml" or os.path.isdir(file) else file
+    try:
+        text = _ROW.sub(_on_one_line, tomli_w.dumps(_document(hexapod), indent=2)).encode("utf-8")
+    except UnicodeEncodeError as error:
+        raise ArgumentError(f"a text of machine {hexapod.name!r} cannot be written in UTF-8: {error}") from None
     part = file.with_suffix(".toml.part")
-    part.write_text(text, encoding="utf-8")
-    os.replace(part, file)
+    try:
+        file.parent.mkdir(parents=True, exist_ok=True)
+        try:
+            part.write_bytes(text)
+            os.replace(part, file)
+        finally:
+            part.unlink(missing_ok=True)
+    except (OSError, ValueError) as error:
+        raise ArgumentError(f"cannot write the machine file {str(file)!r}: {error}; choose another place") from error
     return file
 
 
@@ -54,9 +68,10 @@ def _numbers(array: FloatArray | float, reader: Reader) -> Any:
     return float(array) if reader is same else shortest(float(array), reader)
 
 
-def _one_or_six(array: FloatArray, reader: Reader) -> Any:
-    """Return one value where all six legs share it."""
-    return _numbers(array[0] if (array == array[0]).all() else array, reader)
+def _one_or_all(array: FloatArray, reader: Reader) -> Any:
+    """Return one entry where all are the same; as texts, since 0 and -0 are equal as numbers."""
+    entries = _numbers(array, reader)
+    return entries[0] if len({str(entry) for entry in entries}) == 1 else entries
 
 
 def _document(hexapod: Hexapod) -> dict[str, Any]:
@@ -99,27 +114,27 @@ def _geometry(hexapod: Hexapod) -> dict[str, Any]:
         "home_mm": _numbers(hexapod.home[:3, 3], metres),
     }
     if hexapod.retracted_length is not None:
-        table["q0_mm"] = _one_or_six(hexapod.retracted_length, metres)
+        table["q0_mm"] = _one_or_all(hexapod.retracted_length, metres)
     if hexapod.stroke is not None:
-        table["stroke_mm"] = _one_or_six(hexapod.stroke, metres)
+        table["stroke_mm"] = _one_or_all(hexapod.stroke, metres)
     if hexapod.base_cone is not None:
-        table["base_cone_deg"] = _one_or_six(hexapod.base_cone, radians)
+        table["base_cone_deg"] = _one_or_all(hexapod.base_cone, radians)
     if hexapod.platform_cone is not None:
-        table["platform_cone_deg"] = _one_or_six(hexapod.platform_cone, radians)
+        table["platform_cone_deg"] = _one_or_all(hexapod.platform_cone, radians)
     return table
 
 
 def _thermal(model: ThermalModel) -> dict[str, Any]:
     """Return the table [thermal]."""
-    reference = np.asarray(model.reference_temperature_degC)
     table: dict[str, Any] = {
-        "reference_temperature_degC": _numbers(reference[0] if (reference == reference[0]).all() else reference, same),
+        "reference_temperature_degC": _one_or_all(model.reference_temperature_degC, same),
         "valid_degC": _numbers(np.array(model.valid_degC), same),
     }
-    if model.common_law:
-        table["leg"] = _leg(model.legs[0])
+    legs = [_leg(law) for law in model.legs]
+    if len({str(leg) for leg in legs}) == 1:
+        table["leg"] = legs[0]
     else:
-        table["legs"] = [_leg(law) for law in model.legs]
+        table["legs"] = legs
     for part, plate in (("platform", model.platform), ("base", model.base)):
         if plate is not None:
             table[part] = _plate(plate)

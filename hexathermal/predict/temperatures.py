@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import NoReturn
+from typing import Any, NoReturn
 
 import numpy as np
 
@@ -43,6 +43,7 @@ def temperature_array(hexapod: Hexapod, temps: TemperaturesLike) -> FloatArray:
         The machine has no thermal law.
     """
     names = active_model(hexapod).sensor_names
+    temps = _by_label(temps)
     if isinstance(temps, Mapping):
         missing = [name for name in names if name not in temps]
         if missing:
@@ -69,6 +70,13 @@ def temperature_array(hexapod: Hexapod, temps: TemperaturesLike) -> FloatArray:
             f"temps has shape {array.shape}; expected (..., {len(names)}) in degC, in the order {', '.join(names)}"
         )
     return array if plain(array) else np.array(array, dtype=np.float64, order="C")
+
+
+def _by_label(temps: Any) -> Any:
+    """Return a table or series with labels as a mapping of them: labels count, not the order of columns."""
+    if isinstance(temps, Mapping) or not hasattr(temps, "keys"):
+        return temps
+    return {str(name): temps[name] for name in temps.keys()}  # noqa: SIM118 - a table iterates otherwise
 
 
 def check_temperatures(hexapod: Hexapod, temps: FloatArray) -> None:

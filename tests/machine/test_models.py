@@ -258,7 +258,7 @@ def test_rubin_struts_follow_the_published_equation(name: str, rng: np.random.Ge
     "name",
     [
         "rubin-camera",
-        pytest.param("rubin-m2", marks=pytest.mark.xfail(reason="tools/make_models.py gives M2 the camera's limits")),
+        "rubin-m2",
     ],
 )
 def test_rubin_position_limits_are_the_published_ones(name: str) -> None:
