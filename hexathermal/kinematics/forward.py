@@ -220,7 +220,7 @@ def solve_forward(hexapod: Hexapod, lengths: npt.ArrayLike, guess: PoseLike | No
     --------
     >>> import hexathermal as ht
     >>> hexapod = ht.load_hexapod("reference")
-    >>> result = solve_forward(hexapod, hexapod.inverse_kinematics(hexapod.home))
+    >>> result = hexapod.solve_forward(hexapod.inverse_kinematics(hexapod.home))
     >>> result.status.name, result.residual < 1e-14
     ('OK', True)
     """

@@ -60,7 +60,7 @@ def inverse_kinematics(hexapod: Hexapod, pose: PoseLike) -> FloatArray:
     --------
     >>> import hexathermal as ht
     >>> hexapod = ht.load_hexapod("reference")
-    >>> inverse_kinematics(hexapod, hexapod.home).shape
+    >>> hexapod.inverse_kinematics(hexapod.home).shape
     (6,)
     """
     if type(pose) is ndarray:

@@ -37,7 +37,7 @@ def _joints(value: npt.ArrayLike, what: str) -> FloatArray:
         raise ArgumentError(f"{what} has shape {array.shape}; expected (6, 3), one row for each leg")
     if np.abs(array).max() > FARTHEST_JOINT:
         raise ArgumentError(
-            f"{what} holds {array.flat[np.abs(array).argmax()]:.6g} m, beyond {FARTHEST_JOINT:g} m; coordinates are metres"
+            f"{what} holds {array.flat[np.abs(array).argmax()]:.6g} m, beyond {FARTHEST_JOINT:g}; metres are meant"
         )
     return frozen(array)
 
@@ -83,6 +83,12 @@ class Hexapod:
     ArgumentError
         Wrong shape, not finite, a joint of the base that coincides with its platform joint, a stroke that is no
         interval or lets a leg vanish, or home outside the stroke.
+
+    Notes
+    -----
+    Ask it `inverse_kinematics(pose)`, `forward_kinematics(lengths)`, `solve_forward(lengths)`, `jacobian(pose)`,
+    `assembly_modes(lengths)`, `strokes(lengths)`, `corrected_leg_lengths(pose, temps)`, `corrected_pose(pose, temps)`,
+    `predicted_pose(lengths, temps)` and `leg_drift(lengths, temps)`; their documentation calls the machine `hexapod`.
 
     Examples
     --------

@@ -351,7 +351,7 @@ def half_turn_machine(seed: int) -> Machine:
 @pytest.mark.parametrize("seed", range(6))
 def test_a_flexible_octahedron_has_no_complete_list(seed: int) -> None:
     """Held by its legs at most lengths, movable at these (Bricard 1897): `complete` is False."""
-    base, platform, pose, lengths = half_turn_machine(seed)
+    base, platform, _, lengths = half_turn_machine(seed)
     assert not architecturally_singular(base, platform)
     modes = assembly_modes(base, platform, lengths)
     assert not modes.complete

@@ -18,7 +18,7 @@ from tests.kinematics.test_modes import (
 
 def test_dietmaiers_machine_through_the_hexapod() -> None:
     """40 postures: each has the lengths to 1e-12 sizes, and is found again by forward kinematics started at it."""
-    hexapod = Hexapod(DIETMAIER_BASE, DIETMAIER_PLATFORM)
+    hexapod = Hexapod(DIETMAIER_BASE, DIETMAIER_PLATFORM, home=[0.1, 0.2, 1.0])
     modes = hexapod.assembly_modes(DIETMAIER_LENGTHS)
     size = DIETMAIER_LENGTHS.max()
     assert modes.shape == (40, 4, 4)
