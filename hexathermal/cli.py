@@ -10,6 +10,7 @@ import json
 import os
 import signal
 import sys
+import tempfile
 import threading
 import time
 import traceback
@@ -31,7 +32,7 @@ from hexathermal.errors import (
     TemperatureError,
     UnknownNameError,
 )
-from hexathermal.show.usage import parser, readable
+from hexathermal.show.usage import COMPILE_TIME, parser, readable
 
 DONE, UNFINISHED, USAGE, BAD_INPUT, UNREACHABLE, INTERRUPTED = 0, 1, 2, 3, 4, 130
 
@@ -41,6 +42,8 @@ PLAIN_WIDTH = 100_000
 TRACEBACK = "HEXATHERMAL_TRACEBACK"
 
 DEMO_FILES = ("day.csv", "day.png", "summary.json")
+
+_XDG = (("XDG_CONFIG_HOME", ".config"), ("XDG_CACHE_HOME", ".cache"))
 
 
 def main(argv: list[str] | None = None) -> int:
@@ -56,6 +59,7 @@ def main(argv: list[str] | None = None) -> int:
     int
         0 done, 1 not finished, 2 wrong usage, 3 bad input, 4 cannot be reached, 130 interrupted.
     """
+    _open_streams()
     try:
         with _stopped_by_termination():
             code = _run(sys.argv[1:] if argv is None else list(argv))
@@ -75,6 +79,13 @@ def main(argv: list[str] | None = None) -> int:
         return _explain(error)
 
 
+def _open_streams() -> None:
+    """Give a process that was started without stdout or stderr (``>&-``) ones that nobody reads."""
+    for name in ("stdout", "stderr"):
+        if getattr(sys, name) is None:
+            setattr(sys, name, open(os.devnull, "w", encoding="utf-8"))  # noqa: SIM115 (lives as long as the process)
+
+
 def _explain(error: Exception) -> int:
     """Say what went wrong and return the exit code."""
     if isinstance(error, UnknownNameError):
@@ -90,6 +101,12 @@ def _explain(error: Exception) -> int:
     if isinstance(error, OSError):
         _say(f"error: {error.strerror or error}" + (f": {error.filename}" if error.filename else ""))
         return UNFINISHED
+    if isinstance(error, UnicodeEncodeError):
+        _say(
+            f"error: the name {error.object!a} has letters that cannot be written in {error.encoding}; "
+            "start with PYTHONUTF8=1 or a UTF-8 locale (LC_ALL=C.UTF-8), or rename the file"
+        )
+        return USAGE
     if isinstance(error, MemoryError):
         _say("error: out of memory")
         return UNFINISHED
@@ -114,7 +131,7 @@ def _run(argv: list[str]) -> int:
 
 @contextmanager
 def _stopped_by_termination() -> Iterator[None]:
-    """Let a termination signal end the work like Ctrl-C does, so that half-written files are removed."""
+    """Let SIGTERM and SIGHUP end the work like Ctrl-C does, so that half-written files are removed."""
     if threading.current_thread() is not threading.main_thread():
         yield
         return
@@ -122,11 +139,18 @@ def _stopped_by_termination() -> Iterator[None]:
     def stop(_number: int, _frame: object) -> None:
         raise KeyboardInterrupt
 
-    before = signal.signal(signal.SIGTERM, stop)
+    numbers = [getattr(signal, name) for name in ("SIGTERM", "SIGHUP") if hasattr(signal, name)]
+    # a signal that is ignored (nohup) stays ignored
+    before: dict[signal.Signals, Any] = {
+        number: signal.signal(number, stop)
+        for number in numbers
+        if signal.getsignal(number) not in (signal.SIG_IGN, None)
+    }
     try:
         yield
     finally:
-        signal.signal(signal.SIGTERM, before)
+        for number, handler in before.items():
+            signal.signal(number, handler)
 
 
 def _drop(stream: TextIO) -> None:
@@ -157,12 +181,20 @@ def _console(stream: TextIO) -> Console:
 
 def _show(*tables: Callable[[bool], Any] | str) -> None:
     """Print tables and texts to stdout."""
+    from hexathermal.show.tables import width_of
+
     console = _console(sys.stdout)
+    width = console.width
     with console.capture() as printed:
         for k, item in enumerate(tables):
             if k and not console.is_terminal:
                 console.print()
-            console.print(item if isinstance(item, str) else item(console.is_terminal), soft_wrap=isinstance(item, str))
+            if isinstance(item, str):
+                console.print(item, soft_wrap=True)
+            else:
+                table = item(console.is_terminal)
+                console.width = width_of(table, width)
+                console.print(table)
     print(_printable("\n".join(line.rstrip() for line in printed.get().splitlines()), sys.stdout))
 
 
@@ -182,16 +214,15 @@ def _bar(label: str) -> Iterator[Callable[[int, int, str], None]]:
 
 def _demo(arguments: argparse.Namespace) -> None:
     """A machine warms through a working day."""
-    from hexathermal.show.figures import day_figure, save_figure
-    from hexathermal.show.tables import day_table
+    from hexathermal.show.figures import day_figure, draw
+    from hexathermal.show.tables import day_table, percent
     from hexathermal.simulate.demonstration import demonstrate, save, summary
 
-    hexapod = hexathermal.load_hexapod(arguments.machine)
+    hexapod = _loaded(arguments.machine)
     folder = _demo_folder(arguments.out, arguments.force)
-    with _bar("simulating the day (the first run compiles: up to a minute)"):
+    with _bar(f"simulating the day (the first run compiles: {COMPILE_TIME})"), _place_for_fonts():
         result = demonstrate(hexapod, seed=arguments.seed)
-        files = save(result, folder)
-        picture = save_figure(day_figure(result), folder / "day.png")
+        files = save(result, folder, {"day.png": lambda part: draw(day_figure(result), part, "png")})
     numbers = summary(result)
     lines = [
         f"Machine {hexapod.name or arguments.machine}: {numbers['hours']:g} h, {numbers['work_poses']} work poses, "
@@ -203,13 +234,55 @@ def _demo(arguments: argparse.Namespace) -> None:
         change = pair["reduction_percent"]
         lines.append(
             f"Largest {what} of the platform: {pair['without']:.2f} {unit} without correction, "
-            f"{pair['with']:.2f} {unit} with it: {abs(change):.0f} % {'less' if change >= 0.0 else 'more'}."
+            f"{pair['with']:.2f} {unit} with it: {percent(change)} % {'less' if change >= 0.0 else 'more'}."
         )
     blind = _plates_without_sensor(hexapod)
     if blind:
         lines.append(f"No thermometer on: {', '.join(blind)}. Their expansion is part of the error in both columns.")
-    lines.append("Written:\n" + "\n".join(f"  {file}" for file in (*files, picture)))
+    lines.append(_demo_bounds(hexapod, numbers["day"]["law_uncertainty"]))
+    lines.append("Written:\n" + "\n".join(f"  {file}" for file in files))
     _show(lines[0], lambda pretty: day_table(result, pretty), "\n".join(lines[1:]))
+
+
+def _demo_bounds(hexapod: hexathermal.Hexapod, uncertainty: float) -> str:
+    """Return what the simulated truth knows and what it leaves out: no measurement stands behind it."""
+    model = hexapod.thermal
+    unmeasured = model is not None and model.base is not None and model.base.sensor is None
+    lines = [
+        "This is a simulation, not a measurement:",
+        f"  - each leg's true A and B are drawn about the law's, {100.0 * uncertainty:g} % standard deviation; the "
+        "form of the law is taken as exact",
+        "  - a leg has one temperature: lag between thermometer and leg, and gradients along a leg, are not in it",
+        "  - temperatures are generic (2 K swing of the room, 5 K rise of the legs), not those of your machine",
+    ]
+    if unmeasured:
+        lines.append("  - the base has no thermometer: it expands about the centre of its joints")
+    return "\n".join(lines)
+
+
+@contextmanager
+def _place_for_fonts() -> Iterator[None]:
+    """Give matplotlib a folder of its own for a while where the home folder cannot be written."""
+    home, name = os.path.expanduser("~"), "MPLCONFIGDIR"
+    places = [Path(os.environ.get(key) or Path(home, own)) for key, own in _XDG]
+    nearest = [next(place for place in (wanted, *wanted.parents) if place.exists()) for wanted in places]
+    if name in os.environ or all(os.access(place, os.W_OK | os.X_OK) for place in nearest):
+        yield
+        return
+    with tempfile.TemporaryDirectory(prefix="hexathermal-") as folder:
+        os.environ[name] = folder
+        try:
+            yield
+        finally:
+            del os.environ[name]
+
+
+def _loaded(name: str) -> hexathermal.Hexapod:
+    """Return a machine by name or path; a path that is no plain file is refused before it is opened."""
+    file = Path(name) / "hexapod.toml" if os.path.isdir(name) else Path(name)
+    if name not in hexathermal.bundled_hexapods() and os.path.exists(file) and not os.path.isfile(file):
+        raise ArgumentError(f"{file} is no plain file (a device, pipe or folder); give a hexapod.toml or its folder")
+    return hexathermal.load_hexapod(name)
 
 
 def _plates_without_sensor(hexapod: hexathermal.Hexapod) -> list[str]:
@@ -251,7 +324,7 @@ def _correct(arguments: argparse.Namespace) -> None:
     from hexathermal.predict.trajectory import correct_trajectory
     from hexathermal.show.tables import trajectory_table
 
-    hexapod = hexathermal.load_hexapod(arguments.machine)
+    hexapod = _loaded(arguments.machine)
     own = any(arguments.user_frame) or any(arguments.object_frame)
     frames = hexathermal.Frames(tuple(arguments.user_frame), tuple(arguments.object_frame), arguments.convention)
     with _bar("correcting") as move:
@@ -274,10 +347,12 @@ def _machines(_arguments: argparse.Namespace) -> None:
 
 def _show_machine(arguments: argparse.Namespace) -> None:
     """All that is known of one machine."""
-    from hexathermal.show.tables import machine_facts, machine_file, machine_tables
+    from hexathermal.show.tables import machine_facts, machine_file, machine_tables, singular_at_home
 
-    hexapod = hexathermal.load_hexapod(arguments.machine)
+    hexapod = _loaded(arguments.machine)
     facts = machine_facts(hexapod, machine_file(arguments.machine))
+    if warning := singular_at_home(facts):
+        _say(warning)
     if arguments.json:
         print(json.dumps(facts, indent=2, allow_nan=False))
         return

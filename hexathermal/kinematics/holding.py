@@ -24,8 +24,9 @@ _PROBES = 8  # generic poses at which a machine's rank is looked at
 def architecturally_singular(base_joints: npt.ArrayLike, platform_joints: npt.ArrayLike) -> bool:
     """Tell whether six legs leave this machine movable at every pose.
 
-    Their lines then belong to one linear complex wherever the platform stands, so that locked legs hold it nowhere;
-    similar plates, joints on a line and a plate that is one point are examples.
+    Their lines then belong to one linear complex wherever the platform stands, so that locked legs hold it nowhere.
+    Examples: two similar (also mirrored or stretched) plates with their joints on a circle, a plate whose joints lie
+    on a line or in one point, four legs from one joint.
 
     ::
 

@@ -70,8 +70,8 @@ def _refuse(hexapod: Hexapod, modes: AssemblyModes, index: tuple[int, ...]) -> N
     if architecturally_singular(hexapod.base_joints, hexapod.platform_joints):
         raise KinematicsError(
             f"the postures{where(index)} cannot be listed: the machine is architecturally singular, its legs do not "
-            "hold it at any pose and it moves with locked legs; change the joints, so that the plates are not similar "
-            "(reflected, shrunk or turned copies) and no plate is a point or a line",
+            "hold it at any pose and it moves with locked legs; check the joints: two plates that are "
+            "scaled, mirrored or stretched copies with joints on a circle do so, and plates that are a point or a line",
             index=index,
         )
     raise KinematicsError(

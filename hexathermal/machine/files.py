@@ -42,9 +42,8 @@ TABLES: dict[str, dict[str, str]] = {
 """Keys of each table and their rules, see `hexathermal.machine.forms.Form`."""
 
 
-EXPANSION = (
-    f"within +-{LARGEST_EXPANSION_PER_K:g} /K; expansion is given in 1/K (the paper's 1.99e-3 um/mm/K is 1.99e-6 /K)"
-)
+EXPANSION = f"within +-{LARGEST_EXPANSION_PER_K:g} /K (1/K is meant: the paper's 1.99e-3 um/mm/K is 1.99e-6 /K)"
+"""What is asked of every expansion coefficient."""
 
 
 def read_hexapod(path: str | Path) -> Hexapod:

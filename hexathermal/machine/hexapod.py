@@ -312,13 +312,15 @@ def default_home(hexapod: Hexapod) -> FloatArray:
     """Return the home of a machine that states none: no rotation, centres of the joints above each other.
 
     The platform is lifted along the base's z until the mean leg is mid-stroke; without a stroke by twice the larger
-    mean joint radius, unless the joints already stand apart in z (both given in one frame): then home is the identity.
+    mean joint radius. Where the joints are given in one frame (their centroids stand apart in z, and no leg vanishes
+    there), home is the identity.
     """
     pose = np.eye(4)
     base, platform = hexapod.base_joints.mean(axis=0), hexapod.platform_joints.mean(axis=0)
     radius = max(_radii(hexapod.base_joints).mean(), _radii(hexapod.platform_joints).mean())
     if hexapod.stroke is None or hexapod.retracted_length is None:
-        if abs(platform[2] - base[2]) > 0.1 * radius:
+        as_given = np.linalg.norm(hexapod.platform_joints - hexapod.base_joints, axis=1)
+        if abs(platform[2] - base[2]) > 0.1 * radius and as_given.min() > 0.1 * radius:
             return pose
         height = 2.0 * radius
     else:

@@ -115,14 +115,33 @@ def match_columns(path: Path, names: tuple[str, ...], wanted: tuple[str, ...], *
             problems.append(
                 Problem(line, k + 1, f"column {name} is there twice, first as column {names.index(name) + 1}")
             )
-    for name in wanted:
-        if name not in names:
-            found = ", ".join(names[:20]) + (", ..." if len(names) > 20 else "")
-            hint = _hint(name, [other for other in names if other not in wanted])
-            problems.append(Problem(line, 1, f"column {name} is missing{hint}; the header names: {found}"))
+    missing = [name for name in wanted if name not in names]
+    if missing:
+        problems.append(Problem(line, 1, _missing(missing, names, wanted)))
     if problems:
         raise FileFormatError(str(path), tuple(problems))
     return Header(names, wanted, line, end)
+
+
+def _missing(missing: list[str], names: tuple[str, ...], wanted: tuple[str, ...]) -> str:
+    """Return which columns are missing, what the header names instead, and what may have gone wrong."""
+    others = [name for name in names if name not in wanted]
+    meant = "".join(_hint(name, others) for name in missing)
+    shown = ", ".join(names[:20]) + (", ..." if len(names) > 20 else "")
+    which = f"column {missing[0]} is" if len(missing) == 1 else f"columns {', '.join(missing)} are"
+    hint = ""
+    if names[0].startswith("#"):
+        hint = "; a header line has no # before it, and there are no comments: remove it"
+    elif all(_NUMBER.fullmatch(name) or _NOT_FINITE.fullmatch(name) for name in names):
+        hint = "; this line holds numbers: is the header line missing?"
+    elif len(missing) == len(wanted) and _of_heat(wanted) != _of_heat(names) and not meant:
+        hint = "; were the two files swapped?"
+    return f"{which} missing{meant}; the header names: {shown}{hint}"
+
+
+def _of_heat(names: tuple[str, ...]) -> bool:
+    """Whether columns are those of temperatures."""
+    return any(name.endswith("_degC") for name in names)
 
 
 def _hint(name: str, others: list[str]) -> str:
@@ -130,7 +149,7 @@ def _hint(name: str, others: list[str]) -> str:
     plain = name.rpartition("_")[0].lower()
     same = [other for other in others if other.lower() in (name.lower(), plain)]
     close = same or get_close_matches(name, others, 1, 0.85)
-    return f"; was {close[0]!r} meant?" if close else ""
+    return f"; was {close[0]!r} meant for {name}?" if close else ""
 
 
 @dataclass(frozen=True)

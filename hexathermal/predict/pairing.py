@@ -18,6 +18,10 @@ from hexathermal.predict.table_streams import Rows, TableStream
 from hexathermal.predict.temperatures import check_temperatures
 
 
+TIMES = ("time", "t", "t_s", "times", "timestamp", "time_ms", "time_us", "time_min", "time_h", "time_s")
+"""Names, in small letters, of columns that may have been meant as time."""
+
+
 class Temperatures(Protocol):
     """Temperatures that follow a stream of poses.
 
@@ -66,8 +70,8 @@ class _One:
 
     pairing = "one row of temperatures for all poses"
 
-    def __init__(self, row: FloatArray) -> None:
-        self.row = row
+    def __init__(self, row: FloatArray, note: str = "") -> None:
+        self.row, self.pairing = row, _One.pairing + note
 
     def of(self, poses: Rows) -> tuple[FloatArray, FloatArray | None]:
         return self.row, None
@@ -81,8 +85,8 @@ class _ByRow:
 
     pairing = "row by row"
 
-    def __init__(self, poses: TableStream, temps: _Checked, seen: list[Rows]) -> None:
-        self.poses, self.temps, self.waiting = poses, temps, seen
+    def __init__(self, poses: TableStream, temps: _Checked, seen: list[Rows], note: str = "") -> None:
+        self.poses, self.temps, self.waiting, self.pairing = poses, temps, seen, _ByRow.pairing + note
 
     def of(self, poses: Rows) -> tuple[FloatArray, FloatArray | None]:
         numbers: list[FloatArray] = []
@@ -202,14 +206,28 @@ def interpolated(time: FloatArray, values: FloatArray, wanted: FloatArray) -> Fl
     return np.asarray(values[k] * (1.0 - share) + values[k + 1] * share)
 
 
+def time_hints(*streams: TableStream) -> tuple[str, ...]:
+    """Return a note for each column that looks like time but is not called ``time_s``."""
+    return tuple(
+        f"{stream.path.name}: column {name} is not read as time; only time_s (in seconds) is"
+        for stream in streams
+        if not stream.header.has_time
+        for name in stream.header.extras
+        if name.lower() in TIMES
+    )
+
+
 def paired(hexapod: Hexapod, poses: TableStream, temps: TableStream) -> tuple[Temperatures, _Checked]:
     """Return the temperatures that follow the poses, in the way that the two files ask for, and their stream."""
     checked = _Checked(hexapod, temps)
     seen: list[Rows] = []
     while sum(map(len, seen)) < 2 and (rows := checked.next_rows()) is not None:
         seen.append(rows)
+    timed = [stream.path.name for stream in (poses, temps) if stream.header.has_time]
+    note = f" (time_s only in {timed[0]}: not used for pairing)" if len(timed) == 1 else ""
     if sum(map(len, seen)) == 1:
-        return _One(seen[0].numbers[0]), checked
+        # a single row needs no time: only times of its own that go unused are worth a word
+        return _One(seen[0].numbers[0], note if temps.header.has_time else ""), checked
     if poses.header.has_time and temps.header.has_time:
         return _ByTime(poses, checked, seen), checked
-    return _ByRow(poses, checked, seen), checked
+    return _ByRow(poses, checked, seen, note), checked

@@ -5,7 +5,8 @@ from __future__ import annotations
 import csv
 import io
 import os
-from collections.abc import Iterator
+import stat
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Any
@@ -20,38 +21,82 @@ from hexathermal.poses import FloatArray
 from hexathermal.predict.table_streams import TableStream, is_parquet
 
 
+ENDINGS = (".csv", ".parquet", ".pq")
+"""Of the names of result files."""
+
+
 def check_out(out: Path, sources: tuple[Path, ...], overwrite: bool) -> None:
     """Refuse a result file that must not or cannot be written, before any work is done."""
     if out.is_dir():
         raise ArgumentError(f"cannot write {out}: it is a folder; give the name of a file")
-    if not out.parent.is_dir():
-        raise ArgumentError(f"cannot write {out}: there is no folder {out.parent}; create it first")
-    if out.exists():
-        if any(out.samefile(source) for source in sources):
+    if out.suffix.lower() not in ENDINGS:
+        raise ArgumentError(f"cannot write {out}: a result file's name ends in .csv or .parquet, which says its format")
+    target = target_of(out)
+    if not target.parent.is_dir():
+        raise ArgumentError(f"cannot write {out}: there is no folder {target.parent}; create it first")
+    if target.exists():
+        if any(target.samefile(source) for source in sources):
             raise ArgumentError(f"will not write {out}: it is one of the files that are read; give another name")
         if not overwrite:
             raise ArgumentError(f"{out} exists already; give another name, or ask for it to be overwritten (--force)")
 
 
+def target_of(out: Path) -> Path:
+    """Return the plain file, there or not, that a name stands for, links followed; refuse devices and folders."""
+    target = Path(os.path.realpath(out))
+    if target.is_symlink():
+        raise ArgumentError(f"cannot write {out}: it is a link that leads in a circle; remove it")
+    if target.exists() and not target.is_file():
+        raise ArgumentError(f"cannot write {out}: it is no plain file (a folder, device or pipe); give another name")
+    return target
+
+
 @contextmanager
 def written_whole(out: Path) -> Iterator[Path]:
     """Give a file beside `out` to write to; it takes the place of `out` at the end, or vanishes on any error."""
-    part = out.with_name(out.name + ".part")
+    with written_together((out,)) as (part,):
+        yield part
+
+
+@contextmanager
+def written_together(outs: Sequence[Path]) -> Iterator[tuple[Path, ...]]:
+    """Give a file beside each of `outs` to write to; all take their places at the end, or all vanish on any error.
+
+    Links are followed, and a file that is replaced hands its permissions on.
+    """
+    targets = tuple(target_of(out) for out in outs)
+    parts: list[Path] = []
     try:
-        part.open("xb").close()
+        for target in targets:
+            parts.append(_part_of(target))  # noqa: PERF401 (those made so far are removed on an error)
+        yield tuple(parts)
+        modes = [stat.S_IMODE(target.stat().st_mode) if target.exists() else None for target in targets]
+        for part, mode in zip(parts, modes, strict=True):
+            if mode is not None:
+                with suppress(OSError):  # some file systems have no permissions
+                    part.chmod(mode)
+        for part, target in zip(parts, targets, strict=True):
+            os.replace(part, target)
+    except BaseException:
+        for part in parts:
+            with suppress(OSError):
+                part.unlink()
+        raise
+
+
+def _part_of(target: Path) -> Path:
+    """Create the file that is written in the place of `target`, readable by no more people than that."""
+    part = target.with_name(target.name + ".part")
+    private = target.exists() and not stat.S_IMODE(target.stat().st_mode) & 0o077
+    try:
+        os.close(os.open(part, os.O_CREAT | os.O_EXCL | os.O_WRONLY, 0o600 if private else 0o666))
     except FileExistsError:
         raise ArgumentError(
             f"{part} exists: another run is writing it, or was killed; remove it if none is, and try again"
         ) from None
     except OSError as error:
-        raise ArgumentError(f"cannot write into the folder {out.parent}: {error.strerror or error}") from None
-    try:
-        yield part
-        os.replace(part, out)
-    except BaseException:
-        with suppress(OSError):
-            part.unlink()
-        raise
+        raise ArgumentError(f"cannot write into the folder {target.parent}: {error.strerror or error}") from None
+    return part
 
 
 class TableWriter:

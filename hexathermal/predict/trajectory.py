@@ -17,11 +17,12 @@ from typing import NoReturn
 
 import numpy as np
 
-from hexathermal.errors import ArgumentError, FileFormatError, KinematicsError, Problem
+from hexathermal.errors import ArgumentError, FileFormatError, KinematicsError, OutOfStrokeError, Problem
 from hexathermal.kinematics.batches import where
+from hexathermal.kinematics.limits import ROUNDING, travel_coordinates, travel_range
 from hexathermal.machine.hexapod import Hexapod
 from hexathermal.poses import FloatArray, Frames, coordinates_from_pose, inverse_pose, pose_from_coordinates
-from hexathermal.predict.pairing import paired
+from hexathermal.predict.pairing import paired, time_hints
 from hexathermal.predict.table_streams import Rows, TableStream, open_table
 from hexathermal.predict.table_writing import TableWriter, check_out, written_whole
 from hexathermal.predict.temperatures import active_model
@@ -52,6 +53,10 @@ class TrajectorySummary:
         How temperatures were given to poses.
     copied, unused : tuple of str
         Columns that nobody asked for: of the poses file, copied to the results; of the temperatures file, left out.
+    lowest_pose, highest_pose : tuple of float [mm, mm, mm, deg, deg, deg]
+        Extremes of the six coordinates in the poses file.
+    notes : tuple of str
+        What looks like a mistake although every row was corrected.
     """
 
     out: Path
@@ -65,6 +70,32 @@ class TrajectorySummary:
     pairing: str
     copied: tuple[str, ...]
     unused: tuple[str, ...]
+    lowest_pose: tuple[float, ...]
+    highest_pose: tuple[float, ...]
+    notes: tuple[str, ...] = ()
+
+
+@dataclass
+class _Span:
+    """Extremes of the coordinates met so far [mm, deg]."""
+
+    low: FloatArray = field(default_factory=lambda: np.full(6, np.inf))
+    high: FloatArray = field(default_factory=lambda: np.full(6, -np.inf))
+
+    def see(self, numbers: FloatArray) -> None:
+        """Look at the coordinates (n, 6) of the next rows."""
+        self.low = np.minimum(self.low, numbers.min(axis=0))
+        self.high = np.maximum(self.high, numbers.max(axis=0))
+
+    def notes(self) -> tuple[str, ...]:
+        """Return what looks like wrong units."""
+        found = []
+        sizes = np.maximum(np.abs(self.low), np.abs(self.high))
+        if 0.0 < sizes[:3].max() < 1.0:
+            found.append(f"no pose is more than {sizes[:3].max():g} mm from home: were metres given? mm are expected")
+        if sizes[3:].max() > 180.0:
+            found.append(f"an angle is {sizes[3:].max():g} deg, more than half a turn; degrees are expected")
+        return tuple(found)
 
 
 @dataclass
@@ -93,12 +124,15 @@ class _Job:
     frames: Frames | None
     lengths_only: bool
     largest: _Largest = field(default_factory=_Largest)
+    span: _Span = field(default_factory=_Span)
 
     def answer(self, rows: Rows, temps: FloatArray) -> dict[str, FloatArray]:
         """Return the columns of results of the next rows."""
         T = pose_from_coordinates(rows.numbers, self.convention)
         T = self.hexapod.home @ (T if self.frames is None else self.frames.machine_pose(T))
         lengths = self._located(rows, T, temps)
+        self._within_travel(rows, T)
+        self.span.see(rows.numbers)
         self.largest.see(rows.first, lengths - self.hexapod.inverse_kinematics(T))
         columns = _named(POSE_COLUMNS, rows.numbers)
         columns |= _named(LENGTH_COLUMNS, lengths * 1000.0)
@@ -118,10 +152,34 @@ class _Job:
             k = next(k for k in range(len(rows)) if self._is_far(T[k]))
             line = self.poses.line(rows.first + k)
             six = ", ".join(f"{name} = {value:g}" for name, value in zip(POSE_COLUMNS, rows.numbers[k], strict=True))
+            through = "" if self.frames is None else ", and pass through the user and object frames: check these too"
             raise KinematicsError(
                 f"{self.poses.path}, line {line}: the pose is far outside the machine ({six}); coordinates count from "
-                "home in mm and degrees", index=(rows.first + k,)
+                f"home in mm and degrees{through}", index=(rows.first + k,)
             ) from None  # fmt: skip
+
+    def _within_travel(self, rows: Rows, T: FloatArray) -> None:
+        """Refuse the first pose outside the maker's travel, which counts from home in its own convention."""
+        limits, travel = self.hexapod.limits, travel_range(self.hexapod)
+        if limits is None or travel is None:
+            return
+        x = travel_coordinates(self.hexapod, T)
+        over = np.maximum(travel[:, 0] - x, x - travel[:, 1])
+        rows_out = np.flatnonzero((over > ROUNDING).any(axis=1))
+        if not rows_out.size:
+            return
+        k = int(rows_out[0])
+        axis = int((over[k] / (travel[:, 1] - travel[:, 0])).argmax())
+        name, unit = POSE_COLUMNS[axis].split("_")
+        scale = 1000.0 if unit == "mm" else float(np.degrees(1.0))
+        value, (low, high) = float(x[k, axis]), map(float, travel[axis])
+        through = "" if self.frames is None else " (counted from home, behind the user and object frames)"
+        raise KinematicsError(
+            f"{self.poses.path}, line {self.poses.line(rows.first + k)}: outside the maker's travel: {name} is "
+            f"{value * scale:.9g} {unit}{through}, allowed [{low * scale:.9g}, {high * scale:.9g}] {unit} "
+            f"({limits.convention}); choose a pose closer to home, or change [limits] in the machine's file",
+            value=value, lower=low, upper=high, index=(rows.first + k,),
+        )  # fmt: skip
 
     def _is_far(self, T: FloatArray) -> bool:
         """Whether a pose is refused as no pose of this machine at all."""
@@ -143,11 +201,26 @@ class _Job:
     def _refuse(self, rows: Rows, error: KinematicsError) -> NoReturn:
         """Raise an error of a block again, with the line of the file."""
         row = rows.first + error.index[0]
-        text = str(error).replace(where(error.index), "", 1)
+        text = self._out_of_stroke(error) or str(error).replace(where(error.index), "", 1)
         raise type(error)(
             f"{self.poses.path}, line {self.poses.line(row)}: {text}",
             leg=error.leg, value=error.value, lower=error.lower, upper=error.upper, index=(row,),
         ) from None  # fmt: skip
+
+    def _out_of_stroke(self, error: KinematicsError) -> str:
+        """Return a leg out of stroke in lengths and strokes; empty where the error is another or no q0 is known."""
+        q0, stroke = self.hexapod.retracted_length, self.hexapod.stroke
+        leg, value = error.leg, error.value
+        if not isinstance(error, OutOfStrokeError) or q0 is None or stroke is None or leg is None or value is None:
+            return ""
+        q = float(self.hexapod.strokes(np.full(6, value))[leg - 1]) * 1e3
+        low, high = (float(bound) * 1e3 for bound in stroke[leg - 1])
+        side = f"{low - q:.6g} mm too short" if q < low else f"{q - high:.6g} mm too long"
+        through = "" if self.frames is None else "; the pose passes through the user and object frames: check these too"
+        return (
+            f"leg {leg} out of stroke: length {value * 1e3:.6f} mm (q {q:.6f} mm), allowed q [{low:g}, {high:g}] mm: "
+            f"{side}; choose a pose closer to home{through}"
+        )
 
 
 def _named(names: tuple[str, ...], array: FloatArray) -> dict[str, FloatArray]:
@@ -186,7 +259,7 @@ def correct_trajectory(
     lengths_only : bool
         Leave out the corrected poses.
     overwrite : bool
-        Replace an existing `out`; never one of the files that are read.
+        Replace an existing `out`; never one of the files that are read. Links are followed, permissions kept.
     progress : callable, optional
         Called as ``progress(bytes_read, bytes_in_all)``.
 
@@ -197,9 +270,11 @@ def correct_trajectory(
     Raises
     ------
     FileFormatError, TemperatureError, KinematicsError
-        The header or a row is bad, out of the law's range, or cannot be reached; each with the line in its file.
+        The header or a row is bad, out of the law's range, cannot be reached, or lies outside the maker's travel
+        `Hexapod.limits`; each with the line in its file.
     ThermalModelError, ArgumentError
-        No thermal law; a file is not there; `out` exists, is a file that is read, or cannot be written.
+        No thermal law; a file is not there; `out` exists, is a file that is read, is no plain file, ends in neither
+        ``.csv`` nor ``.parquet``, or cannot be written.
     """
     target, columns = Path(out), tuple(f"{name}_degC" for name in active_model(hexapod).sensor_names)
     source, heat = open_table(poses, POSE_COLUMNS, "poses"), open_table(temps, columns, "temperatures")
@@ -232,6 +307,8 @@ def _streamed(job: _Job, heat: TableStream, out: Path, progress: Progress | None
         out=out, rows=source.count, largest_correction_um=largest.value * 1e6, largest_leg=largest.leg,
         largest_line=source.line(largest.row), sensors=job.hexapod.sensor_names, lowest_degC=checked.lowest,
         highest_degC=checked.highest, pairing=followed.pairing, copied=source.header.extras, unused=heat.header.extras,
+        lowest_pose=tuple(job.span.low.tolist()), highest_pose=tuple(job.span.high.tolist()),
+        notes=(*job.span.notes(), *time_hints(source, heat)),
     )  # fmt: skip
 
 

@@ -149,5 +149,10 @@ def save_figure(figure: Figure, path: str | Path) -> Path:
             f"cannot write a figure as {file.suffix or 'a file without an ending'}; use {', '.join(FORMATS)}"
         )
     with written_whole(file) as part:
-        figure.savefig(part, format=file.suffix[1:].lower(), dpi=200)
+        draw(figure, part, file.suffix[1:].lower())
     return file
+
+
+def draw(figure: Figure, path: Path, kind: str) -> None:
+    """Write a figure to a file in a format given by name: png, svg or pdf."""
+    figure.savefig(path, format=kind, dpi=200)

@@ -2,19 +2,22 @@
 
 from __future__ import annotations
 
+import math
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 from rich.box import SIMPLE_HEAD, Box
+from rich.cells import cell_len
 from rich.table import Table
 
+from hexathermal.kinematics.constants import LARGEST_CONDITION
 from hexathermal.kinematics.jacobian import condition_number
 from hexathermal.machine.hexapod import Hexapod
 from hexathermal.machine.library import models_folder
 from hexathermal.machine.thermal import PlateLaw
 from hexathermal.poses import FloatArray
-from hexathermal.predict.trajectory import TrajectorySummary
+from hexathermal.predict.trajectory import POSE_COLUMNS, TrajectorySummary
 from hexathermal.simulate.day import HOUR_S, reference_degC
 from hexathermal.simulate.demonstration import Demonstration, largest
 
@@ -33,6 +36,22 @@ def framed(pretty: bool, *columns: str) -> Table:
         name = name if pretty else name.replace("\n", " ")
         table.add_column(name, justify="right" if column.endswith(">") else "left", overflow="fold")
     return table
+
+
+NARROWEST = 12
+"""Columns of text are folded down to so many letters; columns of numbers never are."""
+
+
+def width_of(table: Table, width: int) -> int:
+    """Return how wide a table is drawn where there is room for `width` letters: numbers are never broken in two."""
+    needed = 2 + len(table.columns) * 2
+    for column in table.columns:
+        lines = [line for cell in (column.header, *column.cells) for line in str(cell).splitlines()]
+        longest = max(map(cell_len, lines), default=0)
+        if column.justify == "right":
+            column.min_width, column.no_wrap = longest, True
+        needed += longest if column.justify == "right" else min(longest, NARROWEST)
+    return max(width, needed)
 
 
 def _listed(array: FloatArray, digits: int = 3) -> str:
@@ -160,7 +179,9 @@ def _overview(facts: dict[str, Any], pretty: bool) -> Table:
         low, high = (_listed(np.array(stroke)[:, k], 6) for k in (0, 1))
         rows.append(("stroke q", f"from {low} to {high} mm"))
     condition = facts["condition_number_at_home"]
-    rows.append(("condition number at home", "singular" if condition is None else f"{condition:.3f} (1 is best)"))
+    singular = condition is None or condition > LARGEST_CONDITION
+    text = "infinite" if condition is None else f"{condition:.3g}" if singular else f"{condition:.3f}"
+    rows.append(("condition number at home", f"{text} ({'singular' if singular else '1 is best'})"))
     if facts["limits"] is None:
         rows.append(("travel limits of the maker", "not known"))
     for axis, unit in AXES.items() if facts["limits"] else ():
@@ -236,8 +257,35 @@ def day_table(result: Demonstration, pretty: bool) -> Table:
 
 
 def reduction(before: float, after: float) -> str:
-    """Return by how much an error shrank, in percent; "none" where it did not."""
-    return f"{100.0 * (1.0 - after / before):.0f} %" if after < before else "none"
+    """Return by how much an error shrank, in percent, or grew: "55 %", "80 % more"; "none" where it stayed."""
+    if after == before:
+        return "none"
+    if after > before:
+        return f"{percent(100.0 * (after / before - 1.0))} % more" if before > 0.0 else "more"
+    return f"{percent(100.0 * (1.0 - after / before))} %"
+
+
+def percent(value: float) -> str:
+    """Return percents without a sign: a decimal below 1 and above 99, never rounded to 0 or 100."""
+    size = abs(value)
+    if size > 99.0:
+        return f"{math.floor(size * 10.0) / 10.0:.1f}" if size < 100.0 else f"{size:.0f}"
+    if 0.0 < size < 0.05:
+        return "below 0.1"
+    return f"{size:.1f}" if size < 0.95 else f"{size:.0f}"
+
+
+def singular_at_home(facts: dict[str, Any]) -> str:
+    """Return a warning where a machine cannot be held at its home; empty where it can."""
+    condition = facts["condition_number_at_home"]
+    if condition is not None and condition <= LARGEST_CONDITION:
+        return ""
+    text = "infinite" if condition is None else f"{condition:.3g}"
+    return (
+        f"warning: machine {facts['name']!r} is singular at home (condition number {text}, allowed "
+        f"{LARGEST_CONDITION:g}): its legs do not hold the platform there, so no pose can be corrected from home; "
+        "check the joints, their order and home in the machine's file"
+    )
 
 
 def trajectory_table(summary: TrajectorySummary, pretty: bool) -> Table:
@@ -248,7 +296,11 @@ def trajectory_table(summary: TrajectorySummary, pretty: bool) -> Table:
     table.add_row("sensors", ", ".join(summary.sensors))
     where = f"leg {summary.largest_leg}, line {summary.largest_line} of the poses"
     table.add_row("largest correction", f"{summary.largest_correction_um:.3f} um ({where})")
+    for name, low, high in zip(POSE_COLUMNS, summary.lowest_pose, summary.highest_pose, strict=True):
+        table.add_row(f"span of {name}", f"{low:g} to {high:g}")
     table.add_row("columns copied from the poses", ", ".join(summary.copied) or "none")
     table.add_row("columns of the temperatures not used", ", ".join(summary.unused) or "none")
+    for note in summary.notes:
+        table.add_row("note", note)
     table.add_row("written", str(summary.out))
     return table

@@ -50,6 +50,9 @@ class WorkingDay:
     sensor_noise_K, sensor_gain : float [K], [1]
         Standard deviations of a thermometer's noise and gain error. Engineering value (6 to 14 mK are seen on machine
         tools) and the 0.4 % of a class 1 thermocouple.
+    law_uncertainty : float [1]
+        Relative standard deviation of each true coefficient A and B about the law that the controller knows.
+        Engineering value; 0 makes the law exact.
     """
 
     step_s: float = 60.0
@@ -72,6 +75,7 @@ class WorkingDay:
     base_share: float = 0.15
     sensor_noise_K: float = 0.010
     sensor_gain: float = 0.004
+    law_uncertainty: float = 0.03
 
     def __post_init__(self) -> None:
         signed = ("room_above_K", "start_h", "room_coldest_h")
@@ -84,6 +88,8 @@ class WorkingDay:
                 raise ArgumentError(f"{name} must be above 0, found {getattr(self, name)!r}")
         if not self.leg_spread < 1.0 or not self.heat_spread < 1.0:
             raise ArgumentError("leg_spread and heat_spread are parts of the mean, below 1")
+        if not self.law_uncertainty < 1.0:
+            raise ArgumentError(f"law_uncertainty is a part of A and B, below 1, found {self.law_uncertainty!r}")
 
 
 @dataclass(frozen=True, eq=False)

@@ -1,6 +1,7 @@
 """A machine warms through a working day: what its platform does with and without thermal correction.
 
-The truth: legs and plates expand by their laws at their true temperatures, the base about the centre of its joints. The
+The truth: legs and plates expand by laws of the same form at their true temperatures, the base about the centre of its
+joints; the legs' true coefficients differ from those that the controller knows by `WorkingDay.law_uncertainty`. The
 controller knows only what the machine's own thermometers read; the temperature of a plate without a thermometer stays
 unknown to it.
 """
@@ -9,6 +10,7 @@ from __future__ import annotations
 
 import csv
 import json
+from collections.abc import Callable, Mapping
 from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -18,8 +20,9 @@ from scipy.spatial.transform import Rotation
 
 from hexathermal.errors import KinematicsError
 from hexathermal.machine.hexapod import Hexapod
+from hexathermal.machine.thermal import LegLaw
 from hexathermal.poses import FloatArray, coordinates_from_pose, pose_from_coordinates
-from hexathermal.predict.table_writing import written_whole
+from hexathermal.predict.table_writing import written_together
 from hexathermal.predict.temperatures import active_model
 from hexathermal.simulate.day import (
     HOUR_S,
@@ -45,6 +48,9 @@ class Demonstration:
 
     Attributes
     ----------
+    machine : Hexapod
+        What the machine truly is: base frame where the base is held, every plate with a thermometer, and the legs' true
+        coefficients.
     truth : DayTemperatures
     readings : array, shape (n, s) [degC]
         What the controller knows, in the order of `hexapod.sensor_names`.
@@ -61,6 +67,7 @@ class Demonstration:
     hexapod: Hexapod
     day: WorkingDay
     seed: int
+    machine: Hexapod
     truth: DayTemperatures
     readings: FloatArray
     poses: FloatArray
@@ -97,6 +104,21 @@ def held_at_its_base(hexapod: Hexapod) -> tuple[Hexapod, FloatArray]:
     home = hexapod.home.copy()
     home[:3, 3] -= centre
     return replace(hexapod, base_joints=hexapod.base_joints - centre, home=home), centre
+
+
+def with_true_law(hexapod: Hexapod, day: WorkingDay, generator: np.random.Generator) -> Hexapod:
+    """Return the machine with legs that expand a little otherwise than their law says.
+
+    ``A_true = A (1 + u g)``, likewise B, with ``u = day.law_uncertainty`` and a standard normal ``g`` for each
+    coefficient; ``u = 0`` changes nothing.
+    """
+    model = active_model(hexapod)
+
+    def drawn(values: FloatArray) -> FloatArray:
+        return np.asarray(values * (1.0 + day.law_uncertainty * generator.standard_normal(values.shape)))
+
+    legs = tuple(LegLaw(law.sensors, drawn(law.A), drawn(law.B), campaign="drawn") for law in model.legs)
+    return replace(hexapod, thermal=replace(model, legs=legs))
 
 
 def pose_errors(wanted: FloatArray, reached: FloatArray) -> FloatArray:
@@ -171,7 +193,7 @@ def demonstrate(hexapod: Hexapod, *, day: WorkingDay | None = None, seed: int = 
         With a thermal law.
     day : WorkingDay, optional
     seed : int
-        Of everything that is drawn: how legs and thermometers differ, and noise.
+        Of everything that is drawn: how legs, their true laws and thermometers differ, and noise.
 
     Raises
     ------
@@ -189,6 +211,7 @@ def demonstrate(hexapod: Hexapod, *, day: WorkingDay | None = None, seed: int = 
     truth = day_temperatures(day, reference_degC(hexapod), generator)
     read = readings(hexapod, sensor_truth(hexapod, truth), day, generator)
     extremes = np.stack([read.min(axis=0), read.max(axis=0)])
+    whole = with_true_law(whole, day, generator)
     poses = work_poses(hexapod, extremes)
     nominal = hexapod.inverse_kinematics(poses)
     corrected = hexapod.corrected_leg_lengths(poses, read[:, None])
@@ -197,7 +220,7 @@ def demonstrate(hexapod: Hexapod, *, day: WorkingDay | None = None, seed: int = 
     wanted[:, :3, 3] -= centre
     without = pose_errors(wanted, whole.predicted_pose(nominal, true_temps))
     with_ = pose_errors(wanted, whole.predicted_pose(corrected, true_temps))
-    return Demonstration(hexapod, day, seed, truth, read, poses, nominal, corrected, without, with_)
+    return Demonstration(hexapod, day, seed, whole, truth, read, poses, nominal, corrected, without, with_)
 
 
 def largest(errors: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -258,14 +281,25 @@ def table(result: Demonstration) -> tuple[list[str], list[list[float]]]:
     return names, columns.tolist()
 
 
-def save(result: Demonstration, folder: Path) -> tuple[Path, Path]:
-    """Write ``day.csv`` and ``summary.json`` into an existing folder; returns their paths."""
+def save(
+    result: Demonstration, folder: Path, more: Mapping[str, Callable[[Path], object]] | None = None
+) -> tuple[Path, ...]:
+    """Write ``day.csv`` and ``summary.json`` into an existing folder, all or none; returns their paths.
+
+    Parameters
+    ----------
+    more : mapping, optional
+        Names of further files that belong to the day, each with a function that writes it to the path it is given.
+    """
     names, rows = table(result)
-    days, numbers = folder / "day.csv", folder / "summary.json"
-    with written_whole(days) as part, part.open("w", encoding="utf-8", newline="") as file:
-        writer = csv.writer(file, lineterminator="\n")
-        writer.writerow(names)
-        writer.writerows(rows)
-    with written_whole(numbers) as part:
-        part.write_text(json.dumps(summary(result), indent=2) + "\n", encoding="utf-8")
-    return days, numbers
+    more = {} if more is None else more
+    files = tuple(folder / name for name in ("day.csv", "summary.json", *more))
+    with written_together(files) as (days, numbers, *others):
+        with days.open("w", encoding="utf-8", newline="") as file:
+            writer = csv.writer(file, lineterminator="\n")
+            writer.writerow(names)
+            writer.writerows(rows)
+        numbers.write_text(json.dumps(summary(result), indent=2) + "\n", encoding="utf-8")
+        for part, write in zip(others, more.values(), strict=True):
+            write(part)
+    return files

@@ -7,13 +7,8 @@ import pytest
 
 from hexathermal import Hexapod, load_hexapod
 from hexathermal.errors import ArgumentError, KinematicsError
-from tests.kinematics.test_modes import (
-    DIETMAIER_BASE,
-    DIETMAIER_LENGTHS,
-    DIETMAIER_PLATFORM,
-    MOVABLE,
-    half_turn_machine,
-)
+from tests.kinematics.test_holding import MOVABLE, half_turn_machine
+from tests.kinematics.test_modes import DIETMAIER_BASE, DIETMAIER_LENGTHS, DIETMAIER_PLATFORM
 
 
 def test_dietmaiers_machine_through_the_hexapod() -> None:

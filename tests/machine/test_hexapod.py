@@ -74,6 +74,16 @@ def test_default_home_is_mid_stroke_and_regular(reference: ht.Hexapod) -> None:
     assert free.solve_forward(free.inverse_kinematics(free.home)).ok
 
 
+def test_a_machine_needs_no_home(rng: np.random.Generator) -> None:
+    """Scattered joints, also some that coincide as given, make a machine with a regular home."""
+    for _ in range(200):
+        base, platform = rng.normal(size=(6, 3)), rng.normal(size=(6, 3))
+        platform[0] = base[0]
+        machine = ht.Hexapod(base, platform)
+        assert machine.home_lengths.min() > 0.0
+        assert machine.solve_forward(machine.home_lengths).ok
+
+
 @pytest.mark.parametrize(
     ("change", "word"),
     [

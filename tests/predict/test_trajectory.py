@@ -140,7 +140,7 @@ def test_rows_go_together_where_times_are_missing(run: Run, tmp_path: Path, rng:
     again = lengths(tmp_path / "o.csv")
     run(text_of(f"time_s,{POSES}", np.hstack([stamps, six])), text_of(SENSORS, heat), overwrite=True)
     assert np.array_equal(lengths(tmp_path / "o.csv"), again)
-    assert made.pairing == "row by row"
+    assert made.pairing == "row by row (time_s only in t.csv: not used for pairing)"
 
 
 def test_a_single_row_of_temperatures_serves_all_poses(

@@ -25,11 +25,13 @@ from hexathermal.simulate.demonstration import (
     summary,
     table,
     with_plate_sensors,
+    with_true_law,
     work_poses,
 )
 from tests.machines import rotation
 
-QUIET = WorkingDay(sensor_noise_K=0.0, sensor_gain=0.0)
+EXACT = WorkingDay(law_uncertainty=0.0)
+QUIET = WorkingDay(sensor_noise_K=0.0, sensor_gain=0.0, law_uncertainty=0.0)
 
 
 def temperatures(day: WorkingDay, seed: int = 1, reference: float = 20.0):
@@ -171,7 +173,7 @@ def test_what_is_left_comes_from_plates_and_thermometers(reference: ht.Hexapod) 
 
 def test_every_number_is_the_librarys(reference: ht.Hexapod) -> None:
     """Lengths, readings and errors belong together: picked rows are recomputed one by one."""
-    result = demonstrate(reference, seed=9)
+    result = demonstrate(reference, day=EXACT, seed=9)
     held, centre = held_at_its_base(reference)
     assert np.allclose(centre, [0, 0, -0.6633], atol=1e-12)
     whole = with_plate_sensors(held)
@@ -201,6 +203,39 @@ def test_work_poses_suit_the_machine(reference: ht.Hexapod) -> None:
     assert np.abs(ht.coordinates_from_pose(work_poses(free, heat), hexapod=reference)).max() > 20.0
 
 
+def test_the_true_law_differs_as_stated(reference: ht.Hexapod) -> None:
+    """Each true A and B is drawn about the law's with the stated deviation; 0 changes nothing; what is left grows."""
+    day, rng = WorkingDay(law_uncertainty=0.05), np.random.default_rng(2)
+    machines = [with_true_law(reference, day, rng) for _ in range(300)]
+    for name in ("A", "B"):
+        true = np.array([[getattr(law, name) for law in machine.thermal.legs] for machine in machines])
+        ratio = true / [getattr(law, name) for law in reference.thermal.legs]
+        assert ratio.std() == pytest.approx(0.05, rel=0.1)
+        assert ratio.mean() == pytest.approx(1.0, abs=0.005)
+    same = with_true_law(reference, EXACT, rng)
+    for law, known in zip(same.thermal.legs, reference.thermal.legs, strict=True):
+        assert np.array_equal(law.A, known.A)
+        assert np.array_equal(law.B, known.B)
+    wrong = dataclasses.replace(QUIET, law_uncertainty=0.2)
+    known, drawn = (demonstrate(reference, day=day, seed=2) for day in (QUIET, wrong))
+    assert largest(drawn.errors_with)[0].max() > largest(known.errors_with)[0].max() + 0.1
+    assert np.array_equal(drawn.readings, known.readings)
+    assert np.array_equal(drawn.corrected, known.corrected)
+
+
+def test_files_of_a_day_appear_together_or_not_at_all(reference: ht.Hexapod, tmp_path: Path) -> None:
+    """An interrupt while the last file is written leaves the earlier day as it was, and no parts."""
+    (tmp_path / "day.csv").write_text("yesterday")
+
+    def interrupted(_part: Path) -> None:
+        raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        save(demonstrate(reference), tmp_path, {"day.png": interrupted})
+    assert [file.name for file in tmp_path.iterdir()] == ["day.csv"]
+    assert (tmp_path / "day.csv").read_text() == "yesterday"
+
+
 def test_days_that_cannot_be_are_refused(reference: ht.Hexapod) -> None:
     """No law, a day outside the law's range, a machine that cannot move, and numbers that make no sense."""
     with pytest.raises(ThermalModelError, match="not active"):
@@ -210,7 +245,7 @@ def test_days_that_cannot_be_are_refused(reference: ht.Hexapod) -> None:
     cone = np.radians(1e-9)
     with pytest.raises(KinematicsError, match="hardly leave its home"):
         demonstrate(dataclasses.replace(reference, base_cone=cone, platform_cone=cone))
-    for bad in ({"step_s": 0.0}, {"shift_h": float("nan")}, {"heat_W": -1.0}, {"leg_spread": 1.0}):
+    for bad in ({"step_s": 0.0}, {"shift_h": float("nan")}, {"heat_W": -1.0}, {"leg_spread": 1.0}, {"law_uncertainty": 1.0}):
         with pytest.raises(ArgumentError):
             WorkingDay(**bad)
 
