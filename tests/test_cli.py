@@ -3,15 +3,20 @@
 from __future__ import annotations
 
 import csv
+import dataclasses
+import io
 import json
 from pathlib import Path
 
 import numpy as np
 import pytest
+from rich.console import Console
 
 import hexathermal as ht
 from hexathermal import cli
 from hexathermal.predict.trajectory import POSE_COLUMNS
+from hexathermal.show.tables import framed, reduction, width_of
+from hexathermal.simulate.day import WorkingDay
 from tests.trajectory_files import HEAT, POSE, POSES, SENSORS, correct_arguments
 
 COMMANDS = ["demo", "correct", "machines", "show-machine", "warm-up"]
@@ -91,6 +96,8 @@ def test_wrong_usage_is_2_and_is_explained(
         ({"--out": "{tmp}"}, "it is a folder"),
         ({"--out": "{tmp}/p.csv"}, "one of the files that are read"),
         ({"--out": "{tmp}/old.csv"}, "exists already"),
+        ({"--out": "-"}, "ends in .csv or .parquet"),
+        ({"--out": "{tmp}/o.txt"}, "ends in .csv or .parquet"),
         ({"--convention": "euler"}, "invalid choice"),
         ({"--user-frame": "nan"}, "is not a finite number"),
     ],
@@ -216,6 +223,83 @@ def test_bad_rows_have_their_exit_codes(
     assert f"{tmp_path}/{words}" in said.err
     assert said.out == ""
     assert sorted(file.name for file in tmp_path.iterdir()) == ["p.csv", "t.csv"]
+
+
+def test_travel_limits_stop_a_trajectory(files: list[str], tmp_path: Path, capsys: Said) -> None:
+    """Rows outside the maker's travel end with 4 and name line, axis, value and limit; on the limit they pass."""
+    hexapod = ht.load_hexapod("reference")
+    ranges = [(-0.005, 0.005)] * 3 + [(-0.01, 0.01)] * 3
+    ht.write_hexapod(dataclasses.replace(hexapod, limits=ht.PoseLimits(*ranges)), tmp_path / "own")
+    files[files.index("--machine") + 1] = str(tmp_path / "own")
+    (tmp_path / "p.csv").write_text(f"{POSES}\n5,-5,0,0,0,0\n0,5.001,0,0,0,0\n")
+    assert cli.main(files) == 4
+    said = capsys.readouterr().err
+    for words in ("p.csv, line 3: outside the maker's travel", "y is 5.001 mm", "allowed [-5, 5] mm", "fixed-xyz"):
+        assert words in said
+    assert not (tmp_path / "o.csv").exists()
+    (tmp_path / "p.csv").write_text(f"{POSES}\n0,0,0,0,0,-0.58\n")
+    assert cli.main(files) == 4
+    assert "rz is -0.58 deg" in capsys.readouterr().err
+    (tmp_path / "p.csv").write_text(f"{POSES}\n5,-5,5,0,0,0\n")
+    assert cli.main(files) == 0
+    assert "travel" in usage_of("correct", capsys)
+
+
+def usage_of(command: str, capsys: Said) -> str:
+    capsys.readouterr()
+    cli.main([command, "--help"])
+    return capsys.readouterr().out
+
+
+def test_help_is_honest(capsys: Said) -> None:
+    """The demo's help states the deviation that is drawn; correct's says what a missing law and a kill end in."""
+    assert f"{100.0 * WorkingDay().law_uncertainty:g} %" in usage_of("demo", capsys)
+    said = usage_of("correct", capsys)
+    assert all(words in said for words in ("exit code 2", "exit code 4", "NAME.part"))
+
+
+def test_far_away_frames_are_named(files: list[str], capsys: Said) -> None:
+    """A frame that puts every pose out of reach is blamed beside the pose; without frames none are spoken of."""
+    assert cli.main([*files, "--object-frame", "1e12", "0", "0", "0", "0", "0"]) == 4
+    assert "user and object frames" in capsys.readouterr().err
+
+
+def test_numbers_stay_whole_in_narrow_terminals() -> None:
+    """Columns of numbers are never narrower than their numbers; texts may fold."""
+    table = framed(True, "state", *(f"column {k}>" for k in range(12)))
+    table.add_row("a long text that folds", *["-123.45"] * 12)
+    console = Console(width=60, file=io.StringIO())
+    console.width = width_of(table, console.width)
+    console.print(table)
+    assert console.file.getvalue().count("-123.45") == 12
+    assert width_of(framed(True, "a>"), 60) == 60
+
+
+@pytest.mark.parametrize(
+    ("before", "after", "words"),
+    [(2.0, 0.9, "55 %"), (1.0, 1.8, "80 % more"), (1.0, 1.0, "none"), (0.0, 0.0, "none"), (0.0, 1.0, "more"),
+     (1.0, 0.004, "99.6 %"), (1.0, 0.0001, "99.9 %"), (1.0, 0.0, "100 %"), (1.0, 1.004, "0.4 % more")],
+)  # fmt: skip
+def test_reductions_hide_nothing(before: float, after: float, words: str) -> None:
+    """What grew is said to have grown; 100 % is only said where nothing is left."""
+    assert reduction(before, after) == words
+
+
+def test_a_machine_singular_at_home_is_warned_of(tmp_path: Path, capsys: Said) -> None:
+    """Joints on two regular hexagons one above the other hold nothing: a warning, and a short condition number."""
+    angle = np.radians(np.arange(0.0, 360.0, 60.0))
+    ring = np.column_stack([np.cos(angle), np.sin(angle), np.zeros(6)])
+    home = np.eye(4)
+    home[2, 3] = 0.5
+    ht.write_hexapod(ht.Hexapod(ring, 0.5 * ring, home=home, name="ring"), tmp_path)
+    assert cli.main(["show-machine", str(tmp_path)]) == 0
+    said = capsys.readouterr()
+    assert "singular at home" in said.err
+    line = next(line for line in said.out.splitlines() if "condition number" in line)
+    assert "singular" in line
+    assert len(line) < 60
+    cli.main(["show-machine", "reference"])
+    assert capsys.readouterr().err == ""
 
 
 def test_an_error_inside_is_1_and_shows_its_origin_on_request(capsys: Said, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -17,7 +17,6 @@ from hexathermal.poses import FloatArray
 from hexathermal.predict.table_streams import Rows, TableStream
 from hexathermal.predict.temperatures import check_temperatures
 
-
 TIMES = ("time", "t", "t_s", "times", "timestamp", "time_ms", "time_us", "time_min", "time_h", "time_s")
 """Names, in small letters, of columns that may have been meant as time."""
 

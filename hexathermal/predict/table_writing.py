@@ -20,7 +20,6 @@ from hexathermal.errors import ArgumentError, FileFormatError, Problem
 from hexathermal.poses import FloatArray
 from hexathermal.predict.table_streams import TableStream, is_parquet
 
-
 ENDINGS = (".csv", ".parquet", ".pq")
 """Of the names of result files."""
 

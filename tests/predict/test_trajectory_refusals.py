@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -122,6 +123,9 @@ def test_all_bad_fields_of_the_row_are_told(run: Run) -> None:
         ("X_mm,y,z_mm,rx_deg,ry_deg,rz_deg", "columns x_mm, y_mm are missing; was 'X_mm' meant for x_mm?"),
         ("X_mm,y,z_mm,rx_deg,ry_deg,rz_deg", "; was 'y' meant for y_mm?"),
         (POSES + ",leg1_q_mm", "would clash"),
+        (SENSORS, "were the two files swapped?"),
+        ("# " + POSES, "no # before it"),
+        ("1,2,3,4,5,6", "is the header line missing?"),
         ('"x_mm', "not a CSV header"),
         ("\x00\x01", "zero bytes"),
         ("a" * (1 << 20), "longer than"),
@@ -282,6 +286,51 @@ def test_results_are_not_overwritten_unasked(run: Run, tmp_path: Path, moved: ht
     for own in ("p.csv", "t.csv", "same.csv"):
         with pytest.raises(ArgumentError, match="one of the files that are read"):
             correct_trajectory(moved, tmp_path / "p.csv", tmp_path / "t.csv", tmp_path / own, overwrite=True)
+
+
+def test_links_are_followed_and_permissions_kept(run: Run, tmp_path: Path) -> None:
+    """A link stays a link, what it leads to is replaced, and a private file stays private; a circle is refused."""
+    kept = tmp_path / "deep"
+    kept.mkdir()
+    (kept / "real.csv").write_text("old")
+    (kept / "real.csv").chmod(0o600)
+    (tmp_path / "o.csv").symlink_to(kept / "real.csv")
+    run(f"{POSES}\n{POSE}\n", overwrite=True)
+    assert (tmp_path / "o.csv").is_symlink()
+    assert (kept / "real.csv").read_text().startswith("x_mm,")
+    assert (kept / "real.csv").stat().st_mode & 0o777 == 0o600
+    assert [file.name for file in kept.iterdir()] == ["real.csv"]
+    (tmp_path / "o.csv").unlink()
+    (tmp_path / "o.csv").symlink_to(tmp_path / "o.csv")
+    with pytest.raises(ArgumentError, match="leads in a circle"):
+        run(f"{POSES}\n{POSE}\n", overwrite=True)
+
+
+def test_a_leg_out_of_stroke_is_told_in_lengths_and_strokes(run: Run) -> None:
+    """Length, stroke and allowed stroke belong together: length = q0 + q with q0 = 600 mm."""
+    with pytest.raises(OutOfStrokeError) as caught:
+        run(f"{POSES}\n0,0,500,0,0,0\n")
+    found = re.search(r"length ([\d.]+) mm \(q ([\d.]+) mm\), allowed q \[0, 250\] mm: ([\d.]+) mm", str(caught.value))
+    assert found is not None
+    length, q, over = map(float, found.groups())
+    assert length == pytest.approx(600.0 + q, abs=1e-5)
+    assert over == pytest.approx(q - 250.0, abs=1e-3)
+    assert caught.value.value == pytest.approx(length / 1e3, abs=1e-8)
+
+
+def test_what_looks_like_a_mistake_is_noted(run: Run) -> None:
+    """The span of the poses is told; metres, more than half a turn and unread times get a note, others none."""
+    made = run(f"{POSES}\n1,-2,3,0.1,0.2,0.3\n4,2,0,0,0,-0.3\n")
+    assert made.lowest_pose == (1.0, -2.0, 0.0, 0.0, 0.0, -0.3)
+    assert made.highest_pose == (4.0, 2.0, 3.0, 0.1, 0.2, 0.3)
+    assert made.notes == ()
+    (note,) = run(f"{POSES}\n0.001,0,0,0,0,0\n", overwrite=True).notes
+    assert "were metres given?" in note
+    assert run(f"{POSES}\n0,0,0,0,0,1\n", overwrite=True).notes == ()
+    (note,) = run(f"{POSES}\n1,0,0,0,0,361\n", overwrite=True).notes
+    assert "361 deg" in note
+    (note,) = run(f"time_ms,{POSES}\n0,{POSE}\n", overwrite=True).notes
+    assert "p.csv: column time_ms is not read as time" in note
 
 
 def test_files_that_cannot_be_used_are_told(run: Run, tmp_path: Path, moved: ht.Hexapod) -> None:
