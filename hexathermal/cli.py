@@ -103,7 +103,7 @@ def _explain(error: Exception) -> int:
         return UNFINISHED
     if isinstance(error, UnicodeEncodeError):
         _say(
-            f"error: the name {error.object!a} has letters that cannot be written in {error.encoding}; "
+            f"error: the name {error.object!a} holds letters that this locale does not know; "
             "start with PYTHONUTF8=1 or a UTF-8 locale (LC_ALL=C.UTF-8), or rename the file"
         )
         return USAGE
@@ -241,7 +241,8 @@ def _demo(arguments: argparse.Namespace) -> None:
         lines.append(f"No thermometer on: {', '.join(blind)}. Their expansion is part of the error in both columns.")
     lines.append(_demo_bounds(hexapod, numbers["day"]["law_uncertainty"]))
     lines.append("Written:\n" + "\n".join(f"  {file}" for file in files))
-    _show(lines[0], lambda pretty: day_table(result, pretty), "\n".join(lines[1:]))
+    width = _console(sys.stdout).width
+    _show(lines[0], lambda pretty: day_table(result, pretty, width), "\n".join(lines[1:]))
 
 
 def _demo_bounds(hexapod: hexathermal.Hexapod, uncertainty: float) -> str:

@@ -15,8 +15,9 @@ from rich.console import Console
 import hexathermal as ht
 from hexathermal import cli
 from hexathermal.predict.trajectory import POSE_COLUMNS
-from hexathermal.show.tables import framed, reduction, width_of
+from hexathermal.show.tables import day_table, framed, reduction, width_of
 from hexathermal.simulate.day import WorkingDay
+from hexathermal.simulate.demonstration import demonstrate
 from tests.trajectory_files import HEAT, POSE, POSES, SENSORS, correct_arguments
 
 COMMANDS = ["demo", "correct", "machines", "show-machine", "warm-up"]
@@ -267,12 +268,27 @@ def test_far_away_frames_are_named(files: list[str], capsys: Said) -> None:
 def test_numbers_stay_whole_in_narrow_terminals() -> None:
     """Columns of numbers are never narrower than their numbers; texts may fold."""
     table = framed(True, "state", *(f"column {k}>" for k in range(12)))
-    table.add_row("a long text that folds", *["-123.45"] * 12)
+    table.add_row("a long text " * 9, *["1234567.123 % more"] * 12)
     console = Console(width=60, file=io.StringIO())
     console.width = width_of(table, console.width)
     console.print(table)
-    assert console.file.getvalue().count("-123.45") == 12
+    assert console.file.getvalue().count("1234567.123 % more") == 12
     assert width_of(framed(True, "a>"), 60) == 60
+
+
+@pytest.mark.parametrize("width", [30, 45, 60, 80, 100])
+def test_the_day_fits_its_terminal(width: int) -> None:
+    """Columns are dropped, the turn last, until the day fits: no line is longer than the terminal, none is broken."""
+    result = demonstrate(ht.load_hexapod("reference"))
+    table = day_table(result, True, width)
+    console = Console(width=max(width, width_of(table, 0)), file=io.StringIO())
+    console.print(table)
+    lines = [line.rstrip() for line in console.file.getvalue().splitlines()]
+    if width >= 45:
+        assert max(map(len, lines)) <= width
+    assert sum(line.split()[:1] == [str(hour)] for hour in range(13) for line in lines) == 13
+    assert any("shift" in line for line in lines)
+    assert any("correct" in line for line in lines) == (width >= 80)
 
 
 @pytest.mark.parametrize(

@@ -109,8 +109,8 @@ def test_devices_and_pipes_are_refused(files: list[str], tmp_path: Path, capsys:
     pipe = tmp_path / "pipe.csv"
     os.mkfifo(pipe)
     (tmp_path / "null.csv").symlink_to("/dev/null")
-    for name in ("pipe.csv", "null.csv"):
-        files[files.index("--out") + 1] = str(tmp_path / name)
+    for name in (str(pipe), str(tmp_path / "null.csv"), "/dev/full"):
+        files[files.index("--out") + 1] = name
         assert cli.main([*files, "--force"]) == 2
         assert "no plain file" in capsys.readouterr().err
     assert pipe.is_fifo()

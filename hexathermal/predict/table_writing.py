@@ -28,9 +28,9 @@ def check_out(out: Path, sources: tuple[Path, ...], overwrite: bool) -> None:
     """Refuse a result file that must not or cannot be written, before any work is done."""
     if out.is_dir():
         raise ArgumentError(f"cannot write {out}: it is a folder; give the name of a file")
+    target = target_of(out)
     if out.suffix.lower() not in ENDINGS:
         raise ArgumentError(f"cannot write {out}: a result file's name ends in .csv or .parquet, which says its format")
-    target = target_of(out)
     if not target.parent.is_dir():
         raise ArgumentError(f"cannot write {out}: there is no folder {target.parent}; create it first")
     if target.exists():

@@ -92,7 +92,7 @@ class _Span:
         found = []
         sizes = np.maximum(np.abs(self.low), np.abs(self.high))
         if 0.0 < sizes[:3].max() < 1.0:
-            found.append(f"no pose is more than {sizes[:3].max():g} mm from home: were metres given? mm are expected")
+            found.append(f"no translation exceeds {sizes[:3].max():g} mm: were metres given? mm are expected")
         if sizes[3:].max() > 180.0:
             found.append(f"an angle is {sizes[3:].max():g} deg, more than half a turn; degrees are expected")
         return tuple(found)

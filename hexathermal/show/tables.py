@@ -232,28 +232,38 @@ def _thermal_tables(facts: dict[str, Any], pretty: bool) -> list[Table]:
     return [about, laws]
 
 
-def day_table(result: Demonstration, pretty: bool) -> Table:
-    """Return a simulated day, one row an hour."""
+def day_table(result: Demonstration, pretty: bool, width: int | None = None) -> Table:
+    """Return a simulated day, one row an hour; where less than `width` letters are left, only what matters most."""
     errors = [
-        f"{what}\n{how} {unit}>" for what, unit in (("shift", "um"), ("turn", "urad")) for how in ("without", "with")
+        f"{what}\n{how}\n{unit}>" for what, unit in (("shift", "um"), ("turn", "urad")) for how in ("without", "with")
     ]
-    table = framed(pretty, "hour>", "state", "legs\nK>", "correct\num>", *errors[:2], "less>", *errors[2:], "less>")
+    names = ["hour>", "state", "legs\nK>", "correct\num>", *errors[:2], "less>", *errors[2:], "less>"]
+    rows = _day_rows(result)
+    for dropped in ((), (1, 3), (1, 2, 3), (1, 2, 3, 7, 8, 9)):
+        kept = [k for k in range(len(names)) if k not in dropped]
+        table = framed(pretty, *(names[k] for k in kept))
+        for row in rows:
+            table.add_row(*(row[k] for k in kept))
+        if width is None or width_of(table, 0) <= width:
+            break
+    return table
+
+
+def _day_rows(result: Demonstration) -> list[list[str]]:
+    """Return the cells of a simulated day, one row an hour."""
     without, with_ = largest(result.errors_without), largest(result.errors_with)
     correction = (result.corrected - result.nominal).mean(axis=(1, 2)) * 1e6
     rise = result.truth.legs.mean(axis=1) - reference_degC(result.hexapod)
     hours = result.truth.time / HOUR_S
+    rows = []
     for hour in np.arange(0.0, hours[-1] + 1e-9, 1.0):
         k = int(np.argmin(np.abs(hours - hour)))
-        cells = [
-            f"{hour:g}",
-            "works" if result.truth.working[k] else "rests",
-            f"{rise[k]:+.2f}",
-            f"{correction[k]:+.2f}",
-        ]
+        state = "works" if result.truth.working[k] else "rests"
+        cells = [f"{hour:g}", state, f"{rise[k]:+.2f}", f"{correction[k]:+.2f}"]
         for before, after in zip(without, with_, strict=True):
             cells += [f"{before[k]:.2f}", f"{after[k]:.2f}", reduction(before[k], after[k])]
-        table.add_row(*cells)
-    return table
+        rows.append(cells)
+    return rows
 
 
 def reduction(before: float, after: float) -> str:

@@ -288,17 +288,18 @@ def test_results_are_not_overwritten_unasked(run: Run, tmp_path: Path, moved: ht
             correct_trajectory(moved, tmp_path / "p.csv", tmp_path / "t.csv", tmp_path / own, overwrite=True)
 
 
-def test_links_are_followed_and_permissions_kept(run: Run, tmp_path: Path) -> None:
+@pytest.mark.parametrize("mode", [0o600, 0o640, 0o666])
+def test_links_are_followed_and_permissions_kept(run: Run, tmp_path: Path, mode: int) -> None:
     """A link stays a link, what it leads to is replaced, and a private file stays private; a circle is refused."""
     kept = tmp_path / "deep"
     kept.mkdir()
     (kept / "real.csv").write_text("old")
-    (kept / "real.csv").chmod(0o600)
+    (kept / "real.csv").chmod(mode)
     (tmp_path / "o.csv").symlink_to(kept / "real.csv")
     run(f"{POSES}\n{POSE}\n", overwrite=True)
     assert (tmp_path / "o.csv").is_symlink()
     assert (kept / "real.csv").read_text().startswith("x_mm,")
-    assert (kept / "real.csv").stat().st_mode & 0o777 == 0o600
+    assert (kept / "real.csv").stat().st_mode & 0o777 == mode
     assert [file.name for file in kept.iterdir()] == ["real.csv"]
     (tmp_path / "o.csv").unlink()
     (tmp_path / "o.csv").symlink_to(tmp_path / "o.csv")
