@@ -262,8 +262,8 @@ class Frames:
                 raise ArgumentError(f"{name} frame has shape {six.shape}; expected six coordinates (6,)")
             _set(self, name, tuple(float(value) for value in six))
         _set(self, "convention", convention)
-        for name, six in (("_T_machine_user", self.user), ("_T_platform_object", self.object)):
-            pose = pose_from_coordinates(six, convention)
+        for name, coordinates in (("_T_machine_user", self.user), ("_T_platform_object", self.object)):
+            pose = pose_from_coordinates(coordinates, convention)
             pose.setflags(write=False)
             _set(self, name, pose)
 
