@@ -142,7 +142,3 @@ class FileFormatError(HexathermalError, ValueError):
 
     def __reduce__(self) -> tuple[object, ...]:
         return (FileFormatError, (self.path, self.problems))
-
-
-class MissingDependencyError(HexathermalError, RuntimeError):
-    """An optional package is not installed; the message says how to install it."""

@@ -93,4 +93,4 @@ def test_any_machine_is_made_or_refused(base: object, platform: object, q0: obje
         lambda: ht.ThermalModel(base),
         lambda: ht.load_hexapod(base),
     ):
-        answers(call)
+        assert answers(call) is not None

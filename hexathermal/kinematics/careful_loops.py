@@ -221,23 +221,13 @@ def retried(t0, q0, t, q, joints, L, size, sign):
 
 
 @formula
-def centred(T, centre, origin, out):
-    """Write the pose of the platform joints' centroid from the base joints' for a pose of the platform."""
+def between_centres(T, centre, origin, way, out):
+    """Write the pose between the joints' centroids for a pose of the platform (way 1), or the reverse (way -1)."""
     R, t = pose_of(T)
     s = rotate(R, (centre[0], centre[1], centre[2]))
     for i in range(3):
-        out[i, 0], out[i, 1], out[i, 2], out[i, 3] = R[3 * i], R[3 * i + 1], R[3 * i + 2], (t[i] - origin[i]) + s[i]
-        out[3, i] = 0.0
-    out[3, 3] = 1.0
-
-
-@formula
-def uncentred(T, centre, origin, out):
-    """Write the pose of the platform for one of the centroids."""
-    R, t = pose_of(T)
-    s = rotate(R, (centre[0], centre[1], centre[2]))
-    for i in range(3):
-        out[i, 0], out[i, 1], out[i, 2], out[i, 3] = R[3 * i], R[3 * i + 1], R[3 * i + 2], (t[i] - s[i]) + origin[i]
+        out[i, 0], out[i, 1], out[i, 2] = R[3 * i], R[3 * i + 1], R[3 * i + 2]
+        out[i, 3] = (t[i] - way * origin[i]) + way * s[i]
         out[3, i] = 0.0
     out[3, 3] = 1.0
 
@@ -296,9 +286,9 @@ def careful_many(c, centre, origin, size, lengths, commands, starts, expansions,
                 b = expanded(triple(c, BASE + 3 * i), e[1])
                 for j in range(3):
                     joints[3 * i + j], joints[18 + 3 * i + j] = p[j] - centre[j], b[j] - origin[j]
-            centred(starts[k if starts.shape[0] > 1 else 0], centre, origin, start)
+            between_centres(starts[k if starts.shape[0] > 1 else 0], centre, origin, 1.0, start)
             code = careful_one(joints, lengths[k], start, size, found, row)
-            uncentred(found, centre, origin, out[k])
+            between_centres(found, centre, origin, -1.0, out[k])
             R, t = pose_of(out[k])
             limit = stroke_and_cones(c, R, t, commands[k])
             if code == OK or limit == OUT_OF_STROKE:

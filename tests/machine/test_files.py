@@ -17,7 +17,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import hexathermal as ht
-from hexathermal.errors import ArgumentError, FileFormatError, HexathermalError, UnknownNameError
+from hexathermal.errors import ArgumentError, FileFormatError, HexathermalError
 from hexathermal.machine.files import read_hexapod
 from hexathermal.machine.library import models_folder
 from hexathermal.machine.toml_positions import Positions
@@ -386,24 +386,3 @@ def test_only_a_path_that_ends_in_toml_is_a_file(tmp_path: Path, reference: ht.H
     assert ht.write_hexapod(reference, tmp_path / "machine.toml") == tmp_path / "machine.toml"
     assert ht.load_hexapod(tmp_path / "machine.v2") == reference
     assert not list(tmp_path.rglob("*.part"))
-
-
-PAIR = (-1.0, 1.0)
-
-
-@pytest.mark.parametrize(
-    ("limits", "word"),
-    [
-        ((None, 1, 2, 3, 4, 5), "limit of x"),
-        ([("a", "b")] * 6, "limit of x"),
-        ([PAIR] * 5 + [(1.0, 1.0)], "limit of rz"),
-        ([PAIR] * 5 + [(0.0, np.inf)], "limit of rz"),
-        ([PAIR] * 6 + ["zzz"], "convention 'zzz' is not known; choose"),
-        ([PAIR] * 6 + [None], "convention must be a name"),
-    ],
-)
-def test_travel_limits_are_pairs_in_a_known_convention(limits: Any, word: str) -> None:
-    """What is no pair [low, high], or no known convention, is refused by name."""
-    with pytest.raises((ArgumentError, UnknownNameError), match=re.escape(word)):
-        ht.PoseLimits(*limits)
-    assert ht.PoseLimits(*[PAIR] * 6, convention="Moving_ZYX").x == PAIR

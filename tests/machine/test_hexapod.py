@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import dataclasses
 import pickle
+import re
+from typing import Any
 
 import numpy as np
 import pytest
@@ -148,3 +150,24 @@ def test_strokes_are_lengths_minus_q0(hexapod: ht.Hexapod) -> None:
     lengths = hexapod.inverse_kinematics(hexapod.home)
     assert np.array_equal(hexapod.strokes(lengths), lengths - hexapod.retracted_length)
     assert inverse.inverse_kinematics(hexapod, hexapod.home).shape == (6,)
+
+
+PAIR = (-1.0, 1.0)
+
+
+@pytest.mark.parametrize(
+    ("limits", "word"),
+    [
+        ((None, 1, 2, 3, 4, 5), "limit of x"),
+        ([("a", "b")] * 6, "limit of x"),
+        ([PAIR] * 5 + [(1.0, 1.0)], "limit of rz"),
+        ([PAIR] * 5 + [(0.0, np.inf)], "limit of rz"),
+        ([PAIR] * 6 + ["zzz"], "convention 'zzz' is not known; choose"),
+        ([PAIR] * 6 + [None], "convention must be a name"),
+    ],
+)
+def test_travel_limits_are_pairs_in_a_known_convention(limits: Any, word: str) -> None:
+    """What is no pair [low, high], or no known convention, is refused by name."""
+    with pytest.raises((ArgumentError, UnknownNameError), match=re.escape(word)):
+        ht.PoseLimits(*limits)
+    assert ht.PoseLimits(*[PAIR] * 6, convention="Moving_ZYX").x == PAIR
