@@ -32,7 +32,8 @@ from hexathermal.errors import (
     TemperatureError,
     UnknownNameError,
 )
-from hexathermal.show.usage import COMPILE_TIME, parser, readable
+from hexathermal.show.options import machine
+from hexathermal.show.usage import parser, readable
 
 DONE, UNFINISHED, USAGE, BAD_INPUT, UNREACHABLE, INTERRUPTED = 0, 1, 2, 3, 4, 130
 
@@ -40,8 +41,6 @@ PLAIN_WIDTH = 100_000
 """Columns of a table that goes to a file or a pipe: lines are never folded there."""
 
 TRACEBACK = "HEXATHERMAL_TRACEBACK"
-
-DEMO_FILES = ("day.csv", "day.png", "summary.json")
 
 _XDG = (("XDG_CONFIG_HOME", ".config"), ("XDG_CACHE_HOME", ".cache"))
 
@@ -125,8 +124,31 @@ def _run(argv: list[str]) -> int:
     if arguments.command is None:
         top.print_help(sys.stderr)
         return USAGE
-    _COMMANDS[arguments.command](arguments)
+    if arguments.command in _COMMANDS:
+        _COMMANDS[arguments.command](arguments)
+    else:
+        _answer(arguments)
     return DONE
+
+
+def _answer(arguments: argparse.Namespace) -> None:
+    """Run a command that has its own module, and print its answer."""
+    from hexathermal.predict.table_writing import written_whole
+    from hexathermal.show.commands import found
+
+    with _bar(arguments.command) as progress, _place_for_fonts():
+        answer = found()[arguments.command].run(arguments, progress)
+    for warning in answer.warnings:
+        _say(warning)
+    target = getattr(arguments, "json", None)
+    text = "" if target is None else json.dumps(answer.data, indent=2, allow_nan=False)
+    if target == "-":
+        print(text)
+        return
+    if target is not None:
+        with written_whole(Path(target)) as part:
+            part.write_text(text + "\n", encoding="utf-8")
+    _show(*answer.shown)
 
 
 @contextmanager
@@ -179,7 +201,7 @@ def _console(stream: TextIO) -> Console:
     return Console(file=stream, width=width, markup=False, emoji=False, highlight=False)
 
 
-def _show(*tables: Callable[[bool], Any] | str) -> None:
+def _show(*tables: Callable[[bool, int], Any] | str) -> None:
     """Print tables and texts to stdout."""
     from hexathermal.show.tables import width_of
 
@@ -192,7 +214,7 @@ def _show(*tables: Callable[[bool], Any] | str) -> None:
             if isinstance(item, str):
                 console.print(item, soft_wrap=True)
             else:
-                table = item(console.is_terminal)
+                table = item(console.is_terminal, width)
                 console.width = width_of(table, width)
                 console.print(table)
     print(_printable("\n".join(line.rstrip() for line in printed.get().splitlines()), sys.stdout))
@@ -212,55 +234,6 @@ def _bar(label: str) -> Iterator[Callable[[int, int, str], None]]:
         yield move
 
 
-def _demo(arguments: argparse.Namespace) -> None:
-    """A machine warms through a working day."""
-    from hexathermal.show.figures import day_figure, draw
-    from hexathermal.show.tables import day_table, percent
-    from hexathermal.simulate.demonstration import demonstrate, save, summary
-
-    hexapod = _loaded(arguments.machine)
-    folder = _demo_folder(arguments.out, arguments.force)
-    with _bar(f"simulating the day (the first run compiles: {COMPILE_TIME})"), _place_for_fonts():
-        result = demonstrate(hexapod, seed=arguments.seed)
-        files = save(result, folder, {"day.png": lambda part: draw(day_figure(result), part, "png")})
-    numbers = summary(result)
-    lines = [
-        f"Machine {hexapod.name or arguments.machine}: {numbers['hours']:g} h, {numbers['work_poses']} work poses, "
-        f"seed {arguments.seed}.\nlegs: mean above the reference temperature; correct: mean correction of the legs;\n"
-        "shift and turn: largest error of the platform in any work pose.",
-    ]
-    for key, what, unit in (("largest_shift_um", "shift", "um"), ("largest_turn_urad", "turn", "urad")):
-        pair = numbers[key]
-        change = pair["reduction_percent"]
-        lines.append(
-            f"Largest {what} of the platform: {pair['without']:.2f} {unit} without correction, "
-            f"{pair['with']:.2f} {unit} with it: {percent(change)} % {'less' if change >= 0.0 else 'more'}."
-        )
-    blind = _plates_without_sensor(hexapod)
-    if blind:
-        lines.append(f"No thermometer on: {', '.join(blind)}. Their expansion is part of the error in both columns.")
-    lines.append(_demo_bounds(hexapod, numbers["day"]["law_uncertainty"]))
-    lines.append("Written:\n" + "\n".join(f"  {file}" for file in files))
-    width = _console(sys.stdout).width
-    _show(lines[0], lambda pretty: day_table(result, pretty, width), "\n".join(lines[1:]))
-
-
-def _demo_bounds(hexapod: hexathermal.Hexapod, uncertainty: float) -> str:
-    """Return what the simulated truth knows and what it leaves out: no measurement stands behind it."""
-    model = hexapod.thermal
-    unmeasured = model is not None and model.base is not None and model.base.sensor is None
-    lines = [
-        "This is a simulation, not a measurement:",
-        f"  - each leg's true A and B are drawn about the law's, {100.0 * uncertainty:g} % standard deviation; the "
-        "form of the law is taken as exact",
-        "  - a leg has one temperature: lag between thermometer and leg, and gradients along a leg, are not in it",
-        "  - temperatures are generic (2 K swing of the room, 5 K rise of the legs), not those of your machine",
-    ]
-    if unmeasured:
-        lines.append("  - the base has no thermometer: it expands about the centre of its joints")
-    return "\n".join(lines)
-
-
 @contextmanager
 def _place_for_fonts() -> Iterator[None]:
     """Give matplotlib a folder of its own for a while where the home folder cannot be written."""
@@ -278,54 +251,12 @@ def _place_for_fonts() -> Iterator[None]:
             del os.environ[name]
 
 
-def _loaded(name: str) -> hexathermal.Hexapod:
-    """Return a machine by name or path; a path that is no plain file is refused before it is opened."""
-    file = Path(name) / "hexapod.toml" if os.path.isdir(name) else Path(name)
-    if name not in hexathermal.bundled_hexapods() and os.path.exists(file) and not os.path.isfile(file):
-        raise ArgumentError(f"{file} is no plain file (a device, pipe or folder); give a hexapod.toml or its folder")
-    return hexathermal.load_hexapod(name)
-
-
-def _plates_without_sensor(hexapod: hexathermal.Hexapod) -> list[str]:
-    """Return the plates that expand but carry no thermometer."""
-    model = hexapod.thermal
-    plates = () if model is None else (("platform", model.platform), ("base", model.base))
-    return [part for part, plate in plates if plate is not None and plate.sensor is None]
-
-
-def _demo_folder(folder: Path, force: bool) -> Path:
-    """Return the demo's folder, created where needed; keep files that no demo wrote."""
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise ArgumentError(f"cannot create the folder {folder}: {error.strerror or error}") from None
-    if not os.access(folder, os.W_OK | os.X_OK):
-        raise ArgumentError(f"cannot write into the folder {folder}: permission denied")
-    found = [name for name in DEMO_FILES if (folder / name).exists()]
-    if found and not force and not _is_demo(folder / "summary.json"):
-        raise ArgumentError(
-            f"{folder} holds {', '.join(found)}, which no demo wrote; give another folder (--out), or --force"
-        )
-    return folder
-
-
-def _is_demo(file: Path) -> bool:
-    """Whether a file is the summary of an earlier demo."""
-    from hexathermal.simulate.demonstration import FORMAT
-
-    try:
-        found = json.loads(file.read_text(encoding="utf-8"))
-    except (OSError, ValueError):
-        return False
-    return isinstance(found, dict) and found.get("format") == FORMAT
-
-
 def _correct(arguments: argparse.Namespace) -> None:
     """Corrected leg lengths of a trajectory."""
     from hexathermal.predict.trajectory import correct_trajectory
     from hexathermal.show.tables import trajectory_table
 
-    hexapod = _loaded(arguments.machine)
+    hexapod = machine(arguments.machine)
     own = any(arguments.user_frame) or any(arguments.object_frame)
     frames = hexathermal.Frames(tuple(arguments.user_frame), tuple(arguments.object_frame), arguments.convention)
     with _bar("correcting") as move:
@@ -334,7 +265,7 @@ def _correct(arguments: argparse.Namespace) -> None:
             frames=frames if own else None, lengths_only=arguments.lengths_only, overwrite=arguments.force,
             progress=lambda done, total: move(done, total, "correcting"),
         )  # fmt: skip
-    _show(lambda pretty: trajectory_table(summary, pretty))
+    _show(lambda pretty, _: trajectory_table(summary, pretty))
 
 
 def _machines(_arguments: argparse.Namespace) -> None:
@@ -343,14 +274,14 @@ def _machines(_arguments: argparse.Namespace) -> None:
 
     found = {name: hexathermal.load_hexapod(name) for name in hexathermal.bundled_hexapods()}
     sources = [f"{name}: {hexapod.source or 'source not said'}" for name, hexapod in found.items()]
-    _show(lambda pretty: machines_table(found, pretty), "\n".join(["sources", *sources]))
+    _show(lambda pretty, _: machines_table(found, pretty), "\n".join(["sources", *sources]))
 
 
 def _show_machine(arguments: argparse.Namespace) -> None:
     """All that is known of one machine."""
     from hexathermal.show.tables import machine_facts, machine_file, machine_tables, singular_at_home
 
-    hexapod = _loaded(arguments.machine)
+    hexapod = machine(arguments.machine)
     facts = machine_facts(hexapod, machine_file(arguments.machine))
     if warning := singular_at_home(facts):
         _say(warning)
@@ -358,7 +289,7 @@ def _show_machine(arguments: argparse.Namespace) -> None:
         print(json.dumps(facts, indent=2, allow_nan=False))
         return
     count = len(machine_tables(facts, False))
-    _show(*(lambda pretty, k=k: machine_tables(facts, pretty)[k] for k in range(count)))
+    _show(*(lambda pretty, _, k=k: machine_tables(facts, pretty)[k] for k in range(count)))
 
 
 def _warm_up(_arguments: argparse.Namespace) -> None:
@@ -375,7 +306,6 @@ def _warm_up(_arguments: argparse.Namespace) -> None:
 
 
 _COMMANDS: dict[str, Callable[[argparse.Namespace], None]] = {
-    "demo": _demo,
     "correct": _correct,
     "machines": _machines,
     "show-machine": _show_machine,

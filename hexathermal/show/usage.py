@@ -3,34 +3,18 @@
 from __future__ import annotations
 
 import argparse
-import math
 import re
 from decimal import Decimal
-from pathlib import Path
-from typing import Any
 
 from hexathermal.poses import CONVENTIONS
+from hexathermal.show.commands import found
+from hexathermal.show.options import COMPILE_TIME, EXIT_CODES, MACHINE, STYLE, number, path
 
 
 def _others(convention: str) -> str:
     """Return the other names of a convention."""
     return ", ".join(name for name, meant in CONVENTIONS.items() if meant == convention != name)
 
-
-COMPILE_TIME = "up to a minute"
-"""How long compiling takes where nothing is kept on disk yet; measured: 15 to 35 s."""
-
-EXIT_CODES = """\
-exit codes:
-  0    done
-  1    could not be finished: disk full, file cannot be read, or an error inside hexathermal
-  2    wrong usage: unknown option, command or machine, no such file, result file exists already or is no plain file,
-       or a machine without a thermal law is to be corrected
-  3    bad input: a row, a header or a machine file breaks its format, or a temperature is out of range
-  4    cannot be reached: out of stroke, of a joint's cone or of the maker's travel, singular
-  130  interrupted (Ctrl-C, SIGTERM, SIGHUP); nothing half-written is left
-Errors are one message on stderr. HEXATHERMAL_TRACEBACK=1 in the environment shows where they come from.
-"""
 
 TOP = """\
 A Gough-Stewart hexapod drifts when its legs warm up. hexathermal tells which leg lengths to command so that the
@@ -44,27 +28,6 @@ first steps:
   hexathermal show-machine reference     all that is known of one machine
   hexathermal correct --help             correct your own trajectories
   hexathermal warm-up                    compile everything now ({COMPILE_TIME}), so that later calls are quick
-
-{EXIT_CODES}"""
-
-DEMO = """\
-A machine works for 8 hours and rests for 4. Its legs warm up by some 5 K above the room, its plates follow slowly.
-For every minute and work pose: leg lengths with and without correction, and where the platform really stands.
-The controller knows only what the machine's own thermometers read, with noise and gain errors, and a law whose
-coefficients are 3 % (standard deviation) off the true ones. A simulation: nothing of it was measured.
-"""
-
-DEMO_EPILOG = f"""\
-files written into the folder of --out, which is created:
-  day.csv       every minute and work pose: temperatures (degC), corrected leg lengths (mm), and the platform's error
-                without and with correction (x y z in um, rx ry rz in urad, base axes)
-  day.png       temperatures and errors against time
-  summary.json  the largest errors, their reduction, and all numbers of the simulated day
-Results of an earlier demo are replaced; files that are no demo's are kept unless --force is given.
-
-examples:
-  hexathermal demo
-  hexathermal demo --machine my-machine/hexapod.toml --out day1 --seed 7
 
 {EXIT_CODES}"""
 
@@ -132,31 +95,6 @@ the first time and a second afterwards.
 """
 
 
-def _number(text: str) -> float:
-    """Return a finite number."""
-    try:
-        value = float(text)
-    except ValueError:
-        value = math.nan
-    if not math.isfinite(value):
-        raise argparse.ArgumentTypeError(f"{text!r} is not a finite number")
-    return value
-
-
-def _seed(text: str) -> int:
-    """Return a whole number that can start a generator."""
-    if not re.fullmatch(r"\d{1,18}", text, re.ASCII):
-        raise argparse.ArgumentTypeError(f"{text!r} is not a whole number from 0 on (18 digits at most)")
-    return int(text)
-
-
-def _path(text: str) -> Path:
-    """Return a path that is not empty."""
-    if not text:
-        raise argparse.ArgumentTypeError("the name of the file is empty")
-    return Path(text)
-
-
 _SMALL_NEGATIVE = re.compile(r"-(\d+\.?\d*|\.\d+)[eE][+-]?\d{1,3}", re.ASCII)
 
 
@@ -165,49 +103,33 @@ def readable(argv: list[str]) -> list[str]:
     return [f"{Decimal(word):f}" if _SMALL_NEGATIVE.fullmatch(word) else word for word in argv]
 
 
-def _formatter(prog: str) -> argparse.HelpFormatter:
-    """Return a formatter that keeps texts as they are and sets options and their help side by side."""
-    return argparse.RawDescriptionHelpFormatter(prog, max_help_position=30)
-
-
 def parser(version: str) -> argparse.ArgumentParser:
     """Return the parser of the command line."""
-    style: dict[str, Any] = {"formatter_class": _formatter, "allow_abbrev": False}
-    top = argparse.ArgumentParser(prog="hexathermal", description=TOP, epilog=TOP_EPILOG, **style)
+    top = argparse.ArgumentParser(prog="hexathermal", description=TOP, epilog=TOP_EPILOG, **STYLE)
     top.add_argument("--version", action="version", version=f"hexathermal {version}")
     commands = top.add_subparsers(dest="command", metavar="COMMAND OPTIONS", title="commands")
-    name: dict[str, Any] = {
-        "metavar": "NAME",
-        "help": "a bundled machine, or the path of a hexapod.toml or of its folder",
-    }
-
-    demo = commands.add_parser("demo", help="a machine warms through a working day", description=DEMO,
-                               epilog=DEMO_EPILOG, **style)  # fmt: skip
-    demo.add_argument("--machine", default="reference", **name)
-    demo.add_argument("--out", type=_path, default=Path("hexathermal-demo"), metavar="DIR",
-                      help="folder for the results (default: %(default)s)")  # fmt: skip
-    demo.add_argument("--seed", type=_seed, default=1, metavar="N", help="of all that is drawn (default: %(default)s)")
-    demo.add_argument("--force", action="store_true", help="overwrite files that are no demo's")
 
     correct = commands.add_parser("correct", help="corrected leg lengths of a trajectory", description=CORRECT,
-                                  epilog=CORRECT_EPILOG, **style)  # fmt: skip
-    correct.add_argument("--machine", required=True, **name)
+                                  epilog=CORRECT_EPILOG, **STYLE)  # fmt: skip
+    correct.add_argument("--machine", required=True, **MACHINE)
     for option, what in (("--poses", "wanted poses"), ("--temps", "temperatures"), ("--out", "results")):
-        correct.add_argument(option, required=True, type=_path, metavar="FILE", help=f"{what}, CSV or .parquet")
+        correct.add_argument(option, required=True, type=path, metavar="FILE", help=f"{what}, CSV or .parquet")
     correct.add_argument("--convention", choices=sorted(CONVENTIONS), default="fixed-xyz", metavar="NAME",
                          help="of the three angles: fixed-xyz (default) or fixed-zyx, see below")  # fmt: skip
     for frame in ("user", "object"):
-        correct.add_argument(f"--{frame}-frame", nargs=6, type=_number, default=[0.0] * 6,
+        correct.add_argument(f"--{frame}-frame", nargs=6, type=number, default=[0.0] * 6,
                              metavar=("X", "Y", "Z", "RX", "RY", "RZ"),
                              help=f"{frame} frame, mm and deg (default: 0)")  # fmt: skip
     correct.add_argument("--lengths-only", action="store_true", help="leave out the corrected poses")
     correct.add_argument("--force", action="store_true", help="overwrite an existing result file")
 
     commands.add_parser("machines", help="the bundled machines", description="The bundled machines.",
-                        epilog=MACHINES_EPILOG, **style)  # fmt: skip
+                        epilog=MACHINES_EPILOG, **STYLE)  # fmt: skip
     show = commands.add_parser("show-machine", help="all that is known of one machine", description=SHOW,
-                               epilog=SHOW_EPILOG, **style)  # fmt: skip
-    show.add_argument("machine", **name)
+                               epilog=SHOW_EPILOG, **STYLE)  # fmt: skip
+    show.add_argument("machine", **MACHINE)
     show.add_argument("--json", action="store_true", help="for other programs: the same as JSON")
-    commands.add_parser("warm-up", help="compile everything now", description=WARM_UP, epilog=EXIT_CODES, **style)
+    commands.add_parser("warm-up", help="compile everything now", description=WARM_UP, epilog=EXIT_CODES, **STYLE)
+    for command in found().values():
+        command.add(commands)
     return top

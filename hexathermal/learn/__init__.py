@@ -1,0 +1,1 @@
+"""Measurements -> a better model: campaigns, identification, validation."""

@@ -1,0 +1,178 @@
+"""A campaign: what `campaign.toml` says, and the rows of its runs, zeroed and ready to be used."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from hexathermal.poses import FloatArray
+
+KINDS = ("leg", "component", "hexapod")
+ROLES = ("identification", "validation")
+ZEROS = ("run", "campaign")
+
+
+@dataclass(frozen=True)
+class Thermocouple:
+    """One thermocouple of a campaign.
+
+    Parameters
+    ----------
+    name : str
+        Its column is ``<name>_degC``.
+    part : str
+        Part it sits on, empty where the campaign does not say.
+    position : float or None [m]
+        Along the leg from the lower joint's centre, rod retracted.
+    """
+
+    name: str
+    part: str = ""
+    position: float | None = None
+
+
+@dataclass(frozen=True)
+class RecordedInput:
+    """Any other recorded cause, as a spindle's speed; its column has its name."""
+
+    name: str
+    description: str = ""
+
+
+@dataclass(frozen=True)
+class LegDimensions:
+    """Retracted inter-articular length and stroke of a leg on the bench [m]."""
+
+    retracted_length: float
+    stroke: tuple[float, float]
+
+
+@dataclass(frozen=True)
+class BeamLayout:
+    """Where the three interferometer beams run.
+
+    Parameters
+    ----------
+    radius : float [m]
+        Distance of the beams from the leg's axis.
+    azimuths : tuple of float [rad]
+        Angles of the beams about the leg's axis, one for each.
+    dead_path : float [m]
+        Path between the zero of the interferometer and the target at the zero of the displacement.
+    index_compensated : bool
+        Whether the laser's electronics applied the index of air already.
+    """
+
+    radius: float
+    azimuths: tuple[float, ...]
+    dead_path: float
+    index_compensated: bool
+
+
+@dataclass(frozen=True)
+class RunFile:
+    """One run: its name, its table and its role; a run for validation is never fitted."""
+
+    name: str
+    path: Path
+    role: str
+
+
+@dataclass(frozen=True, eq=False)
+class Campaign:
+    """What `campaign.toml` says, checked; the tables stay on disk until they are read.
+
+    Attributes
+    ----------
+    folder : Path
+    kind : str
+        ``"leg"``, ``"component"`` or ``"hexapod"``.
+    title : str
+    zero : str
+        ``"run"``: temperatures and drift count from each run's own first row; ``"campaign"``: from the first row of the
+        first run.
+    runs : tuple of RunFile
+    thermocouples : tuple of Thermocouple
+    inputs : tuple of RecordedInput
+    leg : LegDimensions or None
+    beams : BeamLayout or None
+    hexapod : Path or None
+        Of kind ``"hexapod"``: the machine's `hexapod.toml`.
+    columns : mapping of str to str
+        Names of the format and the names that the logger gave them, where they differ.
+    """
+
+    folder: Path
+    kind: str
+    title: str
+    zero: str
+    runs: tuple[RunFile, ...]
+    thermocouples: tuple[Thermocouple, ...]
+    inputs: tuple[RecordedInput, ...] = ()
+    leg: LegDimensions | None = None
+    beams: BeamLayout | None = None
+    hexapod: Path | None = None
+    columns: Mapping[str, str] = field(default_factory=dict)
+
+    @property
+    def sensors(self) -> tuple[str, ...]:
+        """Names of the thermocouples."""
+        return tuple(item.name for item in self.thermocouples)
+
+    def runs_of(self, role: str) -> tuple[RunFile, ...]:
+        """Return the runs of a role."""
+        return tuple(run for run in self.runs if run.role == role)
+
+
+@dataclass(frozen=True, eq=False)
+class Block:
+    """Consecutive rows of one run that may be used: settled, cleaned, zeroed. SI units.
+
+    Attributes
+    ----------
+    run : RunFile
+    time : array, shape (n,) [s]
+        Since the run's first row.
+    dT : array, shape (n, s) [K]
+        Temperatures less those of the zero, one column a thermocouple; NaN in a channel that was rejected there.
+    drift : array, shape (n,) [m]
+        Measured drift since the zero.
+    q : array, shape (n,) [m], or None
+        Displacement of the rod (0: retracted), as read by the scale; None for a part without a stroke.
+    landing : array, shape (n,), int
+        Number of the rest between two moves that a row belongs to, from 0, increasing; the independent unit of scatter.
+        A part without a stroke counts stretches between changes of its inputs.
+    inputs : array, shape (n, k)
+        Recorded inputs in the file's own units.
+    air : array, shape (n, 3)
+        Air temperature [degC], pressure [Pa] and relative humidity [1]; NaN where not recorded.
+    """
+
+    run: RunFile
+    time: FloatArray
+    dT: FloatArray
+    drift: FloatArray
+    q: FloatArray | None
+    landing: npt.NDArray[np.int64]
+    inputs: FloatArray
+    air: FloatArray
+
+    def __len__(self) -> int:
+        return len(self.time)
+
+
+def joined(blocks: list[Block]) -> Block:
+    """Return blocks of one run as one."""
+    first = blocks[0]
+
+    def both(name: str) -> Any:
+        parts = [getattr(block, name) for block in blocks]
+        return None if parts[0] is None else np.concatenate(parts)
+
+    names = ("time", "dT", "drift", "q", "landing", "inputs", "air")
+    return Block(first.run, **{name: both(name) for name in names})

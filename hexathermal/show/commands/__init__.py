@@ -1,0 +1,70 @@
+"""Commands of the command line, one module each: what they accept, what they do, what they answer with.
+
+A command's module holds ``add(commands)``, which declares it and what its ``--help`` teaches, and
+``run(arguments, progress)``, which does the work and returns an `Answer`. Only `hexathermal.cli` prints.
+"""
+
+from __future__ import annotations
+
+import argparse
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from importlib import import_module
+from pathlib import Path
+from pkgutil import iter_modules
+from typing import Any, Protocol
+
+Progress = Callable[[int, int, str], None]
+"""``progress(done, total, label)`` moves the bar on stderr."""
+
+
+@dataclass(frozen=True)
+class Answer:
+    """What a command answers with.
+
+    Attributes
+    ----------
+    shown : tuple
+        In order: a text, or a function ``(pretty, width)`` that returns a `rich` table; `pretty` is True on a terminal,
+        `width` its columns.
+    data : dict
+        The same as plain values (JSON); written to the file of ``--json`` (``-``: stdout, in place of `shown`).
+    warnings : tuple of str
+        Said on stderr.
+    """
+
+    shown: tuple[Any, ...] = ()
+    data: dict[str, Any] = field(default_factory=dict)
+    warnings: tuple[str, ...] = ()
+
+
+class Command(Protocol):
+    """A command's module."""
+
+    def add(self, commands: Any) -> None:
+        """Declare the command: ``commands.add_parser(name, ..., **STYLE)``."""
+
+    def run(self, arguments: argparse.Namespace, progress: Progress) -> Answer:
+        """Do the work."""
+
+
+ORDER = ("demo", "simulate", "check", "identify", "validate", "apply")
+"""Commands in the order of the work; others follow by name."""
+
+
+def _place(name: str) -> tuple[int, str]:
+    """Return where a command stands in ``--help``."""
+    return (ORDER.index(name) if name in ORDER else len(ORDER), name)
+
+
+def found() -> dict[str, Command]:
+    """Return the modules of this folder by their command's name (``_`` stands for ``-``)."""
+    names = sorted((item.name for item in iter_modules([str(Path(__file__).parent)])), key=_place)
+    return {name.replace("_", "-"): import_module(f"{__name__}.{name}") for name in names}
+
+
+def add_json(command: argparse.ArgumentParser) -> None:
+    """Declare ``--json FILE``."""
+    command.add_argument(
+        "--json", metavar="FILE", help="write the answer as JSON too; '-': to stdout, and nothing else"
+    )
