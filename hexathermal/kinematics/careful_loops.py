@@ -49,6 +49,9 @@ SINGULAR_DETERMINANT = 1e-12
 FIRST_PART, SMALLEST_PART = 1.0 / 16.0, 1.0 / 4096.0
 """Parts of the way from the start's lengths to the wanted ones."""
 
+WAY, NARROWINGS = 32, 16
+"""Parts of the straight move at whose ends the determinant is taken; steps towards its least value between them."""
+
 RESIDUAL = 2e-14
 """Largest length error of an accepted pose, as a part of the machine's size."""
 
@@ -164,20 +167,60 @@ def followed(t, q, joints, L, size):
     return t, q, total, True
 
 
+@formula
+def on_the_way(w, t0, q0, t1, q1, angle, c):
+    """Pose at the part `w` of the straight move: the platform's origin runs along a line, the turn is even.
+
+    Poses are of the joints' centroid, `c` from the platform's origin; `angle` is half the turn, ``q0 . q1 >= 0``.
+    """
+    v = 1.0 - w
+    if angle > 1e-9:
+        a, b = np.sin(v * angle) / np.sin(angle), np.sin(w * angle) / np.sin(angle)
+    else:
+        a, b = v, w
+    q = (a * q0[0] + b * q1[0], a * q0[1] + b * q1[1], a * q0[2] + b * q1[2], a * q0[3] + b * q1[3])
+    r0 = rotate(rotation_of(q0[0], q0[1], q0[2], q0[3]), c)
+    r1 = rotate(rotation_of(q1[0], q1[1], q1[2], q1[3]), c)
+    r = rotate(rotation_of(q[0], q[1], q[2], q[3]), c)
+    t = (
+        v * (t0[0] - r0[0]) + w * (t1[0] - r1[0]) + r[0],
+        v * (t0[1] - r0[1]) + w * (t1[1] - r1[1]) + r[1],
+        v * (t0[2] - r0[2]) + w * (t1[2] - r1[2]) + r[2],
+    )
+    return t, q
+
+
 @loop
-def straight_way_is_regular(t0, q0, t1, q1, joints, sign):
-    """Whether the determinant keeps its sign on 64 poses of the straight way between two poses."""
-    x, L = np.zeros(6), np.ones(6)
-    flip = -1.0 if q0[0] * q1[0] + q0[1] * q1[1] + q0[2] * q1[2] + q0[3] * q1[3] < 0.0 else 1.0
-    for k in range(65):
-        w = k / 64.0
-        v = 1.0 - w
-        i, j = v * q0[0] + w * flip * q1[0], v * q0[1] + w * flip * q1[1]
-        m, n = v * q0[2] + w * flip * q1[2], v * q0[3] + w * flip * q1[3]
-        r = 1.0 / np.sqrt(i * i + j * j + m * m + n * n)
-        t = (v * t0[0] + w * t1[0], v * t0[1] + w * t1[1], v * t0[2] + w * t1[2])
-        if pivoted_step(t, (i * r, j * r, m * r, n * r), joints, L, x) * sign <= 0.0:
+def straight_way_is_regular(t0, q0, t1, q1, joints, sign, c):
+    """Whether the determinant keeps its sign on the straight move between two poses (that of `check_path`).
+
+    The determinant is taken at 33 poses; about each of its smallest values the least one is looked for.
+    """
+    x, L, values = np.zeros(6), np.ones(6), np.empty(WAY + 1)
+    cosine = q0[0] * q1[0] + q0[1] * q1[1] + q0[2] * q1[2] + q0[3] * q1[3]
+    if cosine < 0.0:
+        q1 = (-q1[0], -q1[1], -q1[2], -q1[3])
+    angle = np.arccos(min(abs(cosine), 1.0))
+    for k in range(WAY + 1):
+        t, q = on_the_way(k / WAY, t0, q0, t1, q1, angle, c)
+        values[k] = pivoted_step(t, q, joints, L, x) * sign
+        if values[k] <= 0.0:
             return False
+    for k in range(1, WAY):
+        if values[k] <= values[k - 1] and values[k] <= values[k + 1]:
+            low, high = (k - 1) / WAY, (k + 1) / WAY
+            for _narrower in range(NARROWINGS):
+                one, two = low + (high - low) * 0.382, low + (high - low) * 0.618
+                t, q = on_the_way(one, t0, q0, t1, q1, angle, c)
+                at_one = pivoted_step(t, q, joints, L, x) * sign
+                t, q = on_the_way(two, t0, q0, t1, q1, angle, c)
+                at_two = pivoted_step(t, q, joints, L, x) * sign
+                if min(at_one, at_two) <= 0.0:
+                    return False
+                if at_one < at_two:
+                    high = two
+                else:
+                    low = one
     return True
 
 
@@ -200,10 +243,10 @@ def quaternion_of(T):
 
 
 @loop
-def retried(t0, q0, t, q, joints, L, size, sign):
+def retried(t0, q0, t, q, joints, L, size, sign, c):
     """Newton from the start and from where the homotopy stopped, capped and plain; returns pose, steps and a code.
 
-    A posture found so counts as the start's branch only if the straight way to it is free of singular poses.
+    A posture found so is taken only if the straight move to it is free of singular poses, and no other one is so.
     """
     best_t, best_q, code, steps = t, q, NOT_CONVERGED, 0
     for attempt in range(4):
@@ -214,10 +257,22 @@ def retried(t0, q0, t, q, joints, L, size, sign):
             t1, q1, _determinant, more, converged = newton(t, q, joints, L, size, cap)
         steps += more
         if converged and length_error(t1, q1, joints, L) < RESIDUAL * size:
-            if straight_way_is_regular(t0, q0, t1, q1, joints, sign):
-                return t1, q1, steps, OK
-            best_t, best_q, code = t1, q1, OTHER_BRANCH
+            if not straight_way_is_regular(t0, q0, t1, q1, joints, sign, c):
+                if code == NOT_CONVERGED:
+                    best_t, best_q, code = t1, q1, OTHER_BRANCH
+            elif code != OK:
+                best_t, best_q, code = t1, q1, OK
+            elif apart(best_t, best_q, t1, q1, size):
+                return best_t, best_q, steps, OTHER_BRANCH
     return best_t, best_q, steps, code
+
+
+@formula
+def apart(t0, q0, t1, q1, size):
+    """Whether two postures differ by more than 1e-6 of the machine's size, or 1e-6 rad."""
+    shift = max(max(abs(t0[0] - t1[0]), abs(t0[1] - t1[1])), abs(t0[2] - t1[2]))
+    turn = abs(q0[0] * q1[0] + q0[1] * q1[1] + q0[2] * q1[2] + q0[3] * q1[3])
+    return shift > 1e-6 * size or turn < 1.0 - 1e-12
 
 
 @formula
@@ -233,10 +288,10 @@ def between_centres(T, centre, origin, way, out):
 
 
 @loop
-def careful_one(joints, L, start, size, out, info):
+def careful_one(joints, L, start, size, centre, out, info):
     """Pose of one set of lengths on the branch of `start`; returns a code; `info` takes steps, residual, determinant.
 
-    `joints`: 36 numbers, platform then base; `start`: 4 x 4.
+    `joints`: 36 numbers, platform then base; `start`: 4 x 4; `centre`: the joints' centroid from the platform's origin.
     """
     t0 = (start[0, 3], start[1, 3], start[2, 3])
     q0 = quaternion_of(start)
@@ -246,11 +301,14 @@ def careful_one(joints, L, start, size, out, info):
     t, q, determinant, steps, good = newton(t0, q0, joints, L, size, CONTRACTION)
     code = OK
     if not good:
+        c = (centre[0], centre[1], centre[2])
         t, q, more, good = followed(t0, q0, joints, L, size)
         steps += more
-    if not good:
-        t, q, more, code = retried(t0, q0, t, q, joints, L, size, sign)
-        steps += more
+        if good:
+            code = OK if straight_way_is_regular(t0, q0, t, q, joints, sign, c) else OTHER_BRANCH
+        else:
+            t, q, more, code = retried(t0, q0, t, q, joints, L, size, sign, c)
+            steps += more
     determinant = pivoted_step(t, q, joints, L, x)
     worst = length_error(t, q, joints, L)
     R = rotation_of(q[0], q[1], q[2], q[3])
@@ -287,7 +345,7 @@ def careful_many(c, centre, origin, size, lengths, commands, starts, expansions,
                 for j in range(3):
                     joints[3 * i + j], joints[18 + 3 * i + j] = p[j] - centre[j], b[j] - origin[j]
             between_centres(starts[k if starts.shape[0] > 1 else 0], centre, origin, 1.0, start)
-            code = careful_one(joints, lengths[k], start, size, found, row)
+            code = careful_one(joints, lengths[k], start, size, centre, found, row)
             between_centres(found, centre, origin, -1.0, out[k])
             R, t = pose_of(out[k])
             limit = stroke_and_cones(c, R, t, commands[k])

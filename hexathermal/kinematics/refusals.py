@@ -110,10 +110,13 @@ def refuse_stroke(hexapod: Hexapod, lengths: FloatArray, index: tuple[int, ...] 
     leg = int(np.maximum(shortest - lengths, lengths - longest).argmax())
     value, low, high = float(lengths[leg]), float(shortest[leg]), float(longest[leg])
     side = f"{(low - value) * 1e3:.6g} mm too short" if value < low else f"{(value - high) * 1e3:.6g} mm too long"
+    found = f"{value * 1e3:.6f} mm"
+    if value > 1e6:  # no length of a machine: a thousand kilometres
+        found, side = f"{value:g} m", "far too long"
     hint = "; poses and lengths are in metres, were millimetres given?" if value > 2.0 * high else ""
     hint = "; lengths are q0 + q, were strokes given?" if value < 0.5 * low else hint
     raise OutOfStrokeError(
-        f"leg {leg + 1} out of stroke{where(index)}: {value * 1e3:.6f} mm, "
+        f"leg {leg + 1} out of stroke{where(index)}: {found}, "
         f"allowed [{low * 1e3:.6f}, {high * 1e3:.6f}] mm: {side}{hint}; choose a pose closer to home",
         leg=leg + 1, value=value, lower=low, upper=high, index=index,
     )  # fmt: skip

@@ -68,7 +68,8 @@ class Hexapod:
     stroke : array, shape (2,) or (6, 2) [m], optional
         ``[low, high]`` of ``q``. Without it no length is out of stroke.
     home : array, shape (3,) or (4, 4), or SE3 [m], optional
-        Platform in base at home; (3,) is a pure translation. Default: see `default_home`.
+        Platform in base at home; (3,) is a pure translation. Default: see `default_home`. A turned home
+        cannot be written to `hexapod.toml`, which holds a position only.
     thermal : ThermalModel, optional
         Without it thermal compensation is not active, and methods that need it say so.
     base_cone, platform_cone : float or array, shape (6,) [rad], optional
