@@ -204,7 +204,7 @@ def coordinates_from_pose(pose: PoseLike, convention: str = "fixed-xyz", hexapod
     across = np.hypot(M[..., 0, 0], M[..., 1, 0])
     ry = np.arctan2(-M[..., 2, 0], across)
     rz = np.arctan2(M[..., 1, 0], M[..., 0, 0])
-    # With rz known, rx follows from a rotation that is exact also in gimbal lock, where rz is set to 0: an error of 1e-15.
+    # With rz known, rx follows from a rotation that is exact also in gimbal lock, where rz is set to 0 (to 1e-15).
     rz = np.where(across < 1e-15, 0.0, rz)
     c, s = np.cos(rz), np.sin(rz)
     rx = np.arctan2(s * M[..., 0, 2] - c * M[..., 1, 2], c * M[..., 1, 1] - s * M[..., 0, 1])

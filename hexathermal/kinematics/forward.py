@@ -193,11 +193,11 @@ def _conditions(hexapod: Hexapod, poses: FloatArray) -> FloatArray:
 def solve_forward(hexapod: Hexapod, lengths: npt.ArrayLike, guess: PoseLike | None = None) -> ForwardResult:
     """Return the pose of the platform at given leg lengths, with status, residual and conditioning.
 
-    The pose with ``|t + R p_i - b_i| = L_i`` that a straight move from the start reaches without a singular pose: Newton
-    on the squared lengths until its step is below 3e-8 (rad, or parts of the machine's size; the error left is its
-    square), then the lengths are checked: ``max |L(pose) - L| <= 2e-14 size``.  Where Newton's steps do not contract at
-    once, the lengths are changed from the start's to the wanted ones in small parts, the posture is followed, and the
-    straight move to it is checked.
+    The pose with ``|t + R p_i - b_i| = L_i`` that a straight move from the start reaches without a singular pose.
+    Newton works on the squared lengths until its step is below 3e-8 (rad, or parts of the machine's size; the error
+    left is its square), then the lengths are checked: ``max |L(pose) - L| <= 2e-14 size``.  Where Newton's steps do not
+    contract at once, the lengths are changed from the start's to the wanted ones in small parts, the posture is
+    followed, and the straight move to it is checked.
 
     Parameters
     ----------
