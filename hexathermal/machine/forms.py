@@ -24,6 +24,7 @@ Made = TypeVar("Made")
 _READERS: dict[str, Reader] = {"mm": metres, "deg": radians, "number": same, "matrix": same}
 _SIMPLE: dict[str, tuple[type, str]] = {
     "text": (str, "a text"),
+    "flag": (bool, "true or false"),
     "table": (dict, "a table"),
     "tables": (list, "tables [[...]]"),
 }
@@ -55,8 +56,9 @@ class Form:
     ----------
     path : Path
     tables : mapping of table kind to its keys and their rules
-        A rule is a kind (``text``, ``texts``, ``table``, ``tables``, ``mm``, ``deg``, ``number``, ``matrix``), a shape
-        in brackets, ``6`` for one or six, ``+`` for one or more, and ``!`` where the key is required.
+        A rule is a kind (``text``, ``texts``, ``flag``, ``table``, ``tables``, ``mm``, ``deg``, ``number``,
+        ``matrix``), a shape in brackets, ``6`` for one or six, ``+`` for one or more, and ``!`` where the key is
+        required.
 
     Raises
     ------
