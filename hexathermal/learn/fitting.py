@@ -1,0 +1,235 @@
+"""One law, fitted with care: noise of the residual, errors of the thermometers, intervals that hold, a robust twin."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from hexathermal.errors import ArgumentError
+from hexathermal.learn.noise import (
+    NormalEquations,
+    ResidualNoise,
+    estimated_noise,
+    normal_equations,
+    sensor_part,
+    slopes,
+)
+from hexathermal.learn.sensor_errors import SensorErrors
+from hexathermal.learn.windows import Windows, WindowSet
+from hexathermal.poses import FloatArray
+
+LEAST_RELIABILITY = 0.5
+"""Below, the correction for errors of the thermometers would rest on their model more than on the data: left out."""
+
+DOUBT_OF_CORRECTION = 0.5
+"""Standard uncertainty of that correction, as a part of it: the slow bias is an upper estimate."""
+
+HUBER = 1.345
+"""Residuals beyond so many standard deviations count less; 95 % efficient where they are normal (Huber 1981)."""
+
+
+@dataclass(frozen=True, eq=False)
+class LawFit:
+    """A law fitted to windows.
+
+    Attributes
+    ----------
+    sensors : tuple of int
+    coefficients, covariance : array, shape (p,), (p, p)
+        ``[A .. B ..]`` (or C), corrected for the errors of the thermometers.
+    uncorrected : array, shape (p,)
+        The same without that correction.
+    least_squares : array, shape (p,)
+        Ordinary least squares of the windows, weighted by their rows.
+    robust : array, shape (p,)
+        Huber's estimate.
+    by_run : array, shape (p, p)
+        Covariance as the spread between runs shows it (cluster-robust, small-sample factor): a cross-check.
+    reliability : float
+        Part of the columns' weakest direction that is temperature, not error; 1 is perfect.
+    corrected : bool
+        Whether the correction was made.
+    noise : ResidualNoise
+    errors : SensorErrors
+    factor : float
+        Half-width of 95 % prediction intervals over their standard deviation, from runs left out.
+    left_out : tuple of array [m]
+        Residuals of each run's windows under the law fitted without the run; empty with one run.
+    left_out_z : tuple of array
+        The same over their predicted standard deviations.
+    """
+
+    sensors: tuple[int, ...]
+    coefficients: FloatArray
+    covariance: FloatArray
+    uncorrected: FloatArray
+    least_squares: FloatArray
+    robust: FloatArray
+    by_run: FloatArray
+    reliability: float
+    corrected: bool
+    noise: ResidualNoise
+    errors: SensorErrors
+    factor: float
+    left_out: tuple[FloatArray, ...]
+    left_out_z: tuple[FloatArray, ...]
+
+
+def fit_law(windows: WindowSet, sensors: Sequence[int], errors: SensorErrors) -> LawFit:
+    """Return the law of a set of sensors.
+
+    Parameters
+    ----------
+    windows : WindowSet
+    sensors : sequence of int
+        Numbers of the sensors.
+    errors : SensorErrors
+        Of all sensors.
+
+    Raises
+    ------
+    ArgumentError
+        There are fewer windows than needed, or their columns depend on each other.
+    """
+    columns, runs = windows.columns, windows.runs
+    chosen = columns.of(np.array(sensors))
+    X = [run.X[:, chosen] for run in runs]
+    _enough(X, windows)
+    own = errors.of(sensors)
+    weights = np.sqrt(np.concatenate([run.rows for run in runs]))
+    stacked, y = np.concatenate(X), np.concatenate([run.drift for run in runs])
+    plain = np.linalg.lstsq(stacked * weights[:, None], y * weights, rcond=None)[0]
+    b = plain
+    for _round in range(2):
+        fixed = [sensor_part(run, own, slopes(b, run, columns.centre, columns.stroke)) for run in runs]
+        noise = estimated_noise(runs, X, fixed, windows.drift_noise)
+        V = [known + noise.covariance(run) for known, run in zip(fixed, runs, strict=True)]
+        parts = [
+            normal_equations(run, x, v, own, columns.centre, columns.stroke)
+            for run, x, v in zip(runs, X, V, strict=True)
+        ]
+        uncorrected = _solution(parts, False)
+        b = uncorrected
+    reliability = _reliability(parts)
+    corrected = reliability >= LEAST_RELIABILITY
+    b = _solution(parts, corrected)
+    covariance = _covariance(parts, corrected, b - uncorrected)
+    by_run = _by_run(parts, corrected, b)
+    robust = _robust(X, runs, V, b)
+    M = columns.law_matrix(len(b))
+    left_out, z = _left_out(parts, X, runs, V, corrected)
+    factor = prediction_factor(z)
+    return LawFit(
+        tuple(sensors), M @ b, M @ covariance @ M.T, M @ uncorrected, M @ plain, M @ (robust), M @ by_run @ M.T,
+        reliability, corrected, noise, own, factor, left_out, z,
+    )  # fmt: skip
+
+
+def _enough(X: Sequence[FloatArray], windows: WindowSet) -> None:
+    """Refuse what cannot be fitted."""
+    stacked = np.concatenate(X)
+    p = stacked.shape[1]
+    if len(stacked) < p + 3:
+        raise ArgumentError(
+            f"{len(stacked)} windows of rest cannot determine {p} coefficients and their uncertainty; "
+            f"at least {p + 3} are needed: record longer, or choose fewer sensors"
+        )
+    size = np.sqrt((stacked**2).sum(axis=0))
+    if not size.all():
+        raise ArgumentError("a chosen sensor never leaves its zero: its coefficient cannot be told")
+    sizes = np.linalg.svd(stacked / size, compute_uv=False)
+    if sizes[-1] < 1e-9 * sizes[0]:
+        raise ArgumentError(
+            "the chosen sensors' columns depend on each other: their coefficients cannot be told apart; choose fewer "
+            "sensors, or record a campaign in which q and the temperatures change independently"
+        )
+
+
+def _solution(parts: Sequence[NormalEquations], corrected: bool) -> FloatArray:
+    """Return the coefficients of the columns."""
+    S, D = sum(part.S for part in parts), sum(part.D for part in parts)
+    z = sum(part.z for part in parts)
+    return np.asarray(np.linalg.solve(S - D if corrected else S, z))
+
+
+def _reliability(parts: Sequence[NormalEquations]) -> float:
+    """Return the smallest part of any direction of the columns that is temperature, not error."""
+    S, D = np.asarray(sum(part.S for part in parts)), np.asarray(sum(part.D for part in parts))
+    size = np.sqrt(np.diagonal(S))
+    L = np.linalg.cholesky(S / np.outer(size, size))
+    inside = np.linalg.solve(L, np.linalg.solve(L, D / np.outer(size, size)).T)
+    return float(1.0 - np.linalg.eigvalsh(0.5 * (inside + inside.T))[-1])
+
+
+def _covariance(parts: Sequence[NormalEquations], corrected: bool, shift: FloatArray) -> FloatArray:
+    """Return the coefficients' covariance, with the doubt of the correction."""
+    S, D = np.asarray(sum(part.S for part in parts)), np.asarray(sum(part.D for part in parts))
+    inverse = np.linalg.inv(S - D if corrected else S)
+    value = inverse @ S @ inverse.T
+    doubt = DOUBT_OF_CORRECTION * shift if corrected else np.linalg.solve(S, D) @ np.linalg.solve(S, S @ shift)
+    return np.asarray(0.5 * (value + value.T) + np.outer(doubt, doubt))
+
+
+def _by_run(parts: Sequence[NormalEquations], corrected: bool, b: FloatArray) -> FloatArray:
+    """Return the covariance from the spread of the runs' scores; NaN with one run."""
+    R, p = len(parts), len(b)
+    if R < 2:
+        return np.full((p, p), np.nan)
+    inner = [part.S - part.D if corrected else part.S for part in parts]
+    inverse = np.linalg.inv(sum(inner))
+    scores = [part.z - s @ b for part, s in zip(parts, inner, strict=True)]
+    # without its own pull on the answer: each run's score over the part of the others (jackknife)
+    moved = [np.linalg.lstsq(np.eye(p) - s @ inverse, u, rcond=None)[0] for s, u in zip(inner, scores, strict=True)]
+    meat = sum((np.outer(u, u) for u in moved), np.zeros((p, p))) * (R - 1) / R
+    return np.asarray(inverse @ meat @ inverse.T)
+
+
+def _robust(X: Sequence[FloatArray], runs: Sequence[Windows], V: Sequence[FloatArray], b: FloatArray) -> FloatArray:
+    """Return Huber's estimate of the whitened windows."""
+    from scipy.optimize import least_squares as minimum
+
+    whitened = [
+        np.linalg.solve(np.linalg.cholesky(v), np.column_stack([x, run.drift]))
+        for x, v, run in zip(X, V, runs, strict=True)
+    ]
+    stacked = np.concatenate(whitened)
+    size = np.sqrt((stacked[:, :-1] ** 2).sum(axis=0))
+    A, y = stacked[:, :-1] / size, stacked[:, -1]
+    found = minimum(lambda c: A @ c - y, b * size, jac=lambda _c: A, loss="huber", f_scale=HUBER)
+    return np.asarray(found.x / size)
+
+
+def _left_out(
+    parts: Sequence[NormalEquations],
+    X: Sequence[FloatArray],
+    runs: Sequence[Windows],
+    V: Sequence[FloatArray],
+    corrected: bool,
+) -> tuple[tuple[FloatArray, ...], tuple[FloatArray, ...]]:
+    """Return each run's residuals under the law fitted without it, and the same over their standard deviations."""
+    if len(parts) < 2:
+        return (), ()
+    residuals, z = [], []
+    for r, (x, run, v) in enumerate(zip(X, runs, V, strict=True)):
+        others = [part for k, part in enumerate(parts) if k != r]
+        b = _solution(others, corrected)
+        e = run.drift - x @ b
+        own = np.einsum("np,pq,nq->n", x, _covariance(others, corrected, np.zeros_like(b)), x)
+        residuals.append(e)
+        z.append(e / np.sqrt(np.diagonal(v) + own))
+    return tuple(residuals), tuple(z)
+
+
+def prediction_factor(z: Sequence[npt.NDArray[np.float64]]) -> float:
+    """Return half of a 95 % interval over the standard deviation, from standardised residuals of runs left out.
+
+    The normal law's 1.96 is scaled by the root of the mean square of what the runs left out show, where they show more
+    or less scatter than their predicted standard deviations, drawn towards 1 as if twice as many runs agreed.
+    """
+    if not z:
+        return 1.96
+    runs = np.array([float(np.mean(one**2)) for one in z])
+    return float(1.96 * np.sqrt((runs.sum() + 2.0) / (len(runs) + 2.0)))

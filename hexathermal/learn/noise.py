@@ -1,0 +1,137 @@
+"""The residual of a law: noise of rows, scatter of landings, a slow process, an offset of each run.
+
+``drift = x b + offset_r + slow(t) + landing_l + row``, and the errors of the thermometers, ``(A q0 + B q) u_s(t)``,
+which are known from elsewhere. Standard deviations and the slow process's correlation time maximise the restricted
+likelihood; runs are independent. Generalised least squares with that covariance gives the coefficients.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from hexathermal.learn.sensor_errors import SensorErrors
+from hexathermal.learn.windows import Windows
+from hexathermal.poses import FloatArray
+
+SHORTEST_TIME_S, LONGEST_TIME_S = 300.0, 6 * 3600.0
+"""Bounds of the correlation time."""
+
+USUAL_TIME_S = 3000.0
+"""Correlation time where the search starts, and about which it is held loosely: benches settle in some 50 min."""
+
+
+@dataclass(frozen=True)
+class ResidualNoise:
+    """Standard deviations of what a law leaves [m], and the slow process's correlation time [s]."""
+
+    row: float
+    landing: float
+    slow: float
+    slow_time: float
+    offset: float
+
+    def covariance(self, run: Windows) -> FloatArray:
+        """Return the covariance of a run's windows, shape (w, w) [m^2]."""
+        lag = np.abs(run.time[:, None] - run.time[None, :])
+        V = self.offset**2 + self.slow**2 * np.exp(-lag / self.slow_time)
+        V[np.diag_indices_from(V)] += self.row**2 / run.rows + self.landing**2 / run.landings
+        return V
+
+    @property
+    def variance(self) -> float:
+        """Variance of a single row of a new run."""
+        return self.row**2 + self.landing**2 + self.slow**2 + self.offset**2
+
+
+@dataclass(frozen=True, eq=False)
+class NormalEquations:
+    """One run's part of generalised least squares: ``S = X' V^-1 X``, ``z = X' V^-1 y``, and ``D``, what the errors of
+    the thermometers add to S on average."""
+
+    S: FloatArray
+    z: FloatArray
+    D: FloatArray
+
+
+def slopes(b: FloatArray, run: Windows, centre: float, stroke: bool) -> FloatArray:
+    """Return each sensor's ``A q0 + B q`` in the windows, shape (w, k) [m/K]."""
+    if not stroke:
+        return np.broadcast_to(b, (len(run), len(b)))
+    k = len(b) // 2
+    return np.asarray(b[:k] + b[k:] * (run.q - centre)[:, None])
+
+
+def sensor_part(run: Windows, errors: SensorErrors, c: FloatArray) -> FloatArray:
+    """Return the covariance that the thermometers' errors bring into the residual, shape (w, w) [m^2]."""
+    V = np.zeros((len(run), len(run)))
+    for s in range(c.shape[1]):
+        V += np.outer(c[:, s], c[:, s]) * errors.covariance(s, run.time, run.rows)
+    return V
+
+
+def normal_equations(
+    run: Windows, X: FloatArray, V: FloatArray, errors: SensorErrors, centre: float, stroke: bool
+) -> NormalEquations:
+    """Return one run's part of generalised least squares."""
+    W = np.linalg.inv(V)
+    W = 0.5 * (W + W.T)
+    k = len(errors.noise)
+    D = np.zeros((X.shape[1], X.shape[1]))
+    g = [np.ones(len(run)), run.q - centre] if stroke else [np.ones(len(run))]
+    for s in range(k):
+        weighted = W * errors.covariance(s, run.time, run.rows)
+        for i, gi in enumerate(g):
+            for j, gj in enumerate(g):
+                D[s + i * k, s + j * k] = gi @ weighted @ gj
+    return NormalEquations(X.T @ W @ X, X.T @ W @ run.drift, D)
+
+
+def estimated_noise(
+    runs: Sequence[Windows], X: Sequence[FloatArray], fixed: Sequence[FloatArray], row: float
+) -> ResidualNoise:
+    """Return the residual's noise by restricted maximum likelihood.
+
+    Parameters
+    ----------
+    runs : sequence of Windows
+    X : sequence of array, shape (w, p)
+        Columns of the law.
+    fixed : sequence of array, shape (w, w) [m^2]
+        Covariance that is known already: that of the thermometers.
+    row : float [m]
+        Noise of single rows, from their differences.
+    """
+    from scipy.optimize import minimize
+
+    stacked, y = np.concatenate(list(X)), np.concatenate([run.drift for run in runs])
+    scale = stacked.shape[1]
+    residual = y - stacked @ np.linalg.lstsq(stacked, y, rcond=None)[0]
+    unit = max(float(np.sqrt(residual @ residual / max(len(y) - scale, 1))), 1e-12)
+
+    def noise(theta: npt.NDArray[np.float64]) -> ResidualNoise:
+        landing, slow, offset = unit * np.exp(theta[:3])
+        return ResidualNoise(row, float(landing), float(slow), float(USUAL_TIME_S * np.exp(theta[3])), float(offset))
+
+    def objective(theta: npt.NDArray[np.float64]) -> float:
+        guess = noise(theta)
+        value = (theta[3] / 1.0) ** 2
+        S, z, square = 0.0, 0.0, 0.0
+        for run, x, known in zip(runs, X, fixed, strict=True):
+            V = (known + guess.covariance(run)) / unit**2
+            L = np.linalg.cholesky(V)
+            whitened = np.linalg.solve(L, np.column_stack([x, run.drift / unit]))
+            value += 2.0 * float(np.log(np.diagonal(L)).sum())
+            S = S + whitened[:, :-1].T @ whitened[:, :-1]
+            z = z + whitened[:, :-1].T @ whitened[:, -1]
+            square += float(whitened[:, -1] @ whitened[:, -1])
+        return value + float(np.linalg.slogdet(S)[1]) + square - float(z @ np.linalg.solve(S, z))
+
+    time = np.log(np.array([SHORTEST_TIME_S, LONGEST_TIME_S]) / USUAL_TIME_S)
+    bounds = [(-5.0, 2.0), (-5.0, 2.0), (-5.0, 2.0), (float(time[0]), float(time[1]))]
+    best = minimize(objective, np.array([-0.7, -0.7, -0.7, 0.0]), method="L-BFGS-B", bounds=bounds,
+                    options={"maxiter": 60, "ftol": 1e-7})  # fmt: skip
+    return noise(best.x)
