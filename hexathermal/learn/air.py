@@ -1,14 +1,13 @@
 """Index of refraction of air by Ciddor's equation, its sensitivities, and its uncertainty from a weather station.
 
-Source: P. E. Ciddor, Applied Optics 35 (1996) 1566, with the saturation vapour pressure of IAPWS (over water: IF97; below
-0 degC over ice), as in J. A. Stone and J. H. Zimmerman, Engineering Metrology Toolbox, NIST. Temperatures are those of
-ITS-90. All functions broadcast their arguments; what is not finite or lies outside `LIMITS` is refused.
+Source: P. E. Ciddor, Applied Optics 35 (1996) 1566, with the saturation vapour pressure of IAPWS (over water: IF97;
+below 0 degC over ice), as in J. A. Stone and J. H. Zimmerman, Engineering Metrology Toolbox, NIST. Temperatures are
+those of ITS-90. All functions broadcast their arguments; what is not finite or lies outside `LIMITS` is refused.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from typing import Any
 
 import numpy as np
@@ -37,8 +36,17 @@ _GAS_CONSTANT = 8.314472
 _VAPOUR_MOLAR_MASS = 0.018015
 _STANDARD_PRESSURE, _STANDARD_TEMPERATURE, _STANDARD_COMPRESSIBILITY = 101325.0, 288.15, 0.9995922115
 _STANDARD_VAPOUR_DENSITY = 0.00985938
+_STEP = 1e-30
 
 PHASES = ("auto", "water", "ice")
+
+_ASKED = {
+    "wavelength": "give the vacuum wavelength in metres (633 nm is 633e-9)",
+    "temperature": "give degrees Celsius",
+    "pressure": "give pascals (1013.25 hPa is 101325), as measured at the beam, not reduced to sea level",
+    "humidity": "give the relative humidity as a fraction (50 % is 0.5)",
+    "co2": "give the mole fraction (450 ppm is 450e-6)",
+}
 
 
 def _checked(**values: npt.ArrayLike) -> list[FloatArray]:
@@ -56,15 +64,6 @@ def _checked(**values: npt.ArrayLike) -> list[FloatArray]:
             )
         checked.append(array)
     return checked
-
-
-_ASKED = {
-    "wavelength": "give the vacuum wavelength in metres (633 nm is 633e-9)",
-    "temperature": "give degrees Celsius",
-    "pressure": "give pascals (1013.25 hPa is 101325), as measured at the beam, not reduced to sea level",
-    "humidity": "give the relative humidity as a fraction (50 % is 0.5)",
-    "co2": "give the mole fraction (450 ppm is 450e-6)",
-}
 
 
 def saturation_vapour_pressure(temperature_degC: npt.ArrayLike, phase: str = "auto") -> FloatArray:
@@ -90,7 +89,7 @@ def saturation_vapour_pressure(temperature_degC: npt.ArrayLike, phase: str = "au
     Examples
     --------
     >>> saturation_vapour_pressure([20.0, 0.0, -20.0]).round(2).tolist()
-    [2339.22, 611.21, 103.24]
+    [2339.21, 611.21, 103.26]
     """
     if phase not in PHASES:
         raise UnknownNameError(f"phase {phase!r} is not known; choose one of {', '.join(PHASES)}", PHASES)
@@ -202,3 +201,142 @@ def _arguments(
         shapes = ", ".join(f"{name} {array.shape}" for name, array in zip(LIMITS, arrays, strict=True))
         raise ArgumentError(f"shapes do not broadcast: {shapes}") from None
     return arrays
+
+
+@dataclass(frozen=True)
+class IndexSensitivity:
+    """Derivatives of the index of refraction, each with the other arguments held.
+
+    Attributes
+    ----------
+    temperature : array [1/K]
+        At constant relative humidity, as a weather station measures it.
+    pressure : array [1/Pa]
+    humidity : array [1]
+        For the relative humidity as a fraction.
+    co2 : array [1]
+        For the mole fraction.
+    """
+
+    temperature: FloatArray
+    pressure: FloatArray
+    humidity: FloatArray
+    co2: FloatArray
+
+
+def index_sensitivity(
+    wavelength: npt.ArrayLike,
+    temperature_degC: npt.ArrayLike,
+    pressure: npt.ArrayLike,
+    humidity: npt.ArrayLike,
+    co2: npt.ArrayLike = 450e-6,
+) -> IndexSensitivity:
+    """Return the derivatives of `refractive_index`, exact to rounding.
+
+    By the complex step ``dn/dx = Im n(x + i h) / h``, which cancels no digits. Arguments and errors are those of
+    `refractive_index`; at 0 degC the derivative is that over water.
+
+    Examples
+    --------
+    Per kelvin and per hectopascal, in parts per million:
+
+    >>> slope = index_sensitivity(633e-9, 20.0, 101325.0, 0.5)
+    >>> round(float(slope.temperature) * 1e6, 3), round(float(slope.pressure) * 1e8, 3)
+    (-0.955, 0.268)
+    """
+    arguments = _arguments(wavelength, temperature_degC, pressure, humidity, co2)
+    slopes = []
+    for k in range(1, 5):
+        moved: list[Any] = list(arguments)
+        moved[k] = arguments[k] + 1j * _STEP
+        slopes.append(np.asarray(_refractivity(*moved).imag / _STEP))
+    return IndexSensitivity(*slopes)
+
+
+@dataclass(frozen=True)
+class WeatherStation:
+    """Standard uncertainties (k = 1) of what the index of air is computed from.
+
+    The defaults are half of the accuracies (k = 2) of a common environmental unit for laser interferometers: 0.2 K,
+    1 hPa, 6 % relative humidity.
+
+    Parameters
+    ----------
+    temperature : float [K]
+    pressure : float [Pa]
+    humidity : float [1]
+    co2 : float [1]
+        Of the assumed mole fraction in a room that people enter.
+    formula : float [1]
+        Of Ciddor's equation itself, for the index as it stands.
+    """
+
+    temperature: float = 0.1
+    pressure: float = 50.0
+    humidity: float = 0.03
+    co2: float = 50e-6
+    formula: float = 2e-8
+
+    def __post_init__(self) -> None:
+        refuse_negative(self)
+
+
+def refuse_negative(value: Any, signed: tuple[str, ...] = ()) -> None:
+    """Raise `ArgumentError` where a number of a dataclass is negative or not finite; `signed` fields are passed by."""
+    for item in fields(value):
+        number = getattr(value, item.name)
+        if item.name in signed or not isinstance(number, float | int):
+            continue
+        if not (np.isfinite(number) and number >= 0.0):
+            raise ArgumentError(f"{type(value).__name__}: {item.name} must be 0 or more and finite, found {number!r}")
+
+
+def index_contributions(
+    wavelength: npt.ArrayLike,
+    temperature_degC: npt.ArrayLike,
+    pressure: npt.ArrayLike,
+    humidity: npt.ArrayLike,
+    co2: npt.ArrayLike = 450e-6,
+    *,
+    station: WeatherStation | None = None,
+) -> dict[str, FloatArray]:
+    """Return what each quantity of the weather contributes to the standard uncertainty of the index.
+
+    ``|dn/dx| u(x)`` for temperature, pressure, humidity and CO2, and that of the formula. Arguments and errors are
+    those of `refractive_index`.
+
+    Parameters
+    ----------
+    station : WeatherStation, optional
+
+    Returns
+    -------
+    contributions : dict of str to array
+        ``"temperature"``, ``"pressure"``, ``"humidity"``, ``"co2"``, ``"formula"``.
+    """
+    used = WeatherStation() if station is None else station
+    slope = index_sensitivity(wavelength, temperature_degC, pressure, humidity, co2)
+    names = ("temperature", "pressure", "humidity", "co2")
+    found = {name: np.abs(getattr(slope, name)) * getattr(used, name) for name in names}
+    found["formula"] = np.full(np.shape(slope.temperature), used.formula)
+    return found
+
+
+def index_uncertainty(
+    wavelength: npt.ArrayLike,
+    temperature_degC: npt.ArrayLike,
+    pressure: npt.ArrayLike,
+    humidity: npt.ArrayLike,
+    co2: npt.ArrayLike = 450e-6,
+    *,
+    station: WeatherStation | None = None,
+) -> FloatArray:
+    """Return the standard uncertainty of the index: root sum of squares of `index_contributions`.
+
+    Examples
+    --------
+    >>> round(float(index_uncertainty(633e-9, 20.0, 101325.0, 0.5)) * 1e6, 2)
+    0.17
+    """
+    parts = index_contributions(wavelength, temperature_degC, pressure, humidity, co2, station=station)
+    return np.asarray(np.sqrt(sum(np.square(part) for part in parts.values())))
