@@ -15,6 +15,10 @@ from hexathermal.poses import FloatArray
 KINDS = ("leg", "component", "hexapod")
 ROLES = ("identification", "validation")
 ZEROS = ("run", "campaign")
+FILE = "campaign.toml"
+
+ACCEPTED = ("missing-blocks", "clock-disorder")
+"""Faults that `[cleaning] accept` of `campaign.toml` turns into rows or values that are left out and counted."""
 
 
 @dataclass(frozen=True)
@@ -105,6 +109,8 @@ class Campaign:
         Of kind ``"hexapod"``: the machine's `hexapod.toml`.
     columns : mapping of str to str
         Names of the format and the names that the logger gave them, where they differ.
+    accepted : tuple of str
+        Faults of the tables that the campaign takes as they are, see `ACCEPTED`.
     """
 
     folder: Path
@@ -118,6 +124,12 @@ class Campaign:
     beams: BeamLayout | None = None
     hexapod: Path | None = None
     columns: Mapping[str, str] = field(default_factory=dict)
+    accepted: tuple[str, ...] = ()
+
+    @property
+    def file(self) -> Path:
+        """The campaign's `campaign.toml`."""
+        return self.folder / FILE
 
     @property
     def sensors(self) -> tuple[str, ...]:
