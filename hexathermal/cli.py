@@ -32,6 +32,7 @@ from hexathermal.errors import (
     TemperatureError,
     UnknownNameError,
 )
+from hexathermal.show.commands import error_code
 from hexathermal.show.options import machine
 from hexathermal.show.usage import parser, readable
 
@@ -56,12 +57,14 @@ def main(argv: list[str] | None = None) -> int:
     Returns
     -------
     int
-        0 done, 1 not finished, 2 wrong usage, 3 bad input, 4 cannot be reached, 130 interrupted.
+        0 done, 1 not finished, 2 wrong usage, 3 bad input, 4 cannot be reached, 130 interrupted; of a command with
+        verdicts those, and 3 for every error.
     """
     _open_streams()
+    words = sys.argv[1:] if argv is None else list(argv)
     try:
         with _stopped_by_termination():
-            code = _run(sys.argv[1:] if argv is None else list(argv))
+            code = _run(words)
             sys.stdout.flush()
         return code
     except BrokenPipeError:
@@ -71,11 +74,11 @@ def main(argv: list[str] | None = None) -> int:
         _say("interrupted; nothing half-written is left")
         return INTERRUPTED
     except SystemExit as error:
-        return error.code if isinstance(error.code, int) else USAGE
+        return error_code(words, error.code if isinstance(error.code, int) else USAGE)
     except Exception as error:
         if os.environ.get(TRACEBACK):
             traceback.print_exc()
-        return _explain(error)
+        return error_code(words, _explain(error))
 
 
 def _open_streams() -> None:
@@ -126,13 +129,12 @@ def _run(argv: list[str]) -> int:
         return USAGE
     if arguments.command in _COMMANDS:
         _COMMANDS[arguments.command](arguments)
-    else:
-        _answer(arguments)
-    return DONE
+        return DONE
+    return _answer(arguments)
 
 
-def _answer(arguments: argparse.Namespace) -> None:
-    """Run a command that has its own module, and print its answer."""
+def _answer(arguments: argparse.Namespace) -> int:
+    """Run a command that has its own module, print its answer and return its exit code."""
     from hexathermal.predict.table_writing import written_whole
     from hexathermal.show.commands import found
 
@@ -142,13 +144,18 @@ def _answer(arguments: argparse.Namespace) -> None:
         _say(warning)
     target = getattr(arguments, "json", None)
     text = "" if target is None else json.dumps(answer.data, indent=2, allow_nan=False)
-    if target == "-":
-        print(text)
-        return
-    if target is not None:
+    if target not in (None, "-"):
         with written_whole(Path(target)) as part:
             part.write_text(text + "\n", encoding="utf-8")
-    _show(*answer.shown)
+    try:
+        if target == "-":
+            print(text)
+        else:
+            _show(*answer.shown)
+        sys.stdout.flush()
+    except BrokenPipeError:
+        _drop(sys.stdout)  # the reader has gone; the code is still the answer's
+    return answer.code
 
 
 @contextmanager

@@ -31,11 +31,14 @@ class Answer:
         The same as plain values (JSON); written to the file of ``--json`` (``-``: stdout, in place of `shown`).
     warnings : tuple of str
         Said on stderr.
+    code : int
+        Exit code.
     """
 
     shown: tuple[Any, ...] = ()
     data: dict[str, Any] = field(default_factory=dict)
     warnings: tuple[str, ...] = ()
+    code: int = 0
 
 
 class Command(Protocol):
@@ -46,6 +49,16 @@ class Command(Protocol):
 
     def run(self, arguments: argparse.Namespace, progress: Progress) -> Answer:
         """Do the work."""
+
+
+def error_code(argv: list[str], code: int) -> int:
+    """Return the exit code of an error: a command whose own codes are verdicts names one for all errors.
+
+    Such a command's module holds ``ERROR_CODE``; only 0 (help) and 130 (interrupted) stay what they are.
+    """
+    name = next((word for word in argv if not word.startswith("-")), "")
+    module = found().get(name)
+    return code if code in (0, 130) else int(getattr(module, "ERROR_CODE", code))
 
 
 ORDER = ("demo", "simulate", "check", "identify", "validate", "apply")
