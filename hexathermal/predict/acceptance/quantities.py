@@ -1,0 +1,124 @@
+"""Names of what can be limited, and their values at one pose.
+
+Lengths are in micrometres in a specification, turns in microradians; both are SI here.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+
+from hexathermal.poses import FloatArray
+from hexathermal.predict.acceptance.environmental_variation import WarmUpDistortion
+from hexathermal.predict.acceptance.pose_accuracy import PoseAccuracy, PoseDrift
+
+SHIFTS, TURNS = ("x", "y", "z"), ("rx", "ry", "rz")
+AXES = (*SHIFTS, *TURNS)
+
+ACCURACY, DRIFT, ETVE, WARM_UP = "accuracy", "drift", "ETVE", "warm-up"
+"""Families: what a quantity is made of."""
+
+
+@dataclass(frozen=True)
+class Quantity:
+    """Something that can be limited.
+
+    Attributes
+    ----------
+    name : str
+        As ``AP`` or ``ETVE_rx``.
+    unit : str
+        ``um`` or ``urad``, of files and tables.
+    family : str
+    signed : bool
+        Whether it may be negative: it is then limited on both sides.
+    """
+
+    name: str
+    unit: str
+    family: str
+    signed: bool
+
+    @property
+    def key(self) -> str:
+        """Name with its unit, as in files."""
+        return f"{self.name}_{self.unit}"
+
+    @property
+    def axis(self) -> str:
+        """Axis of the name, empty where it has none."""
+        return self.name.rpartition("_")[2] if "_" in self.name else ""
+
+    def sensitivity(self, count: int) -> float:
+        """Return how many times the standard uncertainty of a measured coordinate the quantity may be uncertain.
+
+        A bound, whichever part of it the measurements have in common: a mean is taken as fully common (1), a
+        difference as independent (sqrt 2), a repeatability from n visits as ``sqrt(1 / n + 9 / (2 (n - 1)))``.
+        """
+        spread = math.sqrt(1.0 / count + 4.5 / (count - 1)) if count > 1 else math.inf
+        factor = spread if "RP" in self.name else 1.0
+        return factor if self.family == ACCURACY else math.sqrt(2.0) * factor
+
+
+def _all() -> dict[str, Quantity]:
+    """Return every quantity by its key."""
+    found = []
+
+    def add(stem: str, axes: tuple[str, ...], family: str, signed: bool) -> None:
+        for axis in axes:
+            unit = "um" if axis in ("", *SHIFTS) else "urad"
+            found.append(Quantity(f"{stem}_{axis}" if axis else stem, unit, family, signed))
+
+    add("AP", ("",), ACCURACY, False)
+    add("AP", AXES, ACCURACY, True)
+    add("AP", ("rotation",), ACCURACY, False)
+    add("RP", ("", "rotation", *TURNS), ACCURACY, False)
+    add("dAP", ("", *AXES), DRIFT, False)
+    add("dRP", ("", *TURNS), DRIFT, False)
+    add("shift", ("",), DRIFT, False)
+    add("ETVE", AXES, ETVE, False)
+    add("d60", AXES, WARM_UP, True)
+    add("dt", AXES, WARM_UP, True)
+    return {item.key: item for item in found}
+
+
+QUANTITIES: dict[str, Quantity] = _all()
+"""Every quantity by its key, as ``AP_um``."""
+
+
+def _by_axis(stem: str, axes: tuple[str, ...], values: FloatArray) -> dict[str, float]:
+    """Return components by name."""
+    return {f"{stem}_{axis}": float(value) for axis, value in zip(axes, values, strict=True)}
+
+
+def accuracy_values(found: PoseAccuracy) -> dict[str, float]:
+    """Return pose accuracy and repeatability by the names of quantities."""
+    return {
+        "AP": found.AP,
+        **_by_axis("AP", SHIFTS, found.position),
+        "AP_rotation": found.AP_rotation,
+        **_by_axis("AP", TURNS, found.rotation),
+        "RP": found.RP,
+        "RP_rotation": found.RP_rotation,
+        **_by_axis("RP", TURNS, found.RP_axes),
+    }
+
+
+def drift_values(found: PoseDrift) -> dict[str, float]:
+    """Return drift by the names of quantities."""
+    return {
+        "dAP": found.dAP,
+        **_by_axis("dAP", SHIFTS, found.dAP_axes),
+        **_by_axis("dAP", TURNS, found.dAP_rotations),
+        "dRP": found.dRP,
+        **_by_axis("dRP", TURNS, found.dRP_rotations),
+        "shift": found.shift,
+    }
+
+
+WARM_UP_VALUES: dict[str, Callable[[WarmUpDistortion], float]] = {
+    "d60": lambda found: found.d_60,
+    "dt": lambda found: found.d_t,
+}
+"""Stems of names and what they mean."""

@@ -1,0 +1,256 @@
+"""What a machine must keep to: a specification read from TOML. The format is documented in docs/acceptance.md."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from difflib import get_close_matches
+from pathlib import Path
+from typing import Any
+
+from hexathermal.errors import ArgumentError
+from hexathermal.machine.forms import Form, dotted, shown
+from hexathermal.machine.toml_positions import Where
+from hexathermal.predict.acceptance.decision_rules import RULES
+from hexathermal.predict.acceptance.quantities import ETVE, QUANTITIES, Quantity
+
+FORMAT = "hexathermal-spec/1"
+
+TABLES: dict[str, dict[str, str]] = {
+    "": {"format": "text!", "title": "text", "rule": "text", "probability": "number", "coverage_factor": "number",
+         "letters": "text", "warm_up_s": "number", "uncertainty": "table", "limits": "table!"},
+    "uncertainty": {"position_um": "number", "rotation_urad": "number"},
+    "limit": {"upper": "number", "lower": "number", "within": "number", "u": "number", "U": "number", "k": "number",
+              "rule": "text", "probability": "number", "nonnegative": "flag", "window_s": "number", "gap_s": "number",
+              "poses": "texts"},
+}  # fmt: skip
+"""Keys of each table and their rules, see `hexathermal.machine.forms.Form`."""
+
+LETTERS = {"xyz": ("rx", "ry", "rz"), "zyx": ("rz", "ry", "rx")}
+"""Axes that the letters a, b, c of turns stand for."""
+
+MICRO = 1e-6
+
+
+@dataclass(frozen=True)
+class Limit:
+    """One limit of a specification.
+
+    Attributes
+    ----------
+    quantity : Quantity
+    key : str
+        As it stands in the file.
+    lower, upper : float or None [m] or [rad]
+    uncertainty : float or None [m] or [rad]
+        Standard uncertainty of the quantity; None where the measurements themselves must tell, or none is needed.
+    rule : str
+    probability, coverage_factor : float
+    nonnegative : bool
+    window : float or None [s]
+        Of ETVE; None: the whole record.
+    gap : float or None [s]
+        Of ETVE: longest time between samples with which it may pass; None: half the window.
+    poses : tuple of str
+        Poses it holds for; empty: all.
+    """
+
+    quantity: Quantity
+    key: str
+    lower: float | None
+    upper: float | None
+    uncertainty: float | None = None
+    rule: str = "iso-14253-1"
+    probability: float = 0.95
+    coverage_factor: float = 2.0
+    nonnegative: bool = False
+    window: float | None = None
+    gap: float | None = None
+    poses: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True)
+class Specification:
+    """Limits that a machine must keep, and how they are decided.
+
+    Attributes
+    ----------
+    title : str
+    limits : tuple of Limit
+    warm_up : float or None [s]
+        End of warming for d60 and dt; None: the last row.
+    path : str
+    """
+
+    title: str
+    limits: tuple[Limit, ...]
+    warm_up: float | None = None
+    path: str = ""
+
+
+def read_specification(path: str | Path) -> Specification:
+    """Return the specification of a TOML file.
+
+    Raises
+    ------
+    ArgumentError
+        There is no such file.
+    FileFormatError
+        Lists every bad field with line and column.
+    """
+    file = Path(path)
+    if not file.is_file():
+        kind = "a folder" if file.is_dir() else "not there" if not file.exists() else "no plain file"
+        raise ArgumentError(f"specification {file} is {kind}; give the path of a TOML file")
+    form = Form(file, TABLES)
+    top = form.table(form.data, (), "")
+    if top.get("format", FORMAT) != FORMAT:
+        form.complain(("format",), f"format is {top['format']!r}; this version reads {FORMAT!r}")
+    letters = top.get("letters")
+    if letters is not None and letters not in LETTERS:
+        form.complain(("letters",), f"letters must be one of {', '.join(LETTERS)}, found {letters!r}")
+        letters = None
+    common = _decided_by(form, top, ())
+    common["uncertainty"] = _common_uncertainty(form, top.get("uncertainty"))
+    limits = []
+    for key, value in top.get("limits", {}).items():
+        entries = value if isinstance(value, list) and all(isinstance(item, dict) for item in value) else [value]
+        for k, entry in enumerate(entries):
+            place = ("limits", key, k) if entries is value else ("limits", key)
+            limits.append(_limit(form, key, entry, place, common, letters))
+    if "limits" in top and not top["limits"]:
+        form.complain(("limits",), "limits holds no limit: nothing could be decided")
+    warm_up = top.get("warm_up_s")
+    if warm_up is not None:
+        form.check(("warm_up_s",), warm_up >= 3600.0, "at least 3600 (d60 is taken after 60 minutes)")
+    form.finish()
+    title = str(top.get("title", "")).strip() or file.stem
+    whole = tuple(limit for limit in limits if limit is not None)
+    return Specification(title, whole, None if warm_up is None else float(warm_up), str(file))
+
+
+def _decided_by(form: Form, found: dict[str, Any], path: Where) -> dict[str, Any]:
+    """Return rule, probability and coverage factor that a table states."""
+    fields: dict[str, Any] = {}
+    if "rule" in found:
+        if found["rule"].lower() in RULES:
+            fields["rule"] = found["rule"].lower()
+        else:
+            close = get_close_matches(found["rule"].lower(), RULES, 1)
+            meant = f"; did you mean {close[0]!r}?" if close else ""
+            message = f"decision rule {found['rule']!r} is not known{meant}; known: {', '.join(RULES)}"
+            form.complain((*path, "rule"), message)
+    if "probability" in found:
+        p = found["probability"]
+        if form.check((*path, "probability"), (p > 0.5) & (p < 1.0), "above 0.5 and below 1"):
+            fields["probability"] = float(p)
+    for key in ("k", "coverage_factor"):
+        if key in found and form.check((*path, key), found[key] > 0.0, "above 0"):
+            fields["coverage_factor"] = float(found[key])
+    return fields
+
+
+def _common_uncertainty(form: Form, data: Any) -> dict[str, float]:
+    """Return the standard uncertainty of quantities that state none, by unit."""
+    found = {} if data is None else form.table(data, ("uncertainty",), "uncertainty")
+    fields = {}
+    for key, value in found.items():
+        if form.check(("uncertainty", key), value > 0.0, "above 0: no measurement is exact"):
+            fields[key.rpartition("_")[2]] = float(value) * MICRO
+    return fields
+
+
+def _quantity(form: Form, key: str, place: Where, letters: str | None) -> Quantity | None:
+    """Return the quantity of a key, the letters a, b, c read as axes; None after a complaint."""
+    stem, _, unit = key.rpartition("_")
+    name, _, letter = stem.rpartition("_")
+    if letter in ("a", "b", "c"):
+        if letters is None:
+            message = (
+                f'{key}: which axis is {letter!r}? State letters = "zyx" (a about z, b about y, c about x) or '
+                f'letters = "xyz", or name the axis: {name}_rx_{unit}, {name}_ry_{unit}, {name}_rz_{unit}'
+            )
+            return form.complain(place, message)  # type: ignore[no-any-return]
+        key = f"{name}_{LETTERS[letters]['abc'.index(letter)]}_{unit}"
+    if key in QUANTITIES:
+        return QUANTITIES[key]
+    close = get_close_matches(key, QUANTITIES, 1, 0.5)
+    meant = f"did you mean {close[0]!r}? " if close else ""
+    return form.complain(  # type: ignore[no-any-return]
+        place, f"unknown quantity {key!r}; {meant}known: {', '.join(QUANTITIES)}"
+    )
+
+
+def _limit(form: Form, key: str, value: Any, place: Where, common: dict[str, Any], letters: str | None) -> Limit | None:
+    """Return one limit, or None after complaints."""
+    before = len(form.problems)
+    quantity = _quantity(form, key, place, letters)
+    if isinstance(value, dict):
+        found = form.table(value, place, "limit")
+        at: Where = place
+    else:
+        number = form.value(value, place, "number")
+        found = {} if number is None else {"within" if quantity is not None and quantity.signed else "upper": number}
+        at = place
+    if quantity is None or len(form.problems) > before:
+        return None
+    lower, upper = _zone(form, quantity, found, at, bare=not isinstance(value, dict))
+    fields = {name: item for name, item in common.items() if name != "uncertainty"} | _decided_by(form, found, at)
+    for name in ("window_s", "gap_s"):
+        if name in found:
+            if quantity.family != ETVE:
+                form.complain((*at, name), f"{name} is of ETVE only, not of {quantity.name}")
+            form.check((*at, name), found[name] > 0.0, "above 0")
+            fields[name.removesuffix("_s")] = float(found[name])
+    if found.get("nonnegative") and quantity.signed:
+        form.complain((*at, "nonnegative"), f"{quantity.name} may be negative: leave out nonnegative")
+    u = _uncertainty(form, found, at, fields.get("coverage_factor", 2.0))
+    if len(form.problems) > before:
+        return None
+    return Limit(
+        quantity, key, lower, upper, common["uncertainty"].get(quantity.unit) if u is None else u,
+        nonnegative=bool(found.get("nonnegative", False)), poses=found.get("poses", ()), **fields,
+    )  # fmt: skip
+
+
+def _zone(
+    form: Form, quantity: Quantity, found: dict[str, Any], at: Where, bare: bool
+) -> tuple[float | None, float | None]:
+    """Return the limits [m] or [rad]; complain where they bound the wrong side or nothing."""
+    given = {key: float(found[key]) * MICRO for key in ("lower", "upper", "within") if key in found}
+
+    def where(key: str) -> Where:
+        return at if bare else (*at, key)
+
+    if quantity.signed:
+        if "within" in given and len(given) > 1:
+            form.complain(where("within"), "within stands for lower and upper: give it alone, or those two")
+        elif "within" in given:
+            _above_zero(form, given["within"], where("within"), found["within"])
+            return -given["within"], given["within"]
+        elif len(given) != 2:
+            form.complain(
+                at, f"{quantity.name} may be negative: give within (the largest size), or both lower and upper"
+            )
+        elif not given["lower"] < given["upper"]:
+            form.complain(where("upper"), f"upper must be above lower, found {found['upper']} and {found['lower']}")
+    elif set(given) != {"upper"}:
+        form.complain(at, f"{quantity.name} cannot be negative: give upper, and no other limit")
+    else:
+        _above_zero(form, given["upper"], where("upper"), found["upper"])
+    return given.get("lower"), given.get("upper")
+
+
+def _above_zero(form: Form, value: float, where: Where, written: Any) -> None:
+    """Complain about a limit that nothing can keep."""
+    if not value > 0.0:
+        form.complain(where, f"{dotted(where)} must be above 0, found {shown(float(written))}")
+
+
+def _uncertainty(form: Form, found: dict[str, Any], at: Where, coverage_factor: float) -> float | None:
+    """Return the standard uncertainty [m] or [rad] that a limit states, or None."""
+    if "u" in found and "U" in found:
+        form.complain((*at, "U"), "give u (standard uncertainty) or U (expanded, with k), not both")
+    for key, factor in (("u", 1.0), ("U", coverage_factor)):
+        if key in found and form.check((*at, key), found[key] > 0.0, "above 0: no measurement is exact"):
+            return float(found[key]) * MICRO / factor
+    return None
