@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
@@ -12,7 +13,7 @@ import pinocchio as pin
 from hexathermal.errors import ArgumentError
 from hexathermal.machine.bodies import Bodies, PoseLimits
 from hexathermal.machine.thermal import TemperaturesLike, ThermalModel, frozen, refreeze
-from hexathermal.poses import FloatArray, PoseLike, as_array, finite_array, pose_array
+from hexathermal.poses import FloatArray, Frames, PoseLike, as_array, finite_array, pose_array
 
 GRADES = ("A", "B", "C")
 
@@ -89,7 +90,8 @@ class Hexapod:
     -----
     Ask it `inverse_kinematics(pose)`, `forward_kinematics(lengths)`, `solve_forward(lengths)`, `jacobian(pose)`,
     `assembly_modes(lengths)`, `strokes(lengths)`, `corrected_leg_lengths(pose, temps)`, `corrected_pose(pose, temps)`,
-    `predicted_pose(lengths, temps)` and `leg_drift(lengths, temps)`; their documentation calls the machine `hexapod`.
+    `predicted_pose(lengths, temps)`, `leg_drift(lengths, temps)` and `error_budget(pose, temps)`; their documentation
+    calls the machine `hexapod`.
 
     Examples
     --------
@@ -267,6 +269,13 @@ class Hexapod:
 
         def leg_drift(self, lengths: npt.ArrayLike, temps: TemperaturesLike) -> FloatArray:
             """Return the drift of each leg [m]."""
+
+        def error_budget(
+            self, pose: PoseLike, temps: TemperaturesLike, sources: Iterable[Any] | None = None, *,
+            correction: bool = True, frame: str = "machine", frames: Frames | None = None,
+            at_tool: npt.ArrayLike | None = None, plates: Any = None, air_degC: float | None = None,
+        ) -> Any:  # fmt: skip
+            """Return the `Budget` of a pose: bias, 6-D covariance, sorted contributions."""
 
     def __eq__(self, other: object) -> bool:
         if not isinstance(other, Hexapod):

@@ -7,12 +7,13 @@ each takes the machine first, so it serves as the method itself, documentation i
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy.typing as npt
 
 from hexathermal.machine.thermal import TemperaturesLike
-from hexathermal.poses import FloatArray, PoseLike
+from hexathermal.poses import FloatArray, Frames, PoseLike
 
 if TYPE_CHECKING:
     from hexathermal.machine.hexapod import Hexapod
@@ -30,6 +31,11 @@ class Answers(Protocol):
     def corrected_pose(self, hexapod: Hexapod, pose: PoseLike, temps: TemperaturesLike, /) -> Any: ...
     def predicted_pose(self, hexapod: Hexapod, lengths: npt.ArrayLike, temps: TemperaturesLike, /) -> FloatArray: ...
     def leg_drift(self, hexapod: Hexapod, lengths: npt.ArrayLike, temps: TemperaturesLike, /) -> FloatArray: ...
+    def error_budget(
+        self, hexapod: Hexapod, pose: PoseLike, temps: TemperaturesLike, sources: Iterable[Any] | None = None, /, *,
+        correction: bool = True, frame: str = "machine", frames: Frames | None = None,
+        at_tool: npt.ArrayLike | None = None, plates: Any = None, air_degC: float | None = None,
+    ) -> Any: ...  # fmt: skip
 
 
 def install(machine: type[Hexapod], answers: Answers) -> None:

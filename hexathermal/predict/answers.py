@@ -6,12 +6,14 @@ from hexathermal.kinematics.forward import forward_kinematics, solve_forward
 from hexathermal.kinematics.inverse import inverse_kinematics
 from hexathermal.kinematics.jacobian import jacobian
 from hexathermal.kinematics.postures import assembly_modes
+from hexathermal.predict.budget import error_budget
 from hexathermal.predict.correction import corrected_leg_lengths, corrected_pose, leg_drift, predicted_pose
 
 __all__ = [
     "assembly_modes",
     "corrected_leg_lengths",
     "corrected_pose",
+    "error_budget",
     "forward_kinematics",
     "inverse_kinematics",
     "jacobian",

@@ -1,0 +1,162 @@
+"""The sources that a budget counts where the user names none: one documented value each.
+
+Three kinds: *published* (with the paper), *derived* (from published numbers), *engineering value* (an assumption that a
+user should replace by what is known of the machine).
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from hexathermal.machine.hexapod import Hexapod
+from hexathermal.machine.thermal import LegLaw
+from hexathermal.poses import FloatArray
+from hexathermal.predict.sources import Source, Sources
+from hexathermal.predict.temperatures import active_model
+
+RELATIVE_COEFFICIENTS = 0.03
+"""Standard uncertainty of A and B as a part of them, where the law brings no covariance. Engineering value."""
+
+LEG_TO_LEG = 0.02
+"""How differently legs expand that share one law, identified on one of them. Engineering value."""
+
+
+def default_sources(hexapod: Hexapod) -> Sources:
+    """Return the sources of a machine, with documented values.
+
+    Every one can be left out (`Sources.without`), changed (`Sources.changed`) or joined by others (`Sources.plus`).
+    What a machine does not have (a plate without a law, a plate with a thermometer) has no source.
+
+    Parameters
+    ----------
+    hexapod : Hexapod
+
+    Returns
+    -------
+    Sources
+
+    Raises
+    ------
+    ThermalModelError
+        The machine has no thermal law.
+
+    Examples
+    --------
+    >>> import hexathermal as ht
+    >>> default_sources(ht.load_hexapod("reference")).labels[:3]
+    ('sensor noise', 'sensor gain', 'sensor contact')
+    """
+    return Sources((*_sensors(), *_laws(hexapod), *_lengths(), *_plates(hexapod), *_geometry()))
+
+
+def _sensors() -> tuple[Source, ...]:
+    """Return the sources of the thermometers."""
+    return (
+        Source("sensor noise", "temperature", 0.010,
+               basis="engineering value: 6 to 14 mK are seen on machine tools"),
+        Source("sensor gain", "gain", 0.004, basis="class 1 thermocouple, 0.4 %; offsets vanish against the reference"),
+        Source("sensor contact", "contact", 0.03,
+               basis="engineering value: a taped sensor misses 2 to 10 % of the difference to the air; the law holds "
+                     "the part that was there when it was identified"),
+        Source.bounded("reference temperature", "reference temperature", 0.2,
+                       basis="engineering value: the calibration's temperature is known within 0.2 K"),
+    )  # fmt: skip
+
+
+def _laws(hexapod: Hexapod) -> tuple[Source, ...]:
+    """Return the sources of the legs' laws."""
+    model = active_model(hexapod)
+    shared = model.common_law
+    stated = [law.covariance is not None for law in model.legs]
+    sources = [_coefficients(model.legs, all(stated), "common" if shared else "independent")]
+    if shared:
+        spread = np.concatenate([np.abs(model.legs[0].A), np.abs(model.legs[0].B)]) * LEG_TO_LEG
+        sources.append(
+            Source("leg to leg", "coefficients", spread,
+                   basis=f"engineering value: legs of one law differ by {100 * LEG_TO_LEG:g} % of it")
+        )  # fmt: skip
+    sources += [
+        Source("law residual", "length", 0.35e-6,
+               basis="published: mean residual 0.28 um in runs left out (Robert et al.), as that of a normal one"),
+        Source("index of air", "growth", 3.4e-8, correlation="common",
+               basis="derived: 0.17 ppm of a weather station (0.2 K, 1 hPa, 6 %) over the 5 K of a campaign; it moves "
+                     "A and B of all legs alike"),
+    ]  # fmt: skip
+    return tuple(sources)
+
+
+def _coefficients(laws: tuple[LegLaw, ...], stated: bool, correlation: str) -> Source:
+    """Return the source of the identified coefficients."""
+    if not stated:
+        values = [np.concatenate([np.abs(law.A), np.abs(law.B)]) * RELATIVE_COEFFICIENTS for law in laws]
+        whole = values[0] if correlation == "common" else np.concatenate(values)
+        return Source("coefficients", "coefficients", whole, correlation=correlation,
+                      basis=f"engineering value: {100 * RELATIVE_COEFFICIENTS:g} % of each, as the law states no "
+                            "covariance")  # fmt: skip
+    basis = "covariance of the law"
+    covariances = [np.asarray(law.covariance) for law in laws]
+    deviations = [np.sqrt(np.diag(matrix)) for matrix in covariances]
+    matrices = [_correlation(C, u) for C, u in zip(covariances, deviations, strict=True)]
+    if correlation == "common":
+        return Source("coefficients", "coefficients", deviations[0], correlation="common", within=matrices[0],
+                      basis=basis)  # fmt: skip
+    k = sum(map(len, deviations))
+    whole_matrix, first = np.zeros((k, k)), 0
+    for matrix in matrices:
+        whole_matrix[first : first + len(matrix), first : first + len(matrix)] = matrix
+        first += len(matrix)
+    return Source("coefficients", "coefficients", np.concatenate(deviations), correlation=whole_matrix, basis=basis)
+
+
+def _correlation(C: FloatArray, u: FloatArray) -> FloatArray:
+    """Return the correlations of a covariance; ones where a variance is 0."""
+    scale = np.divide(1.0, u, out=np.zeros_like(u), where=u > 0.0)
+    matrix = C * np.outer(scale, scale)
+    np.fill_diagonal(matrix, 1.0)
+    return matrix
+
+
+def _lengths() -> tuple[Source, ...]:
+    """Return the sources of the commanded lengths."""
+    return (
+        Source("encoder", "length", 0.05e-6, basis="engineering value: 20 to 100 nm within a period of the scale"),
+        Source("scale", "scale", 1e-6, basis="engineering value: 1 um/m after calibration"),
+        Source.bounded("backlash", "length", 0.3e-6, "arcsine",
+                       basis="engineering value: joints outside the loop rest on one side or the other, 0.2 to 2 um "
+                             "in all"),
+    )  # fmt: skip
+
+
+def _plates(hexapod: Hexapod) -> tuple[Source, ...]:
+    """Return the sources of the plates that the machine has."""
+    model = active_model(hexapod)
+    plates = (model.platform, model.base)
+    known = np.array([0.0 if plate is None else abs(plate.expansion) for plate in plates])
+    if not known.any():
+        return ()
+    blind = np.array([plate is not None and plate.sensor is None for plate in plates])
+    there = np.array([plate is not None for plate in plates])
+    sources = [
+        Source.bounded("plate expansion", "plate expansion", 0.1 * known,
+                       basis="engineering value: 10 % of the material's coefficient"),
+    ]  # fmt: skip
+    if blind.any():
+        sources.append(
+            Source.bounded("plate temperature", "plate temperature", 2.0 * blind,
+                           basis="engineering value: a plate without a thermometer is taken at the legs' mean "
+                                 "temperature within 2 K")
+        )  # fmt: skip
+    sources.append(
+        Source("plate gradient", "plate gradient", 0.5 * there[:, None] * np.ones(3),
+               basis="engineering value: 0.5 K/m in every direction")
+    )  # fmt: skip
+    return tuple(sources)
+
+
+def _geometry() -> tuple[Source, ...]:
+    """Return the sources of the joints' positions."""
+    basis = "engineering value: joint centres are known to 1 um in each coordinate after calibration"
+    return (
+        Source("base joint position", "base joints", 1e-6, basis=basis),
+        Source("platform joint position", "platform joints", 1e-6, basis=basis),
+    )

@@ -1,0 +1,339 @@
+"""What a budget is taken at: one machine, pose and temperatures, and the block of numbers that may be off there."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from functools import cache
+from types import ModuleType
+
+import numpy as np
+import numpy.typing as npt
+
+from hexathermal.errors import ArgumentError, NotConvergedError, ThermalModelError, UnknownNameError
+from hexathermal.kinematics import layout as at
+from hexathermal.kinematics.constants import LARGEST_CONDITION, constants
+from hexathermal.kinematics.inverse import inverse_kinematics
+from hexathermal.kinematics.jacobian import condition_number, jacobian
+from hexathermal.kinematics.refusals import refuse_forward
+from hexathermal.machine.hexapod import Hexapod
+from hexathermal.machine.thermal import ABSOLUTE_ZERO_DEGC, TemperaturesLike
+from hexathermal.poses import FloatArray, Frames, PoseLike, finite_array, pose_array
+from hexathermal.predict.correction import corrected_leg_lengths, predicted_pose
+from hexathermal.predict.sources import Source
+from hexathermal.predict.temperatures import active_model, check_temperatures, temperature_array
+
+FRAMES = ("machine", "user", "object")
+PARTS = ("platform", "base")
+
+
+@cache
+def drawers() -> ModuleType:
+    """Return the compiled loops over deviations."""
+    from hexathermal.kinematics import draws_loops
+
+    return draws_loops
+
+
+@dataclass(frozen=True)
+class Plates:
+    """Temperatures of plates that no thermometer tells, and gradients across plates.
+
+    Parameters
+    ----------
+    platform_degC, base_degC : float, optional
+        Temperature at the plate's origin. Default: the mean of the legs' thermometers. Not for a plate with a
+        thermometer.
+    platform_gradient, base_gradient : (float, float, float) [K/m]
+        Along x, y and z of the platform's and of the base's frame.
+    base_held_at : (float, float, float) [m], optional
+        Point of the base that does not move, in the base frame. Default: the base frame's origin where the base has a
+        thermometer (the correction counts from there), else the centre of the base joints.
+    """
+
+    platform_degC: float | None = None
+    base_degC: float | None = None
+    platform_gradient: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    base_gradient: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    base_held_at: tuple[float, float, float] | None = None
+
+    def __post_init__(self) -> None:
+        for part in PARTS:
+            value = getattr(self, f"{part}_degC")
+            if value is not None:
+                number = finite_array(value, (), f"{part}_degC")
+                if number.shape or number < ABSOLUTE_ZERO_DEGC:
+                    raise ArgumentError(f"{part}_degC must be one possible temperature, found {value!r}")
+            slope = finite_array(getattr(self, f"{part}_gradient"), (3,), f"{part}_gradient")
+            if slope.shape != (3,):
+                raise ArgumentError(f"{part}_gradient has shape {slope.shape}; expected (3,), K/m along x, y, z")
+            object.__setattr__(self, f"{part}_gradient", tuple(float(value) for value in slope))
+        if self.base_held_at is not None:
+            held = finite_array(self.base_held_at, (3,), "base_held_at")
+            if held.shape != (3,):
+                raise ArgumentError(f"base_held_at has shape {held.shape}; expected (3,), metres in the base frame")
+            object.__setattr__(self, "base_held_at", tuple(float(value) for value in held))
+
+
+@dataclass(frozen=True, eq=False)
+class Situation:
+    """One machine at one pose and one set of temperatures, ready to be deviated from.
+
+    Attributes
+    ----------
+    told : array, shape (6,) [m]
+        Commanded lengths.
+    dT, lag : array, shape (n,) [K]
+        Reading minus reference, and minus the air, for each sensor.
+    plates : array, shape (2, 8)
+        Expansion [1/K], temperature [K] (0 where a sensor tells it), gradient [K/m] and the point that does not move
+        [m] of platform and base.
+    axes : array, shape (3, 3)
+        Turns base axes into those of the budget's frame.
+    arm : array, shape (3,) [m]
+        The point of the budget, from the platform's origin, in platform axes.
+    """
+
+    hexapod: Hexapod
+    pose: FloatArray
+    temps: FloatArray
+    told: FloatArray
+    dT: FloatArray
+    lag: FloatArray
+    plates: FloatArray
+    axes: FloatArray
+    arm: FloatArray
+    _numbers: FloatArray = field(repr=False)
+
+    @property
+    def size(self) -> int:
+        """How many numbers may be off."""
+        n, m = _counts(self.hexapod)
+        return 3 * n + 2 * m + 65
+
+    def blocks(self, quantity: str) -> tuple[npt.NDArray[np.int64], int, int]:
+        """Return where a quantity's numbers stand in a deviation, in how many groups, and how many a group has."""
+        n, m = _counts(self.hexapod)
+        after = 3 * n + 2 * m
+        simple = {
+            "temperature": (0, n, 1), "gain": (n, n, 1), "contact": (2 * n, n, 1), "growth": (after, 6, 1),
+            "length": (after + 6, 6, 1), "scale": (after + 12, 6, 1), "base joints": (after + 18, 6, 3),
+            "platform joints": (after + 36, 6, 3), "plate expansion": (after + 54, 2, 1),
+            "plate temperature": (after + 56, 2, 1), "plate gradient": (after + 58, 2, 3),
+            "reference temperature": (after + 64, 1, 1),
+        }  # fmt: skip
+        if quantity in simple:
+            first, groups, width = simple[quantity]
+            return np.arange(first, first + groups * width), groups, width
+        counts = [len(law.sensors) for law in active_model(self.hexapod).legs]
+        starts = np.concatenate([[0], np.cumsum(counts)])
+        index = [3 * n + half * m + k for i in range(6) for half in (0, 1) for k in range(starts[i], starts[i + 1])]
+        if len(set(counts)) > 1:
+            return np.array(index), 1, 2 * m
+        return np.array(index), 6, 2 * counts[0]
+
+    def factors(self, source: Source) -> tuple[FloatArray, bool]:
+        """Return how the variables of a source move a deviation, shape (size + 6, r); the last six are the pose's.
+
+        The second value tells whether they count as one component.
+        """
+        if source.quantity == "pose":
+            index, groups, width = np.arange(self.size, self.size + 6), 1, 6
+        else:
+            index, groups, width = self.blocks(source.quantity)
+        if source.quantity == "coefficients" and groups == 1 and source.correlation == "common":
+            raise ArgumentError(
+                f"source {source.label!r} is common to legs with different numbers of sensors, which is not defined; "
+                "make it independent, or give a matrix"
+            )
+        own = source.factors(groups, width)
+        out = np.zeros((self.size + 6, own.shape[1]))
+        out[index] = own
+        return out, source.joint
+
+    def errors(self, deviations: FloatArray | None = None, told: FloatArray | None = None) -> FloatArray:
+        """Return exact errors (N, 6) of the point for many deviations (N, size); one row where there is none."""
+        x = np.zeros((1, self.size)) if deviations is None else deviations
+        lengths, joints = np.empty((len(x), 6)), np.empty((len(x), 36))
+        both = constants(self.hexapod).both_law
+        commands = self.told if told is None else told
+        drawers().deviated_many(both, commands, self.dT, self.lag, self.plates, x, lengths, joints)
+        out, codes = np.empty((len(x), 6)), np.zeros(len(x), dtype=np.int8)
+        bad = drawers().draw_errors(self._numbers, lengths, joints, out, codes)
+        if bad:
+            first = int(np.flatnonzero(codes)[0])
+            raise NotConvergedError(
+                f"{bad} of {len(x)} deviations (the first at index {first}) move the platform too far for the branch "
+                "of its pose to be certain (more than 3 % of the machine's size, or across a singular pose); check "
+                "the standard uncertainties and their units, or choose a pose farther from singular ones"
+            )
+        return out
+
+    def rates(self) -> FloatArray:
+        """Return the derivatives (6, size + 6) of the error for each deviation, at the expected true pose.
+
+        Implicit derivative of ``|t + R p - b| = l``: ``J dx = dl - u . R dp + u . db``; the last six are the pose's
+        own.  It is moved to the point and turned into the budget's axes.
+        """
+        zero = self.errors()[0]
+        made, x = constants(self.hexapod), np.zeros((1, self.size))
+        lengths, joints = np.empty((1, 6)), np.empty((1, 36))
+        drawers().deviated_many(made.both_law, self.told, self.dT, self.lag, self.plates, x, lengths, joints)
+        R, t = self._true_pose(zero)
+        s = joints[0, :18].reshape(6, 3) @ R.T
+        d = s + t - joints[0, 18:].reshape(6, 3)
+        units = d / lengths[0][:, None]
+        out = np.empty((6, self.size))
+        drawers().length_rates(
+            made.both_law, self.told, self.dT, self.lag, self.plates, R, units, self._steps(), out
+        )  # fmt: skip
+        c = R @ self.arm
+        J = np.hstack([units, np.cross(s - c, units)])
+        moved = np.linalg.solve(J, out)
+        turned = np.vstack([self.axes @ moved[:3], self.axes @ moved[3:]])
+        turned[3:] = _vector_rate(zero[3:]) @ turned[3:]
+        return np.hstack([turned, np.eye(6)])
+
+    def _true_pose(self, error: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Return rotation and origin of the platform that is off by an error of the point."""
+        from scipy.spatial.transform import Rotation
+
+        turn = Rotation.from_rotvec(self.axes.T @ error[3:]).as_matrix()
+        R = turn @ self.pose[:3, :3]
+        point = self.pose[:3, 3] + self.pose[:3, :3] @ self.arm + self.axes.T @ error[:3]
+        return R, point - R @ self.arm
+
+    def _steps(self) -> FloatArray:
+        """Return steps that move lengths and joints by metres, so that differences lose no digits."""
+        steps = np.ones(self.size)
+        for quantity in ("temperature", "gain", "contact", "plate temperature", "plate gradient",
+                         "reference temperature"):  # fmt: skip
+            steps[self.blocks(quantity)[0]] = 1e6
+        return steps
+
+
+def _counts(hexapod: Hexapod) -> tuple[int, int]:
+    """Return the number of sensors, and of those on legs."""
+    model = active_model(hexapod)
+    return len(model.sensor_names), sum(len(law.sensors) for law in model.legs)
+
+
+def _vector_rate(r: FloatArray) -> FloatArray:
+    """Return the rate of a rotation vector for an angular velocity: the inverse of SO(3)'s left Jacobian."""
+    angle = float(np.linalg.norm(r))
+    K = np.array([[0.0, -r[2], r[1]], [r[2], 0.0, -r[0]], [-r[1], r[0], 0.0]])
+    k = 1.0 / 12.0 if angle < 1e-4 else 1.0 / angle**2 - (1.0 + np.cos(angle)) / (2.0 * angle * np.sin(angle))
+    return np.asarray(np.eye(3) - 0.5 * K + k * K @ K)
+
+
+def situation(
+    hexapod: Hexapod,
+    pose: PoseLike,
+    temps: TemperaturesLike,
+    *,
+    correction: bool = True,
+    frame: str = "machine",
+    frames: Frames | None = None,
+    at_tool: npt.ArrayLike | None = None,
+    plates: Plates | None = None,
+    air_degC: float | None = None,
+) -> Situation:
+    """Return the situation of a budget; parameters and errors as in `hexathermal.predict.budget.error_budget`."""
+    model = active_model(hexapod)
+    wanted = pose_array(pose)
+    readings = temperature_array(hexapod, temps)
+    if wanted.shape != (4, 4) or readings.ndim != 1:
+        raise ArgumentError(
+            f"a budget is taken at one pose and one set of temperatures, found shapes {wanted.shape} and "
+            f"{readings.shape}; budget_map takes many"
+        )
+    check_temperatures(hexapod, readings)
+    _refuse_singular(hexapod, wanted)
+    if correction:
+        told = corrected_leg_lengths(hexapod, wanted, readings)
+    else:
+        told = inverse_kinematics(hexapod, wanted)
+        predicted_pose(hexapod, told, readings)
+    reference = np.asarray(model.reference_temperature_degC)
+    air = float(reference.mean()) if air_degC is None else float(finite_array(air_degC, (), "air_degC"))
+    if air < ABSOLUTE_ZERO_DEGC:
+        raise ArgumentError(f"air_degC is {air:g} degC, which is impossible")
+    axes, arm = _axes_and_arm(frame, frames, at_tool, wanted)
+    rows = _plate_rows(hexapod, readings, plates or Plates())
+    numbers = _numbers(hexapod, wanted, axes, arm)
+    return Situation(hexapod, wanted, readings, told, readings - reference, readings - air, rows, axes, arm, numbers)
+
+
+def _refuse_singular(hexapod: Hexapod, pose: FloatArray) -> None:
+    """Raise where leg lengths do not hold the platform."""
+    if not condition_number(hexapod, pose) <= LARGEST_CONDITION:
+        refuse_forward(hexapod, at.SINGULAR, pose, inverse_kinematics(hexapod, pose))
+
+
+def _axes_and_arm(
+    frame: str, frames: Frames | None, at_tool: npt.ArrayLike | None, pose: FloatArray
+) -> tuple[FloatArray, FloatArray]:
+    """Return what turns base axes into the frame's, and the point from the platform's origin."""
+    if frame not in FRAMES:
+        raise UnknownNameError(f"frame {frame!r} is not known; choose from {', '.join(FRAMES)}", FRAMES)
+    if frames is not None and not isinstance(frames, Frames):
+        raise ArgumentError(f"frames must be a Frames, found {type(frames).__name__}")
+    own = Frames() if frames is None else frames
+    T_platform_object = np.asarray(Frames(object=own.object, convention=own.convention).user_pose(np.eye(4)))
+    T_machine_user = np.asarray(Frames(user=own.user, convention=own.convention).machine_pose(np.eye(4)))
+    arm = T_platform_object[:3, 3] if at_tool is None else finite_array(at_tool, (3,), "at_tool")
+    if arm.shape != (3,):
+        raise ArgumentError(f"at_tool has shape {arm.shape}; expected (3,), metres from the platform's origin")
+    if np.abs(arm).max() > 1e3:
+        raise ArgumentError(f"at_tool holds {np.abs(arm).max():g} m; metres are meant, were millimetres given?")
+    turned = {
+        "machine": np.eye(3),
+        "user": T_machine_user[:3, :3].T,
+        "object": (pose[:3, :3] @ T_platform_object[:3, :3]).T,
+    }
+    return np.ascontiguousarray(turned[frame]), np.array(arm)
+
+
+def _plate_rows(hexapod: Hexapod, temps: FloatArray, given: Plates) -> FloatArray:
+    """Return expansion, temperature, gradient and resting point of both plates."""
+    model = active_model(hexapod)
+    if not isinstance(given, Plates):
+        raise ArgumentError(f"plates must be a Plates, found {type(given).__name__}")
+    legs = sum(len(law.sensors) for law in model.legs)
+    reference = float(np.mean(model.reference_temperature_degC))
+    rows = np.zeros((2, 8))
+    for k, part in enumerate(PARTS):
+        plate, told, slope = getattr(model, part), getattr(given, f"{part}_degC"), getattr(given, f"{part}_gradient")
+        if plate is None:
+            if told is not None or any(slope):
+                raise ThermalModelError(
+                    f"machine {hexapod.name!r} has no law for its {part}: give it one ([thermal.{part}] with "
+                    "expansion_per_K), or leave its temperature and gradient out"
+                )
+            continue
+        if told is not None and plate.sensor is not None:
+            raise ArgumentError(f"the {part} has a thermometer ({plate.sensor}): its temperature is one of temps")
+        warm = float(temps[:legs].mean()) if told is None else float(told)
+        rows[k, :5] = [plate.expansion, 0.0 if plate.sensor else warm - reference, *slope]
+    if given.base_held_at is not None:
+        rows[1, 5:] = given.base_held_at
+    elif model.base is None or model.base.sensor is None:
+        rows[1, 5:] = hexapod.base_joints.mean(axis=0)
+    return rows
+
+
+def _numbers(hexapod: Hexapod, pose: FloatArray, axes: FloatArray, arm: FloatArray) -> FloatArray:
+    """Return the numbers of a pose that `draw_errors` reads."""
+    d, made = drawers(), constants(hexapod)
+    R, p, b = pose[:3, :3], hexapod.platform_joints - made.centre, hexapod.base_joints
+    origin = pose[:3, 3] + R @ made.centre
+    f = np.zeros(d.DRAW_LENGTH)
+    f[d.D_PLATFORM : d.D_PLATFORM + 18], f[d.D_BASE : d.D_BASE + 18] = (p @ R.T).ravel(), (b - origin).ravel()
+    J = jacobian(hexapod, pose).copy()
+    J[:, 3:] -= np.cross(R @ made.centre, J[:, :3])
+    lengths = inverse_kinematics(hexapod, pose)
+    f[d.D_INVERSE : d.D_INVERSE + 36] = (np.linalg.inv(J) / lengths).ravel()
+    f[d.D_ARM : d.D_ARM + 3], f[d.D_AXES : d.D_AXES + 9] = R @ (arm - made.centre), axes.ravel()
+    f[d.D_INVERSE_SIZE] = 1.0 / made.size
+    f[d.D_ROTATION : d.D_ROTATION + 9] = R.ravel()
+    f[d.D_CENTRE : d.D_CENTRE + 3], f[d.D_ORIGIN : d.D_ORIGIN + 3] = made.centre, origin
+    return f
