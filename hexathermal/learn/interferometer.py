@@ -94,8 +94,7 @@ def corrected_beams(
     beams : array, shape (..., b) [m]
         Readings less those of the zero. NaN stays NaN.
     q : array, shape (...) [m]
-        Rod displacement of the same rows. The displacement in eq. 1 is the beams' own; a row whose `q` is NaN has no
-        drift, and its beams become NaN.
+        Rod displacement of the same rows. Eq. 1 takes the beams' own; where `q` is NaN there is no drift, and NaN.
     index : array, shape (...)
         Index of air of the same rows, see `index_along_run`; NaN likewise.
     zero_index, zero_q : float
@@ -104,7 +103,7 @@ def corrected_beams(
         Path between interferometer and reflector at ``q = 0``.
     nominal_index : float, optional
         Index by which the laser divided: 1 where it shows vacuum lengths; by default `zero_index`. A wrong one scales
-        the movement: 1e-6 of it is 0.25 um on 250 mm, and looks like an error of the scale.
+        the movement: 1e-6 of it is 0.25 um on 250 mm.
 
     Returns
     -------
@@ -113,7 +112,7 @@ def corrected_beams(
     Raises
     ------
     ArgumentError
-        Shapes differ, an index is not that of air, or a path is not above 0.
+        Shapes differ, an index is not that of air, or a path is negative.
 
     Examples
     --------
@@ -126,23 +125,26 @@ def corrected_beams(
     (4.3, True)
     """
     readings, rod, n = as_array(beams, "beams"), as_array(q, "q"), as_array(index, "index")
-    if readings.ndim < 1 or readings.shape[:-1] != rod.shape or readings.shape[:-1] != n.shape:
-        raise ArgumentError(
-            f"beams {readings.shape}, q {rod.shape} and index {n.shape} do not belong together; expected (..., b), "
-            "(...) and (...)"
-        )
+    if readings.ndim < 1 or not readings.shape[:-1] == rod.shape == n.shape:
+        found = f"beams {readings.shape}, q {rod.shape} and index {n.shape}"
+        raise ArgumentError(f"{found} do not belong together; expected (..., b), (...) and (...)")
     nominal = zero_index if nominal_index is None else nominal_index
     for name, value in (("index", n), ("zero_index", zero_index), ("nominal_index", nominal)):
         _refuse_no_air(np.asarray(value), name)
-    zeroed_path = float(dead_path) + float(zero_q)
-    if not np.isfinite(zeroed_path) or zeroed_path <= 0.0 or (dead_path + rod <= 0.0).any():
+    zeroed_path = _zeroed_path(float(dead_path), float(zero_q))
+    known = np.where(np.isnan(rod), np.nan, n)[..., None]
+    return np.asarray(readings * (nominal / known) - zeroed_path * (known - zero_index) / known)
+
+
+def _zeroed_path(dead_path: float, zero_q: float) -> float:
+    """Return the path in air at the zero [m]; raise `ArgumentError` where there is none."""
+    zeroed = dead_path + zero_q
+    if not (np.isfinite(zeroed) and dead_path >= 0.0 and zeroed >= 0.0):
         raise ArgumentError(
-            f"dead_path {dead_path:g} m leaves no path in air at q = {min(zero_q, np.nanmin(rod, initial=zero_q)):g} "
-            "m; dead_path is the path between interferometer and reflector at q = 0, in metres"
+            f"dead_path {dead_path:g} m and zero_q {zero_q:g} m leave {zeroed:g} m of path in air at the zero; "
+            "dead_path is the path between interferometer and reflector at q = 0, in metres, 0 or more"
         )
-    known = np.where(np.isnan(rod), np.nan, n)
-    ratio, error = nominal / known, zeroed_path * (known - zero_index) / known
-    return np.asarray(readings * ratio[..., None] - error[..., None])
+    return zeroed
 
 
 def _refuse_no_air(index: FloatArray, name: str) -> None:

@@ -130,9 +130,7 @@ def drift_uncertainty(
     tilt : array, shape (n,), optional [rad]
         Measured tilt since the zero (``hypot(tilt_x, tilt_y)``), in place of ``accuracy.tilt``.
     accuracy : InterferometerAccuracy, optional
-    wavelength : float [m]
-        In vacuum.
-    co2 : float [1]
+    wavelength, co2 : float [m], [1]
 
     Returns
     -------
@@ -141,12 +139,11 @@ def drift_uncertainty(
     Raises
     ------
     ArgumentError
-        Shapes differ, a value is not finite, the weather is outside the range of Ciddor's equation, or there is no row.
+        Shapes differ, a value is not finite, the weather is outside the range of Ciddor's equation, or no row.
 
     Examples
     --------
-    >>> third = 2.0 * np.pi / 3.0
-    >>> layout = BeamLayout(radius=0.06, azimuths=(0.0, third, 2.0 * third), dead_path=0.8, index_compensated=True)
+    >>> layout = BeamLayout(radius=0.06, azimuths=(0.0, 2.1, 4.2), dead_path=0.8, index_compensated=True)
     >>> found = drift_uncertainty([0.0, 0.0], layout)
     >>> [(name, round(1e6 * size, 2)) for name, size in found.ranked[:2]]
     [('air pressure', 0.11), ('air temperature', 0.08)]
@@ -156,17 +153,29 @@ def drift_uncertainty(
     if rod.ndim != 1 or rod.size == 0:
         raise ArgumentError(f"q has shape {rod.shape}; expected (n,) with at least one row")
     weather = _weather(air, rod.size)
-    if air is None:
-        warming = np.full(rod.shape, used.room)
-    else:
-        warming = weather[:, 0] - (weather[0, 0] if zero_temperature_degC is None else zero_temperature_degC)
+    start = weather[0, 0] if zero_temperature_degC is None else zero_temperature_degC
+    warming = np.full(rod.shape, used.room) if air is None else weather[:, 0] - start
     moved, path = rod - (rod[0] if zero_q is None else zero_q), layout.dead_path + rod
     turned = np.full(rod.shape, used.tilt) if tilt is None else _same_rows(tilt, rod.size, "tilt")
-    temperature, pressure, humidity = weather.T
-    index = index_contributions(wavelength, temperature, pressure, humidity, co2, station=used.station)
-    cancelling = np.sqrt(2.0 * (1.0 - used.weather_correlation))
-    beams = np.sqrt(len(layout.azimuths))
-    parts = {
+    index = index_contributions(wavelength, weather[:, 0], weather[:, 1], weather[:, 2], co2, station=used.station)
+    parts = _parts(used, len(layout.azimuths), index, path, moved, turned, warming)
+    contributions = {name: frozen(np.abs(part)) for name, part in parts.items()}
+    standard = np.sqrt(sum(np.square(part) for part in contributions.values()))
+    return DriftUncertainty(frozen(np.asarray(standard)), MappingProxyType(contributions))
+
+
+def _parts(
+    used: InterferometerAccuracy,
+    beams: int,
+    index: dict[str, FloatArray],
+    path: FloatArray,
+    moved: FloatArray,
+    turned: FloatArray,
+    warming: FloatArray,
+) -> dict[str, FloatArray]:
+    """Return the terms of eq. 2, signed, by source."""
+    cancelling, own = np.sqrt(2.0 * (1.0 - used.weather_correlation)), np.ones(path.shape) / np.sqrt(beams)
+    return {
         "air temperature": path * index["temperature"] * cancelling,
         "air pressure": path * index["pressure"] * cancelling,
         "air humidity": path * index["humidity"] * cancelling,
@@ -176,13 +185,10 @@ def drift_uncertainty(
         "laser stability": path * used.stability,
         "cosine": 0.5 * moved * used.misalignment**2,
         "Abbe": used.offset * turned,
-        "cyclic error": np.full(rod.shape, used.cyclic / beams),
+        "cyclic error": used.cyclic * own,
         "optics": used.optics * warming,
-        "noise": np.full(rod.shape, np.sqrt(2.0) * used.noise / beams),
+        "noise": np.sqrt(2.0) * used.noise * own,
     }
-    contributions = {name: frozen(np.abs(part)) for name, part in parts.items()}
-    standard = np.sqrt(sum(np.square(part) for part in contributions.values()))
-    return DriftUncertainty(frozen(np.asarray(standard)), MappingProxyType(contributions))
 
 
 def _weather(air: npt.ArrayLike | None, rows: int) -> FloatArray:

@@ -176,9 +176,10 @@ def test_missing_weather_is_named() -> None:
         ({"index": np.full(4, 271.0)}, "not an index of air"),
         ({"zero_index": float("nan")}, "not an index of air"),
         ({"nominal_index": 0.0}, "not an index of air"),
-        ({"dead_path": 0.0}, "no path in air"),
-        ({"dead_path": float("nan")}, "no path in air"),
-        ({"zero_q": float("inf")}, "no path in air"),
+        ({"dead_path": -0.75}, "of path in air"),
+        ({"dead_path": float("nan")}, "of path in air"),
+        ({"zero_q": -0.8}, "leave -0.05 m"),
+        ({"zero_q": float("inf")}, "of path in air"),
     ],
 )
 def test_wrong_arguments_are_refused(change: dict[str, object], message: str) -> None:
