@@ -1,0 +1,289 @@
+"""Rows of a run that may be used: cleaned, zeroed, numbered by rest, as a stream in constant memory.
+
+The order of the steps: clock; missing values, missing codes, stuck channels and spikes of each channel; rows that are
+not settled; beams that spike or lose count; the index of air; the zero. Each leaves a reason and a count in a
+`CleaningRecord`. A value that is left out is NaN in `Block.dT`; a row without a drift is left out. Tables are never
+altered, and what comes out does not depend on the size of the blocks.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+
+from hexathermal.errors import ArgumentError
+from hexathermal.learn.campaign import Block, Campaign, RunFile, joined
+from hexathermal.learn.campaign_columns import AIR
+from hexathermal.learn.campaign_streams import RunTable
+from hexathermal.learn.cleaning_beams import (
+    BeamRules,
+    beam_scales,
+    measured,
+    resting,
+    without_missing,
+)
+from hexathermal.learn.cleaning_channels import ChannelRules, in_order, settled_rows, studied
+from hexathermal.learn.cleaning_record import NOTED, ROW, CleaningRecord, Ledger
+from hexathermal.learn.cleaning_sheets import Sheet, sheets_of
+from hexathermal.poses import FloatArray
+
+BLOCK_ROWS = 16384
+"""Rows of a block, unless asked otherwise."""
+
+OLDEST_WEATHER_S = 600.0
+"""A missing reading of the weather is taken from the last one, if that is no older."""
+
+INPUT_NOISES = 8.0
+"""An input that changes by more than so many of its noises starts another stretch."""
+
+
+@dataclass(frozen=True, eq=False)
+class Zero:
+    """The row that a run counts from; temperatures [degC], beams [m], displacement [m], drift [m], index of air."""
+
+    heat: FloatArray
+    beams: FloatArray
+    q: float
+    drift: float
+    index: float
+
+
+class UsableBlocks(Iterator[Block]):
+    """The usable rows of a run, block by block; `record` says what was left out, once the last block has passed."""
+
+    def __init__(self, campaign: Campaign, run: RunFile | str, rows: int = BLOCK_ROWS) -> None:
+        if campaign.kind == "hexapod":
+            raise ArgumentError(
+                "a campaign of kind 'hexapod' measures poses, not the drift of one leg; read it with read_run"
+            )
+        if rows < 1:
+            raise ArgumentError(f"rows of a block must be 1 or more, found {rows}")
+        self.campaign, self.run = campaign, run_named(campaign, run)
+        self._ledger = Ledger()
+        self._blocks = self._cut(rows)
+
+    @property
+    def record(self) -> CleaningRecord:
+        """What was left out, repaired or noticed up to here."""
+        return self._ledger.record(self.run.name)
+
+    def __next__(self) -> Block:
+        return next(self._blocks)
+
+    def _cut(self, rows: int) -> Iterator[Block]:
+        """Return blocks of `rows` rows."""
+        held: list[Block] = []
+        for block in self._zeroed():
+            held.append(block)
+            while sum(map(len, held)) >= rows:
+                whole = joined(held)
+                yield _part(whole, slice(0, rows))
+                held = [_part(whole, slice(rows, None))]
+        if sum(map(len, held)):
+            yield joined(held)
+
+    def _clean(self) -> Iterator[Sheet]:
+        """Return the cleaned rows, not zeroed yet."""
+        table = RunTable(self.campaign, self.run)
+        study, sheets = studied(in_order(sheets_of(self.campaign, table), self._ledger))
+        if not study:
+            return
+        rules = ChannelRules(self.campaign, study[0], self._ledger)
+        good = without_missing(settled_rows(rules.cleaned(sheets), self._ledger), self._ledger)
+        first, rest = studied(good)
+        if not first:
+            return
+        beams = BeamRules(beam_scales(first[0], resting(first[0])), self._ledger)
+        study.clear(), first.clear()
+        yield from self._with_weather(beams.cleaned(rest))
+
+    def _with_weather(self, sheets: Iterator[Sheet]) -> Iterator[Sheet]:
+        """Fill short gaps of the weather where the beams must be corrected by it; leave out rows without."""
+        if not self._corrects:
+            yield from sheets
+            return
+        last, age = np.full((1, 3), np.nan), np.full((1, 3), -np.inf)
+        for sheet in sheets:
+            values = np.concatenate([last, sheet.air])
+            times = np.concatenate([age, np.broadcast_to(sheet.time, sheet.air.shape)])
+            known = np.where(np.isnan(values), 0, np.arange(len(values))[:, None])
+            known = np.maximum.accumulate(known, axis=0)
+            held, since = np.take_along_axis(values, known, 0), np.take_along_axis(times, known, 0)
+            last, age = held[-1:], since[-1:]
+            held = np.where(sheet.time - since[1:] <= OLDEST_WEATHER_S, held[1:], np.nan)
+            bad, time = np.isnan(held).any(axis=1), sheet.time[:, 0]
+            for k, name in enumerate(AIR):
+                reason = f"no reading of the weather: the last one, at most {OLDEST_WEATHER_S:g} s old, is used"
+                self._ledger.note("weather held", name, NOTED, reason, np.isnan(sheet.air[:, k]) & ~bad, time)
+            reason = f"no weather for {OLDEST_WEATHER_S:g} s: the beams cannot be corrected for the index of air"
+            self._ledger.note("no weather", "row", ROW, reason, bad, time)
+            kept = sheet.changed(air=held).take(~bad)
+            if len(kept):
+                yield kept
+
+    @property
+    def _corrects(self) -> bool:
+        """Whether the beams must be corrected for the index of air."""
+        beams = self.campaign.beams
+        return self.campaign.kind == "leg" and beams is not None and not beams.index_compensated
+
+    def _zeroed(self) -> Iterator[Block]:
+        """Return the cleaned rows as blocks that count from the zero."""
+        zero: Zero | None = None
+        landings = _Landings(self.campaign)
+        for sheet in self._clean():
+            if zero is None:
+                self._ledger.zero_time = float(sheet.time[0, 0])
+                zero = self._zero(sheet)
+                self._note_zero(sheet)
+            late = np.isnan(zero.heat) & ~np.isnan(sheet.heat).all(axis=0)
+            if late.any():
+                zero = self._later_zero(zero, sheet, late)
+            self._ledger.used += len(sheet)
+            yield self._block(sheet, zero, landings.numbered(sheet))
+
+    def _zero(self, sheet: Sheet) -> Zero:
+        """Return the zero of the run that begins with a sheet."""
+        if self.campaign.zero == "campaign" and self.run != self.campaign.runs[0]:
+            first = UsableBlocks(self.campaign, self.campaign.runs[0])
+            for other in first._clean():
+                return first._zero(other)
+            raise ArgumentError(f"no row of run {self.campaign.runs[0].name!r} may be used, but all runs count from it")
+        index = float(self._index(sheet.take(slice(0, 1)))[0])
+        q = float(sheet.q[0, 0]) if sheet.q.shape[1] else 0.0
+        return Zero(sheet.heat[0].copy(), sheet.beams[0].copy(), q, float(measured(sheet)[0]), index)
+
+    def _later_zero(self, zero: Zero, sheet: Sheet, late: np.ndarray) -> Zero:  # type: ignore[type-arg]
+        """Return the zero with the first values of channels that had none at the first row."""
+        heat = zero.heat.copy()
+        for k in np.flatnonzero(late):
+            row = int(np.argmax(~np.isnan(sheet.heat[:, k])))
+            heat[k] = sheet.heat[row, k]
+            reason = "the channel has no value at the zero; it counts from its first value behind it"
+            flags = np.arange(len(sheet)) == row
+            self._ledger.note("zero", f"{self.campaign.sensors[k]}_degC", NOTED, reason, flags, sheet.time[:, 0])
+        return Zero(heat, zero.beams, zero.q, zero.drift, zero.index)
+
+    def _note_zero(self, sheet: Sheet) -> None:
+        """Say so where the run does not count from its first row."""
+        if self._ledger.zero_time > self._ledger.first_time and self.campaign.zero == "run":
+            flags = np.arange(len(sheet)) == 0
+            reason = "the table's first row may not be used: temperatures and drift count from the first that may"
+            self._ledger.note("zero", "row", NOTED, reason, flags, sheet.time[:, 0])
+
+    def _index(self, sheet: Sheet) -> FloatArray:
+        """Return the index of air of each row, 1 where the laser's electronics applied it."""
+        if not self._corrects:
+            return np.ones(len(sheet))
+        from hexathermal.learn.interferometer import index_along_run
+
+        return index_along_run(sheet.air, run=self.run.name)
+
+    def _block(self, sheet: Sheet, zero: Zero, landing: np.ndarray) -> Block:  # type: ignore[type-arg]
+        """Return a sheet as a block."""
+        q = sheet.q[:, 0] if sheet.q.shape[1] else None
+        drift = measured(sheet) - zero.drift
+        if self._corrects:
+            from hexathermal.learn.interferometer import corrected_beams
+
+            assert q is not None
+            assert self.campaign.beams is not None
+            back = corrected_beams(sheet.beams - zero.beams, q, self._index(sheet), zero_index=zero.index,
+                                   zero_q=zero.q, dead_path=self.campaign.beams.dead_path)  # fmt: skip
+            drift = back.mean(axis=1) - (q - zero.q)
+        time = sheet.time[:, 0] - self._ledger.first_time
+        return Block(self.run, time, sheet.heat - zero.heat, drift, q, landing, sheet.inputs, sheet.air)
+
+
+class _Landings:
+    """Numbers the rests of a run, or the stretches between changes of its inputs."""
+
+    def __init__(self, campaign: Campaign) -> None:
+        self._by_inputs = campaign.kind == "component"
+        self._number = -1
+        self._last: FloatArray | None = None
+        self._limit: FloatArray | None = None
+
+    def numbered(self, sheet: Sheet) -> np.ndarray:  # type: ignore[type-arg]
+        """Return the number of the landing of each row."""
+        from hexathermal.learn.cleaning_beams import SMALLEST_MOVE_M
+        from hexathermal.learn.cleaning_rules import noise_of
+
+        watched = sheet.q if sheet.q.shape[1] else sheet.inputs
+        if self._limit is None:
+            floor = SMALLEST_MOVE_M if sheet.q.shape[1] else 1e-9
+            noise = np.nan_to_num(noise_of(watched)) if len(watched) > 2 else np.zeros(watched.shape[1])
+            self._limit = np.maximum(INPUT_NOISES * noise, floor) if not sheet.q.shape[1] else np.array([floor])
+        before = watched[:1] if self._last is None else self._last
+        step = np.abs(np.diff(watched, axis=0, prepend=before)) > self._limit
+        fresh = step.any(axis=1) | sheet.fresh[:, 0].astype(bool)
+        if self._number < 0:
+            fresh[0] = True
+        self._last = watched[-1:].copy()
+        numbers = self._number + np.cumsum(fresh)
+        self._number = int(numbers[-1])
+        return numbers.astype(np.int64)
+
+
+def _part(block: Block, rows: slice) -> Block:
+    """Return some rows of a block."""
+    q = None if block.q is None else block.q[rows]
+    return Block(block.run, block.time[rows], block.dT[rows], block.drift[rows], q, block.landing[rows],
+                 block.inputs[rows], block.air[rows])  # fmt: skip
+
+
+def run_named(campaign: Campaign, run: RunFile | str) -> RunFile:
+    """Return a run of a campaign by its name, or as it is."""
+    from hexathermal.errors import UnknownNameError
+
+    if isinstance(run, RunFile):
+        return run
+    names = tuple(item.name for item in campaign.runs)
+    if run not in names:
+        raise UnknownNameError(f"no run {run!r} in this campaign; there are: {', '.join(names)}", names)
+    return campaign.runs[names.index(run)]
+
+
+def usable_blocks(campaign: Campaign, run: RunFile | str, *, rows: int = BLOCK_ROWS) -> UsableBlocks:
+    """Return the usable rows of a run as blocks, in constant memory.
+
+    Parameters
+    ----------
+    campaign : Campaign
+    run : RunFile or str
+        A run, or its name.
+    rows : int
+        Rows of a block; the last one may be shorter.
+
+    Returns
+    -------
+    blocks : iterator of Block
+        With `record`, a `CleaningRecord`, whole after the last block.
+
+    Raises
+    ------
+    ArgumentError
+        The campaign is of kind ``"hexapod"``, or no weather is there to correct the beams by.
+    CampaignError
+        The table is at fault.
+    """
+    return UsableBlocks(campaign, run, rows)
+
+
+def used_run(campaign: Campaign, run: RunFile | str) -> tuple[Block, CleaningRecord]:
+    """Return all usable rows of a run that fits into memory, and what was left out.
+
+    Raises
+    ------
+    ArgumentError
+        As `usable_blocks`, or no row may be used.
+    """
+    blocks = usable_blocks(campaign, run)
+    found = list(blocks)
+    record = blocks.record
+    if not found:
+        why = "; ".join(f"{item.count} {item.step} ({item.reason})" for item in record.steps if item.action == ROW)
+        raise ArgumentError(f"no row of run {record.run!r} may be used: {why or 'its table is empty'}")
+    return joined(found), record

@@ -1,0 +1,126 @@
+"""What cleaning left out, repaired or noticed: each with a reason, a channel and a count."""
+
+from __future__ import annotations
+
+from dataclasses import asdict, dataclass
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from hexathermal.poses import FloatArray
+
+ROW, VALUE, REPAIRED, NOTED = "row left out", "value left out", "value repaired", "noted"
+"""What a step did."""
+
+
+@dataclass(frozen=True)
+class CleaningStep:
+    """One step of cleaning in one channel.
+
+    Attributes
+    ----------
+    step : str
+        As ``"spike"``, ``"not settled"``, ``"missing code"``.
+    channel : str
+        Column of the format, ``"row"`` where it concerns the whole row.
+    action : str
+        `ROW`, `VALUE`, `REPAIRED` or `NOTED`.
+    count : int
+        Rows, or values of the channel.
+    reason : str
+        The rule that was broken.
+    first_time : float [s]
+        Time in the table of the first of them.
+    """
+
+    step: str
+    channel: str
+    action: str
+    count: int
+    reason: str
+    first_time: float
+
+
+@dataclass(frozen=True)
+class CleaningRecord:
+    """All that cleaning did to one run; the table itself is never altered.
+
+    Attributes
+    ----------
+    run : str
+    rows, used : int
+        Rows of the table, and those that may be used.
+    duration, sampling : float [s]
+        From the first to the last row, and the median step between rows.
+    zero_time : float [s]
+        Time in the table of the row that the run counts from.
+    steps : tuple of CleaningStep
+    """
+
+    run: str
+    rows: int
+    used: int
+    duration: float
+    sampling: float
+    zero_time: float
+    steps: tuple[CleaningStep, ...]
+
+    def count(self, step: str, channel: str | None = None) -> int:
+        """Return how many rows or values a step concerned, in one channel or in all."""
+        return sum(item.count for item in self.steps if item.step == step and channel in (None, item.channel))
+
+    def as_data(self) -> dict[str, Any]:
+        """Return the record as plain values."""
+        return {key: _plain(value) for key, value in asdict(self).items()}
+
+
+def _plain(value: Any) -> Any:
+    """Return a value that JSON knows: no NaN, tuples as lists."""
+    if isinstance(value, float):
+        return value if np.isfinite(value) else None
+    if isinstance(value, list | tuple):
+        return [_plain(item) for item in value]
+    return {key: _plain(item) for key, item in value.items()} if isinstance(value, dict) else value
+
+
+class Ledger:
+    """Counts of cleaning as the rows pass."""
+
+    def __init__(self) -> None:
+        self._entries: dict[tuple[str, str, str, str], list[float]] = {}
+        self.rows, self.used = 0, 0
+        self.first_time, self.last_time, self.zero_time, self.sampling = np.nan, np.nan, np.nan, np.nan
+
+    def note(
+        self, step: str, channel: str, action: str, reason: str, flags: npt.NDArray[np.bool_], time: FloatArray
+    ) -> None:
+        """Add the flagged rows to a step's count."""
+        count = int(flags.sum())
+        if count:
+            entry = self._entries.setdefault((step, channel, action, reason), [0, float(time[int(flags.argmax())])])
+            entry[0] += count
+
+    def record(self, run: str) -> CleaningRecord:
+        """Return what was counted so far."""
+        steps = tuple(
+            CleaningStep(step, channel, action, int(count), reason, first)
+            for (step, channel, action, reason), (count, first) in self._entries.items()
+        )
+        return CleaningRecord(run, self.rows, self.used, self.last_time - self.first_time, self.sampling,
+                              self.zero_time, self._with_dead(steps))  # fmt: skip
+
+    def _with_dead(self, steps: tuple[CleaningStep, ...]) -> tuple[CleaningStep, ...]:
+        """Return the steps with those of channels that never had a value named so."""
+        lost: dict[str, int] = {}
+        for item in steps:
+            if item.action == VALUE:
+                lost[item.channel] = lost.get(item.channel, 0) + item.count
+        dead = {channel for channel, count in lost.items() if count >= self.rows > 0}
+        return tuple(
+            CleaningStep("dead channel", item.channel, item.action, item.count,
+                         f"no usable value in the whole run ({item.reason})", item.first_time)
+            if item.channel in dead and item.action == VALUE
+            else item
+            for item in steps
+        )  # fmt: skip

@@ -1,0 +1,220 @@
+"""Rules of cleaning on arrays: noise, spikes, stuck values, missing codes. Each is stated, none knows of files.
+
+Noise of a channel is robust and blind to trends: ``1.4826 median |x_i - (x_(i-1) + x_(i+1)) / 2| / sqrt(1.5)``.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from hexathermal.poses import FloatArray
+
+Flags = npt.NDArray[np.bool_]
+
+TO_SIGMA = 1.4826
+"""Standard deviation of a normal scatter over its median absolute deviation."""
+
+CODES = (9999.0, -9999.0, 9999.9, -9999.9, 99999.0, -99999.0)
+"""Readings of any channel by which loggers say that there is none."""
+
+OVERRANGE = 1e30
+"""Readings beyond it are over range (9.9e37 of many instruments)."""
+
+COLDEST_DEGC, HOTTEST_DEGC = -100.0, 400.0
+"""Temperatures beyond are no readings of a bench but codes of an open or missing thermometer: -180, 850, 9999."""
+
+SPIKE_NOISES = 7.0
+"""A spike stands off by more than so many noises of its channel,"""
+
+SPIKE_LOCAL = 6.0
+"""and by more than so many scatters (1.4826 MAD) of the 21 rows around it."""
+
+HALF_WINDOW = 10
+SPIKE_PASSES = 4
+
+LIVELY = 0.3
+"""Share of steps in which a channel must change to be judged by its changes."""
+
+STUCK_ROWS = 30
+"""A value that does not change over so many rows is stuck where other channels move."""
+
+MARGIN = 64
+"""Rows that the rules look at on either side."""
+
+SPIKE_RULE = (
+    f"off the medians of 5 rows before and of 5 rows behind, on the same side, by more than {SPIKE_NOISES:g} noises of "
+    f"the channel and {SPIKE_LOCAL:g} times 1.4826 MAD of the {2 * HALF_WINDOW + 1} rows around"
+)
+STUCK_RULE = f"not one change in {STUCK_ROWS} rows or more, while half of the other channels change all the time"
+CODE_RULE = f"below {COLDEST_DEGC:g} degC or above {HOTTEST_DEGC:g} degC, or 9999 and the like: a logger's missing code"
+
+
+@dataclass(frozen=True, eq=False)
+class Scales:
+    """What is usual in channels, one number each.
+
+    Attributes
+    ----------
+    noise : array, shape (k,)
+        At least 0.3 of the resolution.
+    resolution : array, shape (k,)
+        Smallest step; 0 where nothing changes.
+    liveliness : array, shape (k,)
+        Share of row-to-row steps in which the value changes, long stretches without any left out.
+    """
+
+    noise: FloatArray
+    resolution: FloatArray
+    liveliness: FloatArray
+
+
+def noise_of(values: FloatArray) -> FloatArray:
+    """Return the robust noise of each column, blind to trends; NaN where there are fewer than three numbers.
+
+    Examples
+    --------
+    >>> rng = np.random.default_rng(1)
+    >>> ramp = np.linspace(20.0, 30.0, 5000)[:, None]
+    >>> round(float(noise_of(ramp + 0.05 * rng.standard_normal(ramp.shape))[0]), 3)
+    0.05
+    """
+    bend = values[1:-1] - 0.5 * (values[:-2] + values[2:])
+    return np.array([_median(np.abs(column[np.isfinite(column)])) for column in bend.T]) * TO_SIGMA / np.sqrt(1.5)
+
+
+def _median(values: FloatArray) -> float:
+    """Return the median, NaN of nothing."""
+    return float(np.median(values)) if values.size else np.nan
+
+
+def scales_of(values: FloatArray) -> Scales:
+    """Return what is usual in the columns of `values`, shape (n, k)."""
+    step = np.abs(np.diff(values, axis=0))
+    resting = np.column_stack([_long_stretches(column) for column in values.T])[1:]
+    resolution, liveliness = np.zeros(values.shape[1]), np.zeros(values.shape[1])
+    for k, column in enumerate(step.T):
+        known = column[np.isfinite(column)]
+        size = np.abs(values[:, k][np.isfinite(values[:, k])]).max(initial=0.0)
+        moved = known[known > 1e-12 * size]
+        if moved.size:
+            resolution[k] = float(np.quantile(moved, 0.01))
+            flat = int((resting[:, k] & (column == 0.0)).sum())
+            liveliness[k] = moved.size / (known.size - flat)
+    noise = np.fmax(np.nan_to_num(noise_of(values)), 0.3 * resolution)
+    return Scales(noise, resolution, liveliness)
+
+
+def codes_in(values: FloatArray, temperatures: bool) -> Flags:
+    """Return where readings are codes that say that there is none, or no temperatures of a bench [degC]."""
+    with np.errstate(invalid="ignore"):
+        if temperatures:
+            return np.asarray((values < COLDEST_DEGC) | (values > HOTTEST_DEGC))
+        return np.asarray(np.isin(np.round(values, 6), CODES) | (np.abs(values) > OVERRANGE))
+
+
+def filled(values: FloatArray) -> FloatArray:
+    """Return columns with missing numbers replaced by the last before them, or by the first behind."""
+    missing = np.isnan(values)
+    if not missing.any():
+        return values
+    n = len(values)
+    rows = np.where(missing, 0, np.arange(n)[:, None])
+    last = np.maximum.accumulate(rows, axis=0)
+    out = np.take_along_axis(values, last, axis=0)
+    first = np.take_along_axis(values, np.argmin(missing, axis=0)[None, :], axis=0)
+    return np.where(np.isnan(out), np.nan_to_num(first), out)
+
+
+def medians_of_five(values: FloatArray) -> FloatArray:
+    """Return the running median of five rows of each column; the result is four rows shorter."""
+    a, b, c, d, e = (values[k : len(values) - 4 + k] for k in range(5))
+    f = np.maximum(np.minimum(a, b), np.minimum(c, d))
+    g = np.minimum(np.maximum(a, b), np.maximum(c, d))
+    return np.asarray(np.maximum(np.minimum(f, g), np.minimum(np.maximum(f, g), e)))
+
+
+def spikes_in(values: FloatArray, noise: FloatArray) -> Flags:
+    """Return where columns have spikes, by `SPIKE_RULE`.
+
+    A value on a ramp lies between the medians on both sides, one at a corner stands off by no more than its
+    neighbours do: neither is a spike. Spikes of up to some rows are found in passes, the farthest values first.
+
+    Parameters
+    ----------
+    values : array, shape (n, k)
+        Rows in the order of time; the ends are mirrored.
+    noise : array, shape (k,)
+
+    Returns
+    -------
+    spikes : array of bool, shape (n, k)
+
+    Examples
+    --------
+    >>> x = np.sin(np.linspace(0.0, 6.0, 200))[:, None] + 0.01 * np.random.default_rng(1).standard_normal((200, 1))
+    >>> x[[50, 120, 121]] += 0.5
+    >>> np.flatnonzero(spikes_in(x, noise_of(x))).tolist()
+    [50, 120, 121]
+    """
+    found = np.zeros(values.shape, dtype=bool)
+    if len(values) < 2 * HALF_WINDOW + 1:
+        return found
+    columns = np.arange(values.shape[1])
+    for _pass in range(SPIKE_PASSES):
+        part = np.where(found[:, columns], np.nan, values[:, columns])
+        known = ~np.isnan(part)
+        part = filled(part)
+        new = _standing_off(part, noise[columns]) & known
+        if not new.any():
+            break
+        found[:, columns] |= new
+        columns = columns[new.any(axis=0)]
+    return found
+
+
+def _standing_off(values: FloatArray, noise: FloatArray) -> Flags:
+    """Return one pass of `spikes_in`."""
+    n = len(values)
+    padded = np.pad(values, ((HALF_WINDOW, HALF_WINDOW), (0, 0)), mode="reflect")
+    fives = medians_of_five(padded)
+    start = HALF_WINDOW - 5
+    over, under = values - fives[start : start + n], values - fives[start + 6 : start + 6 + n]
+    off = np.where(over * under > 0.0, np.minimum(np.abs(over), np.abs(under)), 0.0)
+    found = off > SPIKE_NOISES * noise
+    rows, columns = np.nonzero(found)
+    if rows.size:
+        around = padded[rows[:, None] + np.arange(2 * HALF_WINDOW + 1), columns[:, None]]
+        middle = np.median(around, axis=1, keepdims=True)
+        local = TO_SIGMA * np.median(np.abs(around - middle), axis=1)
+        found[rows, columns] = off[rows, columns] > SPIKE_LOCAL * local
+    return np.asarray(found)
+
+
+def stuck_in(values: FloatArray, scales: Scales) -> Flags:
+    """Return where columns are stuck, by `STUCK_RULE`; missing numbers end a stretch.
+
+    Where more than half of the columns stand still together nothing moves, and none of them is stuck.
+
+    Examples
+    --------
+    >>> x = np.random.default_rng(1).standard_normal((200, 3))
+    >>> x[50:100, 1] = 0.5
+    >>> found = stuck_in(x, scales_of(x))
+    >>> found.sum(axis=0).tolist(), int(found[:, 1].argmax())
+    ([0, 50, 0], 50)
+    """
+    still = np.column_stack([_long_stretches(column) for column in values.T])
+    lively = scales.liveliness >= LIVELY
+    silent = scales.resolution == 0.0
+    moving = (~still & lively).sum(axis=1) >= 0.5 * max(1, values.shape[1])
+    return np.asarray(still & (lively | silent) & moving[:, None])
+
+
+def _long_stretches(column: FloatArray) -> Flags:
+    """Return which rows belong to a stretch of `STUCK_ROWS` or more equal values."""
+    edges = np.flatnonzero(np.diff(column) != 0.0) + 1
+    lengths = np.diff(np.concatenate([[0], edges, [len(column)]]))
+    return np.asarray(np.repeat(lengths >= STUCK_ROWS, lengths))
