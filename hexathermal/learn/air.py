@@ -29,7 +29,8 @@ LIMITS: dict[str, tuple[float, float, float, str]] = {
 }
 """Lowest and highest value that is accepted (SI; degC), and how a message shows it: factor and unit.
 
-The range is that of NIST's calculator. Ciddor's own, where the equation stands for 2e-8 to 5e-8, is 300-1690 nm.
+The range of NIST's calculator, its 1700 nm a little widened. Ciddor's own, where the equation stands for 2e-8 to 5e-8,
+is 300-1690 nm.
 """
 
 _GAS_CONSTANT = 8.314472
@@ -157,7 +158,8 @@ def refractive_index(
 
         n - 1 = (rho_a / rho_axs) (n_axs - 1) + (rho_w / rho_ws) (n_ws - 1)
 
-    The vapour's mole fraction is ``x_w = humidity f(p, t) p_sv(t) / p``, over ice below 0 degC.
+    The vapour's mole fraction is ``x_w = humidity f(p, t) p_sv(t) / p``, over ice below 0 degC. Where ``x_w`` exceeds 1
+    (60 degC, 100 %, below 200 hPa) water boils and no such air exists; the equation is continued.
 
     Parameters
     ----------
