@@ -21,11 +21,17 @@ from hexathermal.learn.sensor_errors import SensorErrors
 from hexathermal.learn.windows import Windows, WindowSet
 from hexathermal.poses import FloatArray
 
-LEAST_RELIABILITY = 0.5
+LEAST_RELIABILITY = 0.6
 """Below, the correction for errors of the thermometers would rest on their model more than on the data: left out."""
 
-DOUBT_OF_CORRECTION = 0.5
+DOUBT_OF_CORRECTION = 0.2
 """Standard uncertainty of that correction, as a part of it: the slow bias is an upper estimate."""
+
+GENERALISED, ORDINARY = "generalised least squares", "ordinary least squares"
+"""Ways of weighting windows: by the inverse of their covariance, or by their rows."""
+
+WORSE = 1.0
+"""Mean square error on runs left out that generalised least squares may have, over that of ordinary."""
 
 HUBER = 1.345
 """Residuals beyond so many standard deviations count less; 95 % efficient where they are normal (Huber 1981)."""
@@ -52,6 +58,8 @@ class LawFit:
         Part of the columns' weakest direction that is temperature, not error; 1 is perfect.
     corrected : bool
         Whether the correction was made.
+    method : str
+        `GENERALISED`, or `ORDINARY` where that predicts runs left out better.
     noise : ResidualNoise
     errors : SensorErrors
     factor : float
@@ -71,6 +79,7 @@ class LawFit:
     by_run: FloatArray
     reliability: float
     corrected: bool
+    method: str
     noise: ResidualNoise
     errors: SensorErrors
     factor: float
@@ -99,33 +108,93 @@ def fit_law(windows: WindowSet, sensors: Sequence[int], errors: SensorErrors) ->
     X = [run.X[:, chosen] for run in runs]
     _enough(X, windows)
     own = errors.of(sensors)
-    weights = np.sqrt(np.concatenate([run.rows for run in runs]))
     stacked, y = np.concatenate(X), np.concatenate([run.drift for run in runs])
+    weights = np.sqrt(np.concatenate([run.rows for run in runs]))
     plain = np.linalg.lstsq(stacked * weights[:, None], y * weights, rcond=None)[0]
-    b = plain
+    noise, V = _noise(windows, X, own, plain)
+    candidates = {
+        GENERALISED: _estimate(windows, X, V, [_inverse(v) for v in V], own),
+        ORDINARY: _estimate(windows, X, V, [np.diag(run.rows) for run in runs], own),
+    }
+    method = _better(candidates, runs)
+    found = candidates[method]
+    b, covariance, by_run = found.b, found.covariance, found.by_run
+    covariance = _balanced(covariance, by_run, len(runs))
+    robust = _robust(X, runs, V, b)
+    M = columns.law_matrix(len(b))
+    return LawFit(
+        tuple(sensors), M @ b, M @ covariance @ M.T, M @ found.uncorrected, M @ plain, M @ robust, M @ by_run @ M.T,
+        found.reliability, found.corrected, method, noise, own, prediction_factor(found.z), found.left_out, found.z,
+    )  # fmt: skip
+
+
+def _inverse(V: FloatArray) -> FloatArray:
+    """Return the inverse of a covariance, symmetric to the last bit."""
+    W = np.linalg.inv(V)
+    return np.asarray(0.5 * (W + W.T))
+
+
+def _noise(
+    windows: WindowSet, X: Sequence[FloatArray], own: SensorErrors, start: FloatArray
+) -> tuple[ResidualNoise, list[FloatArray]]:
+    """Return the residual's noise, and its covariance in each run; the thermometers' part needs a law: twice round."""
+    columns, runs, b = windows.columns, windows.runs, start
     for _round in range(2):
         fixed = [sensor_part(run, own, slopes(b, run, columns.centre, columns.stroke)) for run in runs]
         noise = estimated_noise(runs, X, fixed, windows.drift_noise)
         V = [known + noise.covariance(run) for known, run in zip(fixed, runs, strict=True)]
-        parts = [
-            normal_equations(run, x, v, own, columns.centre, columns.stroke)
-            for run, x, v in zip(runs, X, V, strict=True)
-        ]
-        uncorrected = _solution(parts, False)
-        b = uncorrected
+        b = _estimate(windows, X, V, [_inverse(v) for v in V], own).uncorrected
+    return noise, V
+
+
+@dataclass(frozen=True, eq=False)
+class _Estimate:
+    """The coefficients of the columns as one way of weighting gives them."""
+
+    b: FloatArray
+    uncorrected: FloatArray
+    covariance: FloatArray
+    by_run: FloatArray
+    reliability: float
+    corrected: bool
+    left_out: tuple[FloatArray, ...]
+    z: tuple[FloatArray, ...]
+
+
+def _estimate(
+    windows: WindowSet, X: Sequence[FloatArray], V: Sequence[FloatArray], W: Sequence[FloatArray], own: SensorErrors
+) -> _Estimate:
+    """Return the estimate with weights W."""
+    columns, runs = windows.columns, windows.runs
+    parts = [
+        normal_equations(run, x, v, w, own, columns.centre, columns.stroke)
+        for run, x, v, w in zip(runs, X, V, W, strict=True)
+    ]
+    uncorrected = _solution(parts, False)
     reliability = _reliability(parts)
     corrected = reliability >= LEAST_RELIABILITY
     b = _solution(parts, corrected)
-    covariance = _covariance(parts, corrected, b - uncorrected)
-    by_run = _by_run(parts, corrected, b)
-    robust = _robust(X, runs, V, b)
-    M = columns.law_matrix(len(b))
     left_out, z = _left_out(parts, X, runs, V, corrected)
-    factor = prediction_factor(z)
-    return LawFit(
-        tuple(sensors), M @ b, M @ covariance @ M.T, M @ uncorrected, M @ plain, M @ (robust), M @ by_run @ M.T,
-        reliability, corrected, noise, own, factor, left_out, z,
+    return _Estimate(
+        b, uncorrected, _covariance(parts, corrected, b - uncorrected), _by_run(parts, corrected, b),
+        reliability, corrected, left_out, z,
     )  # fmt: skip
+
+
+def _better(candidates: dict[str, _Estimate], runs: Sequence[Windows]) -> str:
+    """Return the way of weighting: generalised least squares, unless it predicts runs left out clearly worse.
+
+    Where the law misses part of the physics, generalised least squares fits what is left of fast changes, and the law
+    as a predictor suffers: plain least squares is then the better law, and its covariance still that of the noise.
+    """
+    if len(runs) < 2:
+        return GENERALISED
+
+    def square(name: str) -> float:
+        pairs = zip(candidates[name].left_out, runs, strict=True)
+        return sum(float(run.rows @ e**2) for e, run in pairs)
+
+    return GENERALISED if square(GENERALISED) <= WORSE * square(ORDINARY) else ORDINARY
 
 
 def _enough(X: Sequence[FloatArray], windows: WindowSet) -> None:
@@ -168,7 +237,7 @@ def _covariance(parts: Sequence[NormalEquations], corrected: bool, shift: FloatA
     """Return the coefficients' covariance, with the doubt of the correction."""
     S, D = np.asarray(sum(part.S for part in parts)), np.asarray(sum(part.D for part in parts))
     inverse = np.linalg.inv(S - D if corrected else S)
-    value = inverse @ S @ inverse.T
+    value = inverse @ np.asarray(sum(part.K for part in parts)) @ inverse.T
     doubt = DOUBT_OF_CORRECTION * shift if corrected else np.linalg.solve(S, D) @ np.linalg.solve(S, S @ shift)
     return np.asarray(0.5 * (value + value.T) + np.outer(doubt, doubt))
 
@@ -185,6 +254,21 @@ def _by_run(parts: Sequence[NormalEquations], corrected: bool, b: FloatArray) ->
     moved = [np.linalg.lstsq(np.eye(p) - s @ inverse, u, rcond=None)[0] for s, u in zip(inner, scores, strict=True)]
     meat = sum((np.outer(u, u) for u in moved), np.zeros((p, p))) * (R - 1) / R
     return np.asarray(inverse @ meat @ inverse.T)
+
+
+def _balanced(model: FloatArray, by_run: FloatArray, runs: int) -> FloatArray:
+    """Return the covariance that weighs the noise model as much as the spread of the runs.
+
+    Each variance is the mean of both, with ``nu = 2 (R - 1)`` degrees of freedom; the covariance is that of Student's
+    distribution, ``nu / (nu - 2)`` times as large (GUM supplement 1, 6.4.9), so that +-1.96 standard uncertainties
+    hold 95 %. With fewer than three runs the noise model stands alone.
+    """
+    nu = 2.0 * (runs - 1)
+    if nu <= 2.0:
+        return model
+    ratio = np.diagonal(by_run) / np.diagonal(model)
+    scale = np.sqrt(0.5 * (1.0 + ratio) * nu / (nu - 2.0))
+    return np.asarray(model * np.outer(scale, scale))
 
 
 def _robust(X: Sequence[FloatArray], runs: Sequence[Windows], V: Sequence[FloatArray], b: FloatArray) -> FloatArray:
@@ -227,9 +311,11 @@ def prediction_factor(z: Sequence[npt.NDArray[np.float64]]) -> float:
     """Return half of a 95 % interval over the standard deviation, from standardised residuals of runs left out.
 
     The normal law's 1.96 is scaled by the root of the mean square of what the runs left out show, where they show more
-    or less scatter than their predicted standard deviations, drawn towards 1 as if twice as many runs agreed.
+    or less scatter than their predicted standard deviations, drawn towards 1 as if two more runs agreed; the variances
+    being estimates of ``3 R`` degrees of freedom widens it as Student's distribution does.
     """
     if not z:
         return 1.96
     runs = np.array([float(np.mean(one**2)) for one in z])
-    return float(1.96 * np.sqrt((runs.sum() + 2.0) / (len(runs) + 2.0)))
+    nu = 3.0 * len(runs)
+    return float(1.96 * np.sqrt((runs.sum() + 2.0) / (len(runs) + 2.0) * nu / (nu - 2.0)))

@@ -49,11 +49,14 @@ class ResidualNoise:
 
 @dataclass(frozen=True, eq=False)
 class NormalEquations:
-    """One run's part of generalised least squares: ``S = X' V^-1 X``, ``z = X' V^-1 y``, and ``D``, what the errors of
-    the thermometers add to S on average."""
+    """One run's part of weighted least squares with weights W, where the residual's covariance is V.
+
+    ``S = X' W X``, ``z = X' W y``, ``K = X' W V W X``, and ``D``, what the thermometers' errors add to S on average.
+    """
 
     S: FloatArray
     z: FloatArray
+    K: FloatArray
     D: FloatArray
 
 
@@ -74,11 +77,9 @@ def sensor_part(run: Windows, errors: SensorErrors, c: FloatArray) -> FloatArray
 
 
 def normal_equations(
-    run: Windows, X: FloatArray, V: FloatArray, errors: SensorErrors, centre: float, stroke: bool
+    run: Windows, X: FloatArray, V: FloatArray, W: FloatArray, errors: SensorErrors, centre: float, stroke: bool
 ) -> NormalEquations:
-    """Return one run's part of generalised least squares."""
-    W = np.linalg.inv(V)
-    W = 0.5 * (W + W.T)
+    """Return one run's part of weighted least squares; `W` are the weights, `V` is the residual's covariance."""
     k = len(errors.noise)
     D = np.zeros((X.shape[1], X.shape[1]))
     g = [np.ones(len(run)), run.q - centre] if stroke else [np.ones(len(run))]
@@ -87,7 +88,7 @@ def normal_equations(
         for i, gi in enumerate(g):
             for j, gj in enumerate(g):
                 D[s + i * k, s + j * k] = gi @ weighted @ gj
-    return NormalEquations(X.T @ W @ X, X.T @ W @ run.drift, D)
+    return NormalEquations(X.T @ W @ X, X.T @ W @ run.drift, X.T @ W @ V @ W @ X, D)
 
 
 def estimated_noise(

@@ -1,8 +1,8 @@
 """Errors of the thermometers: noise of readings, and a slow bias that their redundancy shows.
 
 Neighbouring thermometers see the same smooth temperatures. What one of them shows beyond what all others foretell is
-its own: noise, a slow bias of its contact or its logger, or heat that no other sees. The last counts as an error too;
-so the slow bias is an upper estimate.
+its own: noise, a slow bias of its contact or its logger, or heat that no other sees. Some of the last counts as an
+error too, so the slow bias is an upper estimate; above `PLAUSIBLE_BIAS_K` all of it is taken for heat.
 """
 
 from __future__ import annotations
@@ -17,6 +17,9 @@ from hexathermal.poses import FloatArray
 
 FEWEST_SENSORS = 6
 """Sensors that are needed to tell a bias from a temperature."""
+
+PLAUSIBLE_BIAS_K = 0.3
+"""A larger slow bias is no thermometer's (differences drift by 0.05 to 0.2 K): the sensor sees heat of its own."""
 
 MOST_PROFILES = 4
 TIMES_S = np.geomspace(900.0, 28800.0, 11)
@@ -36,12 +39,15 @@ class SensorErrors:
         Its correlation time (first order).
     zeroed_by_run : bool
         Whether temperatures count from the run's first row: its error then stays in all rows of the run.
+    local : tuple of int
+        Sensors that see heat of their own: no slow bias could be told.
     """
 
     noise: FloatArray
     slow: FloatArray
     slow_time: float
     zeroed_by_run: bool = True
+    local: tuple[int, ...] = ()
 
     def of(self, sensors: npt.ArrayLike) -> SensorErrors:
         """Return the errors of some of the sensors."""
@@ -84,7 +90,12 @@ def sensor_errors(windows: WindowSet, kept: npt.NDArray[np.bool_], zeroed_by_run
     if len(chosen) >= FEWEST_SENSORS and len(long_enough) >= 2:
         own = _own_part(long_enough, chosen)
         slow[chosen], time = _slow_process(long_enough, own, windows.sensor_noise[chosen])
-    return SensorErrors(windows.sensor_noise.copy(), slow, time, zeroed_by_run)
+    local = np.flatnonzero(slow > PLAUSIBLE_BIAS_K)
+    if 3 * len(local) > len(chosen):
+        # no common profile: the sensors do not foretell each other
+        local = chosen
+    slow[local] = 0.0
+    return SensorErrors(windows.sensor_noise.copy(), slow, time, zeroed_by_run, tuple(int(k) for k in local))
 
 
 def _own_part(runs: list[Windows], chosen: npt.NDArray[np.int64]) -> list[FloatArray]:

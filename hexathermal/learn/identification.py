@@ -1,0 +1,243 @@
+"""From the rows of a campaign to a law: search of all sets of sensors, choice, careful fit, checks.
+
+`identify` reads the rows twice: for the Gram matrices of every run, and for largest residuals and windows. Runs for
+validation must not be among them.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from hexathermal.errors import ArgumentError, UnknownNameError
+from hexathermal.learn.campaign import LegDimensions
+from hexathermal.learn.choice import Choice, choose, given
+from hexathermal.learn.fitting import LEAST_RELIABILITY, ORDINARY, LawFit, fit_law
+from hexathermal.learn.gram import MOST_MISSING, Columns, Grams, Rows, columns_for, gather
+from hexathermal.learn.law import IdentifiedLaw, Origin, Validity
+from hexathermal.learn.materials import PhysicalCheck, physical_check, profile_warning
+from hexathermal.learn.selection import RankedSets, rank_sets
+from hexathermal.learn.sensor_errors import sensor_errors
+from hexathermal.learn.windows import WindowCollector, WindowSet
+
+AUTO = "auto"
+Passing = Callable[[int, int, str], None]
+"""``progress(done, total, label)``; a total of 0 is not known."""
+
+COLLINEAR_CONDITION, COLLINEAR_VIF = 30.0, 30.0
+"""Above, the coefficients of a pair are large, opposite and badly known, though their sum may be well known."""
+
+METHOD = (
+    "{} of windows; noise of rows, landings, a slow process and run offsets by restricted "
+    "likelihood; corrected for errors of the thermometers"
+)
+
+
+@dataclass(frozen=True, eq=False)
+class Identification:
+    """A law and how it was found.
+
+    Attributes
+    ----------
+    law : IdentifiedLaw
+    fit : LawFit
+    ranked : RankedSets
+    choice : Choice
+    grams : Grams
+    check : PhysicalCheck or None
+    notes : tuple of str
+        What was left out, and what else a reader should know.
+    warnings : tuple of str
+    """
+
+    law: IdentifiedLaw
+    fit: LawFit
+    ranked: RankedSets
+    choice: Choice
+    grams: Grams
+    check: PhysicalCheck | None
+    notes: tuple[str, ...]
+    warnings: tuple[str, ...]
+
+    @property
+    def chosen(self) -> int:
+        """Number of the chosen set among the ranked, -1 where a larger set was asked for."""
+        wanted = set(self.choice.sensors)
+        return next((k for k, names in enumerate(self.ranked.names) if set(names) == wanted), -1)
+
+
+def identify(
+    rows: Rows,
+    sensors: Sequence[str],
+    leg: LegDimensions | None = None,
+    *,
+    wanted: str | Sequence[str] = AUTO,
+    sizes: Sequence[int] = (1, 2),
+    zero: str = "run",
+    origin: Origin | None = None,
+    material: str | None = None,
+    positions: Sequence[float | None] = (),
+    degC: tuple[float, float] | None = None,
+    progress: Passing | None = None,
+) -> Identification:
+    """Return the law of a leg or a component, chosen among all sets of its sensors.
+
+    Parameters
+    ----------
+    rows : function
+        Gives the blocks of the runs for identification anew, each time from the start.
+    sensors : sequence of str
+        Names of the columns of ``Block.dT``.
+    leg : LegDimensions, optional
+        None: a component, ``drift = sum_s C_s dT_s``.
+    wanted : ``"auto"`` or sequence of str
+        Sensors of the law.
+    sizes : sequence of int
+        Sizes of the sets that are searched.
+    zero : str
+        What temperatures count from, ``"run"`` or ``"campaign"``.
+    origin : Origin, optional
+        Campaign's title and fingerprint; runs and method are filled in.
+    material : str, optional
+        Of the fixed part, for the physical check.
+    positions : sequence of float or None [m]
+        Of the sensors along the leg.
+    degC : (float, float), optional
+        Range of temperatures met.
+    progress : function, optional
+
+    Returns
+    -------
+    Identification
+
+    Raises
+    ------
+    ArgumentError
+        No rows, or too few; columns that depend on each other; a wanted sensor was left out for its gaps.
+    UnknownNameError
+        A wanted sensor does not exist.
+    """
+    columns = columns_for(sensors, leg and leg.retracted_length, leg and leg.stroke)
+    wanted_names = None if isinstance(wanted, str) and wanted == AUTO else _names(wanted, columns)
+    say = progress or (lambda _done, _total, _label: None)
+    grams = gather(rows(), columns, lambda done: say(done, 0, "reading the rows"))
+    total = int((grams.rows + grams.rows_left_out).sum())
+    windows = WindowCollector(columns, grams.kept_mask)
+    ranked = rank_sets(windows.passing(rows()), grams, sizes, lambda done: say(done, total, "comparing sets of sensors"))
+    say(0, 0, "fitting the law")
+    choice = choose(ranked, grams) if wanted_names is None else given(wanted_names)
+    gone = [name for name in choice.sensors if name in grams.left_out]
+    if gone:
+        raise ArgumentError(
+            f"sensor {gone[0]} lacks {100.0 * grams.left_out[gone[0]]:.0f} % of a run's rows, allowed "
+            f"{100.0 * MOST_MISSING:g} %; choose another, or leave that run out"
+        )
+    made = windows.made()
+    errors = sensor_errors(made, grams.kept_mask, zero == "run")
+    fit = fit_law(made, [columns.sensors.index(name) for name in choice.sensors], errors)
+    law = _law(made, fit, choice, leg, zero, origin or Origin(), degC)
+    check = physical_check(law, material)
+    notes = _notes(grams, fit, [name for k, name in enumerate(columns.sensors) if k in errors.local])
+    warnings = (*_warnings(fit, ranked, choice, grams, made), *(check.warnings if check else ()))
+    profile = _profile(made, positions)
+    return Identification(law, fit, ranked, choice, grams, check, notes, (*warnings, *([profile] if profile else [])))
+
+
+def _names(wanted: str | Sequence[str], columns: Columns) -> tuple[str, ...]:
+    """Return the wanted sensors after checking them."""
+    names = tuple(wanted.split(",")) if isinstance(wanted, str) else tuple(wanted)
+    for name in names:
+        if name not in columns.sensors:
+            known = ", ".join(columns.sensors)
+            raise UnknownNameError(f"the campaign has no sensor {name!r}; it has {known}", columns.sensors)
+    if not names or len(set(names)) < len(names):
+        raise ArgumentError(f"sensors must be different names, or 'auto'; found {', '.join(names) or 'none'}")
+    return names
+
+
+def _law(
+    windows: WindowSet,
+    fit: LawFit,
+    choice: Choice,
+    leg: LegDimensions | None,
+    zero: str,
+    origin: Origin,
+    degC: tuple[float, float] | None,
+) -> IdentifiedLaw:
+    """Return the law as it is kept."""
+    chosen = list(fit.sensors)
+    dT = np.column_stack([windows.lowest_dT[chosen], windows.highest_dT[chosen]])
+    q = None if leg is None else (windows.lowest_q, windows.highest_q)
+    runs = tuple(run.run for run in windows.runs)
+    return IdentifiedLaw(
+        "component" if leg is None else "leg", choice.sensors, fit.coefficients, fit.covariance,
+        None if leg is None else leg.retracted_length, None if leg is None else leg.stroke, zero,
+        Validity(dT, q, degC), fit.noise, fit.errors, fit.factor,
+        Origin(origin.title, origin.fingerprint, runs, origin.method or METHOD.format(fit.method)),
+    )  # fmt: skip
+
+
+def _notes(grams: Grams, fit: LawFit, local: Sequence[str]) -> tuple[str, ...]:
+    """Return what was left out."""
+    notes = [
+        f"sensor {name} was left out of the search: it lacks {100.0 * part:.0f} % of a run's rows"
+        for name, part in grams.left_out.items()
+    ]
+    lost = int(grams.rows_left_out.sum())
+    if lost:
+        notes.append(f"{lost} of {lost + int(grams.rows.sum())} rows were left out: a compared sensor has no value there")
+    if local:
+        notes.append(
+            f"{', '.join(local)}: what the other sensors do not foretell is too large for an error of a thermometer and is "
+            "taken for heat; no slow bias of theirs could be told"
+        )
+    if not fit.corrected:
+        notes.append(
+            f"not corrected for errors of the thermometers: reliability {fit.reliability:.2f} is below {LEAST_RELIABILITY:g}; the doubt "
+            "is in the covariance"
+        )
+    if fit.method == ORDINARY:
+        notes.append(
+            "weights: ordinary least squares, since generalised predicts runs left out worse: the law misses part of "
+            "what happens on this part"
+        )
+    return tuple(notes)
+
+
+def _warnings(
+    fit: LawFit, ranked: RankedSets, choice: Choice, grams: Grams, windows: WindowSet
+) -> tuple[str, ...]:
+    """Return what a reader must know before trusting the law."""
+    warnings = []
+    names = [set(one) for one in ranked.names]
+    if set(choice.sensors) in names:
+        k = names.index(set(choice.sensors))
+        if ranked.vif[k] > COLLINEAR_VIF or ranked.condition[k] > COLLINEAR_CONDITION:
+            warnings.append(
+                f"{' + '.join(choice.sensors)} show nearly the same (condition number {ranked.condition[k]:.0f}, "
+                f"variance inflation {ranked.vif[k]:.0f}): single coefficients are badly known, predictions are not"
+            )
+    if len(grams.runs) < 4:
+        warnings.append(
+            f"{len(grams.runs)} run{'s' if len(grams.runs) > 1 else ''} for identification: uncertainties that rest on "
+            "the spread between runs are weak; record at least 6"
+        )
+    moved = np.abs(fit.robust - fit.coefficients) / np.sqrt(np.diagonal(fit.covariance))
+    if moved.max() > 2.0:
+        warnings.append(
+            f"the robust fit differs by {moved.max():.1f} standard uncertainties: outliers pull the law; see 'check'"
+        )
+    if windows.columns.stroke and windows.highest_q - windows.lowest_q < 1e-3:
+        warnings.append("the rod hardly moved (q changed by less than 1 mm): A and B cannot be told apart")
+    return tuple(warnings)
+
+
+def _profile(windows: WindowSet, positions: Sequence[float | None]) -> str:
+    """Return the warning about the temperatures along the leg."""
+    chosen = [k for k, x in enumerate(positions) if x is not None]
+    if len(chosen) < 4:
+        return ""
+    profiles = np.concatenate([run.X[:, chosen] for run in windows.runs])
+    return profile_warning(np.array([positions[k] for k in chosen], dtype=np.float64), profiles)

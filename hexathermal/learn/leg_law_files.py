@@ -1,0 +1,220 @@
+"""leg.toml <-> IdentifiedLaw: the unit border. The format is documented in docs/identification.md."""
+
+from __future__ import annotations
+
+import os
+from decimal import Decimal
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import tomli_w
+
+from hexathermal.errors import ArgumentError
+from hexathermal.learn.campaign import ZEROS
+from hexathermal.learn.law import IdentifiedLaw, Origin, Validity
+from hexathermal.learn.noise import ResidualNoise
+from hexathermal.learn.sensor_errors import SensorErrors
+from hexathermal.machine.forms import Form
+from hexathermal.machine.thermal import LARGEST_EXPANSION_PER_K
+from hexathermal.machine.units import metres, shortest
+from hexathermal.poses import FloatArray
+
+FORMAT = "hexathermal-leg/1"
+TABLES: dict[str, dict[str, str]] = {
+    "": {"format": "text!", "kind": "text!", "zero": "text!", "law": "table!", "range": "table!", "residual": "table!",
+         "thermometers": "table!", "origin": "table!"},
+    "law.leg": {"sensors": "texts!", "A_per_K": "number+!", "B_per_K": "number+!", "covariance_per_K2": "matrix!",
+                "q0_mm": "mm!", "stroke_mm": "mm(2)"},
+    "law.component": {"sensors": "texts!", "C_um_per_K": "number+!", "covariance_um2_per_K2": "matrix!"},
+    "range": {"lowest_dT_K": "number+!", "highest_dT_K": "number+!", "q_mm": "mm(2)", "temperature_degC": "number(2)"},
+    "residual": {"row_um": "number!", "landing_um": "number!", "slow_um": "number!", "slow_time_s": "number!",
+                 "offset_um": "number!", "interval_factor": "number!"},
+    "thermometers": {"noise_K": "number+!", "slow_K": "number+!", "slow_time_s": "number!"},
+    "origin": {"title": "text!", "fingerprint": "text!", "runs": "texts!", "method": "text!"},
+}  # fmt: skip
+"""Keys of each table and their rules, see `hexathermal.machine.forms.Form`."""
+
+
+def write_leg_law(law: IdentifiedLaw, path: str | Path) -> Path:
+    """Write a law as leg.toml, so that reading it again gives the same law to the last bit; returns the path.
+
+    Raises
+    ------
+    ArgumentError
+        The file cannot be written.
+    """
+    file = Path(path)
+    text = tomli_w.dumps(_document(law), indent=2).encode("utf-8")
+    part = file.with_name(file.name + ".part")
+    try:
+        file.parent.mkdir(parents=True, exist_ok=True)
+        try:
+            part.write_bytes(text)
+            os.replace(part, file)
+        finally:
+            part.unlink(missing_ok=True)
+    except OSError as error:
+        raise ArgumentError(f"cannot write the law {str(file)!r}: {error}; choose another place") from None
+    return file
+
+
+def _mm(value: float) -> Any:
+    """Return metres as the shortest exact millimetres."""
+    return shortest(float(value), metres)
+
+
+def _um(value: Any, power: int = 1) -> Any:
+    """Return SI numbers in millionths (squared: `power` 2) as the shortest decimals that are read back the same."""
+    if isinstance(value, np.ndarray):
+        return [_um(item, power) for item in value]
+    return Decimal(repr(float(value))).scaleb(6 * power)
+
+
+def _from_um(raw: Any, power: int = 1) -> Any:
+    """Return what `_um` wrote, as it stands in the file."""
+    if isinstance(raw, list):
+        return np.array([_from_um(item, power) for item in raw])
+    return float(Decimal(raw).scaleb(-6 * power))
+
+
+def _document(law: IdentifiedLaw) -> dict[str, Any]:
+    """Return the file's content."""
+    table: dict[str, Any] = {"sensors": list(law.sensors)}
+    if law.kind == "leg":
+        table |= {"A_per_K": law.A.tolist(), "B_per_K": law.B.tolist(), "covariance_per_K2": law.covariance.tolist()}
+        table["q0_mm"] = _mm(law.retracted_length or 0.0)
+        if law.stroke is not None:
+            table["stroke_mm"] = [_mm(value) for value in law.stroke]
+    else:
+        table["C_um_per_K"] = _um(law.A)
+        table["covariance_um2_per_K2"] = _um(law.covariance, 2)
+    valid: dict[str, Any] = {
+        "lowest_dT_K": law.validity.dT[:, 0].tolist(),
+        "highest_dT_K": law.validity.dT[:, 1].tolist(),
+    }
+    if law.validity.q is not None:
+        valid["q_mm"] = [_mm(value) for value in law.validity.q]
+    if law.validity.degC is not None:
+        valid["temperature_degC"] = list(law.validity.degC)
+    noise, errors = law.noise, law.errors
+    return {
+        "format": FORMAT,
+        "kind": law.kind,
+        "zero": law.zero,
+        "law": table,
+        "range": valid,
+        "residual": {
+            "row_um": _um(noise.row),
+            "landing_um": _um(noise.landing),
+            "slow_um": _um(noise.slow),
+            "slow_time_s": noise.slow_time,
+            "offset_um": _um(noise.offset),
+            "interval_factor": law.factor,
+        },
+        "thermometers": {
+            "noise_K": errors.noise.tolist(),
+            "slow_K": errors.slow.tolist(),
+            "slow_time_s": errors.slow_time,
+        },
+        "origin": {
+            "title": law.origin.title,
+            "fingerprint": law.origin.fingerprint,
+            "runs": list(law.origin.runs),
+            "method": law.origin.method,
+        },
+    }
+
+
+def read_leg_law(path: str | Path) -> IdentifiedLaw:
+    """Return the law of a leg.toml.
+
+    Raises
+    ------
+    FileFormatError
+        Lists every bad field with line and column.
+    ArgumentError
+        There is no such file.
+    """
+    file = Path(path)
+    if not os.path.isfile(file):
+        raise ArgumentError(f"no law at {file}; expected a leg.toml, which 'hexathermal identify' writes")
+    form = Form(file, TABLES)
+    top = form.table(form.data, (), "")
+    if top.get("format", FORMAT) != FORMAT:
+        form.complain(("format",), f"format is {top['format']!r}; this version reads {FORMAT!r}")
+    kind = top.get("kind", "leg")
+    if kind not in ("leg", "component"):
+        form.complain(("kind",), f"kind must be 'leg' or 'component', found {kind!r}")
+        form.finish()
+    if top.get("zero", "run") not in ZEROS:
+        form.complain(("zero",), f"zero must be 'run' or 'campaign', found {top['zero']!r}")
+    parts = {key: form.table(top[key], (key,), f"law.{kind}" if key == "law" else key)
+             for key in ("law", "range", "residual", "thermometers", "origin") if key in top}  # fmt: skip
+    form.finish()
+    for key in ("row_um", "landing_um", "slow_um", "offset_um"):
+        form.check(("residual", key), parts["residual"][key] >= 0.0, "0 or more")
+    for place in (("residual", "slow_time_s"), ("residual", "interval_factor"), ("thermometers", "slow_time_s")):
+        form.check(place, parts[place[0]][place[1]] > 0.0, "above 0")
+    _sizes(form, kind, parts)
+    form.finish()
+    law = form.build(("law",), lambda: _law(kind, top["zero"], parts, form.data))
+    form.finish()
+    assert law is not None  # otherwise finish has raised
+    return law
+
+
+def _sizes(form: Form, kind: str, parts: dict[str, dict[str, Any]]) -> None:
+    """Complain where lists do not have a value for each sensor, or a matrix is no covariance."""
+    sensors = parts["law"]["sensors"]
+    k = len(sensors)
+    lists = [("law", key) for key in (("A_per_K", "B_per_K") if kind == "leg" else ("C_um_per_K",))]
+    lists += [("range", "lowest_dT_K"), ("range", "highest_dT_K")]
+    lists += [("thermometers", "noise_K"), ("thermometers", "slow_K")]
+    for where in lists:
+        array = np.atleast_1d(parts[where[0]][where[1]])
+        if array.size != k:
+            form.complain(where, f"{'.'.join(where)} has {array.size} values; expected {k}: {', '.join(sensors)}")
+        elif where[0] == "thermometers":
+            form.check(where, parts[where[0]][where[1]] >= 0.0, "0 or more")
+        elif where[1] in ("A_per_K", "B_per_K"):
+            small = np.abs(parts["law"][where[1]]) <= LARGEST_EXPANSION_PER_K
+            form.check(where, small, f"within +-{LARGEST_EXPANSION_PER_K:g} /K (1/K is meant)")
+    name = "covariance_per_K2" if kind == "leg" else "covariance_um2_per_K2"
+    matrix, p = parts["law"][name], 2 * k if kind == "leg" else k
+    if matrix.shape != (p, p):
+        form.complain(("law", name), f"law.{name} has shape {matrix.shape}; expected ({p}, {p})")
+    elif not np.allclose(matrix, matrix.T, rtol=1e-9, atol=0.0):
+        form.complain(("law", name), f"law.{name} must be symmetric")
+    elif np.linalg.eigvalsh(matrix).min() < -1e-9 * np.abs(matrix).max():
+        form.complain(("law", name), f"law.{name} has a negative eigenvalue: it is no covariance")
+    if kind == "leg":
+        form.check(("law", "q0_mm"), parts["law"]["q0_mm"] > 0.0, "above 0")
+
+
+def _pair(array: FloatArray | None) -> tuple[float, float] | None:
+    """Return two numbers as a tuple."""
+    return None if array is None else (float(array[0]), float(array[1]))
+
+
+def _law(kind: str, zero: str, parts: dict[str, dict[str, Any]], raw: dict[str, Any]) -> IdentifiedLaw:
+    """Return the law of checked tables; micrometres are taken as written, so that nothing is rounded twice."""
+    law, valid, noise = parts["law"], parts["range"], parts["residual"]
+    errors, origin = parts["thermometers"], parts["origin"]
+    if kind == "leg":
+        coefficients = np.concatenate([np.atleast_1d(law["A_per_K"]), np.atleast_1d(law["B_per_K"])])
+        covariance, q0 = law["covariance_per_K2"], float(law["q0_mm"])
+    else:
+        coefficients = np.atleast_1d(_from_um(raw["law"]["C_um_per_K"]))
+        covariance, q0 = _from_um(raw["law"]["covariance_um2_per_K2"], 2), None
+    dT = np.column_stack([np.atleast_1d(valid["lowest_dT_K"]), np.atleast_1d(valid["highest_dT_K"])])
+    um = {key: _from_um(raw["residual"][f"{key}_um"]) for key in ("row", "landing", "slow", "offset")}
+    return IdentifiedLaw(
+        kind, law["sensors"], coefficients, covariance, q0, _pair(law.get("stroke_mm")), zero,
+        Validity(dT, _pair(valid.get("q_mm")), _pair(valid.get("temperature_degC"))),
+        ResidualNoise(um["row"], um["landing"], um["slow"], float(noise["slow_time_s"]), um["offset"]),
+        SensorErrors(np.atleast_1d(errors["noise_K"]), np.atleast_1d(errors["slow_K"]), float(errors["slow_time_s"]),
+                     zero == "run"),
+        float(noise["interval_factor"]),
+        Origin(origin["title"], origin["fingerprint"], origin["runs"], origin["method"]),
+    )  # fmt: skip
