@@ -94,7 +94,7 @@ class Budget:
         """Part of each axis' variance that each contribution makes up, shape (sources, 6); columns sum to 1."""
         variances = np.array([np.diag(item.covariance) for item in self.contributions]).reshape(-1, 6)
         whole = np.diag(self.covariance)
-        return np.divide(variances, whole, out=np.zeros_like(variances), where=whole > 0.0)
+        return np.asarray(np.divide(variances, whole, out=np.zeros_like(variances), where=whole > 0.0))
 
     def expanded(self, probability: float = 0.95) -> FloatArray:
         """Return the expanded uncertainty ``U = t_p(nu) u`` of each axis, shape (6,)."""

@@ -113,7 +113,7 @@ def _correlation(C: FloatArray, u: FloatArray) -> FloatArray:
     scale = np.divide(1.0, u, out=np.zeros_like(u), where=u > 0.0)
     matrix = C * np.outer(scale, scale)
     np.fill_diagonal(matrix, 1.0)
-    return matrix
+    return np.asarray(matrix)
 
 
 def _lengths() -> tuple[Source, ...]:

@@ -82,7 +82,7 @@ def effective_dof(contributions: Sequence[Contribution], size: int) -> FloatArra
     """
     u2 = np.diag(total(contributions, size))
     below = np.asarray(sum((item.fourth for item in contributions), np.zeros(size)))
-    return np.divide(u2**2, below, out=np.full(size, np.inf), where=below > 0.0)
+    return np.asarray(np.divide(u2**2, below, out=np.full(size, np.inf), where=below > 0.0))
 
 
 def joint_dof(contributions: Sequence[Contribution], size: int) -> float:
@@ -108,7 +108,7 @@ def _scaled(V: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Return a covariance with ones on its diagonal, and the scales: metres and radians made comparable."""
     u = np.sqrt(np.diag(V))
     scale = np.divide(1.0, u, out=np.zeros_like(u), where=u > 0.0)
-    return V * np.outer(scale, scale), scale
+    return np.asarray(V * np.outer(scale, scale)), np.asarray(scale)
 
 
 def checked_probability(probability: float) -> float:
