@@ -121,7 +121,7 @@ def _campaign(form: Form, folder: Path, needed: tuple[str, ...]) -> Campaign | N
 
 
 def _one_of(form: Form, data: dict[str, Any], key: str, known: tuple[str, ...], default: str, at: Where = ()) -> str:
-    """Return a word of a table that must be one of those known, `default` where it is not there or after a complaint."""
+    """Return a word of a table, one of those known; `default` where it is not there, or after a complaint."""
     word = data.get(key, default)
     if key in data and word not in known:
         close = get_close_matches(str(word), known, 1)
@@ -250,7 +250,7 @@ def _hexapod(form: Form, top: dict[str, Any], kind: str, folder: Path) -> Path |
     if kind and kind != "hexapod":
         form.complain(("hexapod",), f"hexapod belongs to kind 'hexapod'; this campaign is of kind {kind!r}")
         return None
-    file = folder / top["hexapod"]
+    file: Path = folder / top["hexapod"]
     file = file / "hexapod.toml" if file.is_dir() else file
     if not file.is_file():
         form.complain(("hexapod",), f"there is no machine file {file}")

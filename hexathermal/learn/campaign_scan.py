@@ -115,7 +115,7 @@ class _Scan:
         for k in np.flatnonzero(self._since >= 0):
             self._close(int(k), self.count)
         if self.count == 1:
-            self.faults.add(self.run.path, Problem(self.table.line(0), 1, "the table has one row; expected two or more"))
+            self.faults.add(self.run.path, Problem(self.table.line(0), 1, "the table has one row, expected more"))
         self._finish_columns()
         if "missing-blocks" not in self.campaign.accepted:
             for (start, end), columns in sorted(self._blocks.items()):
@@ -124,12 +124,12 @@ class _Scan:
                     self._lost_block(start, end, lost)
         share = self._late / max(1, self.count)
         if share > LARGEST_DISORDER and "clock-disorder" not in self.campaign.accepted:
-            k = self._parts.index("time")
+            clock = self._parts.index("time")
             message = (
-                f"time_s goes back: {self._late} of {self.count} rows are not later than a row before them, this is the "
+                f"time_s goes back: {self._late} of {self.count} rows are earlier than a row before them, this is the "
                 'first; sort the table, or write accept = ["clock-disorder"] in [cleaning] to leave them out'
             )
-            self._fault(self._first_late, k, message)
+            self._fault(self._first_late, clock, message)
 
     def _finish_columns(self) -> None:
         """Note required columns without a single number; a thermocouple may be dead."""

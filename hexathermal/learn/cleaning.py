@@ -12,12 +12,14 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
+import numpy.typing as npt
 
-from hexathermal.errors import ArgumentError
+from hexathermal.errors import ArgumentError, UnknownNameError
 from hexathermal.learn.campaign import Block, Campaign, RunFile, joined
 from hexathermal.learn.campaign_columns import AIR
 from hexathermal.learn.campaign_streams import RunTable
 from hexathermal.learn.cleaning_beams import (
+    SMALLEST_MOVE_M,
     BeamRules,
     beam_scales,
     measured,
@@ -26,7 +28,9 @@ from hexathermal.learn.cleaning_beams import (
 )
 from hexathermal.learn.cleaning_channels import ChannelRules, in_order, settled_rows, studied
 from hexathermal.learn.cleaning_record import NOTED, ROW, CleaningRecord, Ledger
+from hexathermal.learn.cleaning_rules import noise_of
 from hexathermal.learn.cleaning_sheets import Sheet, sheets_of
+from hexathermal.learn.interferometer import corrected_beams, index_along_run
 from hexathermal.poses import FloatArray
 
 BLOCK_ROWS = 16384
@@ -96,7 +100,8 @@ class UsableBlocks(Iterator[Block]):
         if not first:
             return
         beams = BeamRules(beam_scales(first[0], resting(first[0])), self._ledger)
-        study.clear(), first.clear()
+        study.clear()
+        first.clear()
         yield from self._with_weather(beams.cleaned(rest))
 
     def _with_weather(self, sheets: Iterator[Sheet]) -> Iterator[Sheet]:
@@ -155,7 +160,7 @@ class UsableBlocks(Iterator[Block]):
         q = float(sheet.q[0, 0]) if sheet.q.shape[1] else 0.0
         return Zero(sheet.heat[0].copy(), sheet.beams[0].copy(), q, float(measured(sheet)[0]), index)
 
-    def _later_zero(self, zero: Zero, sheet: Sheet, late: np.ndarray) -> Zero:  # type: ignore[type-arg]
+    def _later_zero(self, zero: Zero, sheet: Sheet, late: npt.NDArray[np.bool_]) -> Zero:
         """Return the zero with the first values of channels that had none at the first row."""
         heat = zero.heat.copy()
         for k in np.flatnonzero(late):
@@ -177,17 +182,13 @@ class UsableBlocks(Iterator[Block]):
         """Return the index of air of each row, 1 where the laser's electronics applied it."""
         if not self._corrects:
             return np.ones(len(sheet))
-        from hexathermal.learn.interferometer import index_along_run
-
         return index_along_run(sheet.air, run=self.run.name)
 
-    def _block(self, sheet: Sheet, zero: Zero, landing: np.ndarray) -> Block:  # type: ignore[type-arg]
+    def _block(self, sheet: Sheet, zero: Zero, landing: npt.NDArray[np.int64]) -> Block:
         """Return a sheet as a block."""
         q = sheet.q[:, 0] if sheet.q.shape[1] else None
         drift = measured(sheet) - zero.drift
         if self._corrects:
-            from hexathermal.learn.interferometer import corrected_beams
-
             assert q is not None
             assert self.campaign.beams is not None
             back = corrected_beams(sheet.beams - zero.beams, q, self._index(sheet), zero_index=zero.index,
@@ -206,11 +207,8 @@ class _Landings:
         self._last: FloatArray | None = None
         self._limit: FloatArray | None = None
 
-    def numbered(self, sheet: Sheet) -> np.ndarray:  # type: ignore[type-arg]
+    def numbered(self, sheet: Sheet) -> npt.NDArray[np.int64]:
         """Return the number of the landing of each row."""
-        from hexathermal.learn.cleaning_beams import SMALLEST_MOVE_M
-        from hexathermal.learn.cleaning_rules import noise_of
-
         watched = sheet.q if sheet.q.shape[1] else sheet.inputs
         if self._limit is None:
             floor = SMALLEST_MOVE_M if sheet.q.shape[1] else 1e-9
@@ -236,8 +234,6 @@ def _part(block: Block, rows: slice) -> Block:
 
 def run_named(campaign: Campaign, run: RunFile | str) -> RunFile:
     """Return a run of a campaign by its name, or as it is."""
-    from hexathermal.errors import UnknownNameError
-
     if isinstance(run, RunFile):
         return run
     names = tuple(item.name for item in campaign.runs)

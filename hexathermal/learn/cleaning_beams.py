@@ -128,7 +128,7 @@ class BeamRules:
         for sheet, own in with_margins(sheets, PIECE_ROWS, MARGIN):
             apart = against_others(sheet.beams)
             spikes = spikes_in(apart, self.scales.noise)
-            rows = spikes.any(axis=1)
+            rows: Flags = np.asarray(spikes.any(axis=1))
             worst = np.argmax(np.where(spikes, np.abs(apart - np.median(apart, axis=0)), 0.0), axis=1)
             for k in np.unique(worst[own][rows[own]]):
                 flags = (rows & (worst == k))[own]

@@ -82,7 +82,8 @@ def noise_of(values: FloatArray) -> FloatArray:
     0.05
     """
     bend = values[1:-1] - 0.5 * (values[:-2] + values[2:])
-    return np.array([_median(np.abs(column[np.isfinite(column)])) for column in bend.T]) * TO_SIGMA / np.sqrt(1.5)
+    middle = np.array([_median(np.abs(column[np.isfinite(column)])) for column in bend.T])
+    return np.asarray(middle * TO_SIGMA / np.sqrt(1.5))
 
 
 def _median(values: FloatArray) -> float:
