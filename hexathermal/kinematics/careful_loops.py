@@ -10,6 +10,7 @@ import numpy as np
 
 from hexathermal.kinematics.compiled import formula, loop
 from hexathermal.kinematics.formulas import (
+    dot,
     expanded,
     leg_length,
     moved,
@@ -51,6 +52,9 @@ FIRST_PART, SMALLEST_PART = 1.0 / 16.0, 1.0 / 4096.0
 
 WAY, NARROWINGS = 32, 16
 """Parts of the straight move at whose ends the determinant is taken; steps towards its least value between them."""
+
+FAR_PIVOT = 5.0
+"""Distance of the platform's origin from its joints, in sizes, from which on every straight move is checked."""
 
 RESIDUAL = 2e-14
 """Largest length error of an accepted pose, as a part of the machine's size."""
@@ -206,9 +210,10 @@ def straight_way_is_regular(t0, q0, t1, q1, joints, sign, c):
         values[k] = pivoted_step(t, q, joints, L, x) * sign
         if values[k] <= 0.0:
             return False
-    for k in range(1, WAY):
-        if values[k] <= values[k - 1] and values[k] <= values[k + 1]:
-            low, high = (k - 1) / WAY, (k + 1) / WAY
+    for k in range(WAY + 1):
+        before, after = max(k - 1, 0), min(k + 1, WAY)
+        if values[k] <= values[before] and values[k] <= values[after]:
+            low, high = before / WAY, after / WAY
             for _narrower in range(NARROWINGS):
                 one, two = low + (high - low) * 0.382, low + (high - low) * 0.618
                 t, q = on_the_way(one, t0, q0, t1, q1, angle, c)
@@ -295,20 +300,30 @@ def careful_one(joints, L, start, size, centre, out, info):
     """
     t0 = (start[0, 3], start[1, 3], start[2, 3])
     q0 = quaternion_of(start)
-    x = np.zeros(6)
-    at_start = pivoted_step(t0, q0, joints, L, x)
+    c = (centre[0], centre[1], centre[2])
+    x, own = np.zeros(6), np.empty(6)
+    R = rotation_of(q0[0], q0[1], q0[2], q0[3])
+    for i in range(6):
+        own[i] = leg_length(R, t0, triple(joints, 3 * i), triple(joints, 18 + 3 * i))
+    at_start = pivoted_step(t0, q0, joints, own, x)
+    if not (abs(at_start) >= SINGULAR_DETERMINANT * size**3):
+        for i in range(4):
+            for j in range(4):
+                out[i, j] = start[i, j]
+        info[0], info[1], info[2] = 0, length_error(t0, q0, joints, L), at_start
+        return SINGULAR_START
     sign = np.sign(at_start)
     t, q, determinant, steps, good = newton(t0, q0, joints, L, size, CONTRACTION)
     code = OK
+    near = good
     if not good:
-        c = (centre[0], centre[1], centre[2])
         t, q, more, good = followed(t0, q0, joints, L, size)
         steps += more
-        if good:
-            code = OK if straight_way_is_regular(t0, q0, t, q, joints, sign, c) else OTHER_BRANCH
-        else:
-            t, q, more, code = retried(t0, q0, t, q, joints, L, size, sign, c)
-            steps += more
+    if not good:
+        t, q, more, code = retried(t0, q0, t, q, joints, L, size, sign, c)
+        steps += more
+    elif not (near and dot(c, c) < FAR_PIVOT**2 * size**2 and 0.5 < determinant / at_start < 2.0):
+        code = OK if straight_way_is_regular(t0, q0, t, q, joints, sign, c) else OTHER_BRANCH
     determinant = pivoted_step(t, q, joints, L, x)
     worst = length_error(t, q, joints, L)
     R = rotation_of(q[0], q[1], q[2], q[3])
@@ -317,8 +332,6 @@ def careful_one(joints, L, start, size, centre, out, info):
         out[3, i] = 0.0
     out[3, 3] = 1.0
     info[0], info[1], info[2] = steps, worst, determinant
-    if abs(at_start) < SINGULAR_DETERMINANT * size**3:
-        return SINGULAR_START
     if not (worst < RESIDUAL * size):
         return NOT_CONVERGED
     if code == OK and not (determinant * sign > 0.0):

@@ -8,6 +8,7 @@ from itertools import permutations
 import numpy as np
 
 from hexathermal.kinematics import layout as at
+from hexathermal.kinematics.region import regular_region
 from hexathermal.machine.hexapod import Hexapod
 from hexathermal.machine.thermal import PlateLaw, ThermalModel
 from hexathermal.poses import FloatArray
@@ -152,6 +153,7 @@ def _forward(p: FloatArray, b: FloatArray, home: FloatArray, centre: FloatArray,
     if best > 0.0 and np.linalg.cond(scaled) < LARGEST_CONDITION:
         f[at.F_INVERSE : at.F_INVERSE + 36] = np.linalg.inv(A[o]).ravel()
         f[at.F_DETERMINANT] = np.linalg.det(A[o])
+        f[at.F_SHIFT], f[at.F_COSINE] = regular_region(p, b, R, t, size, float(np.linalg.norm(centre)))
     else:
         f[at.F_INVERSE : at.F_INVERSE + 36] = np.nan
         f[at.F_DETERMINANT] = np.nan

@@ -314,5 +314,6 @@ def forward_kinematics(hexapod: Hexapod, lengths: npt.ArrayLike, guess: PoseLike
     if codes.any():
         checked_lengths(array)
         bad = int(np.flatnonzero(codes)[0])
-        refuse_forward(hexapod, int(codes[bad]), poses[bad], flat[bad], place(bad, lead))
+        start = None if starts is None else starts[bad % len(starts)]
+        refuse_forward(hexapod, int(codes[bad]), poses[bad], flat[bad], place(bad, lead), start=start)
     return like(guess, poses.reshape(*lead, 4, 4))

@@ -2,8 +2,8 @@
 
 From home: two chord steps with the inverse matrix of home (third-order accurate, no elimination), then Newton on the
 squared lengths until the step is below `STEP_TOLERANCE`.  A result is accepted when the first Newton step was a
-contraction, the determinant keeps home's sign with a margin, and the lengths come back; all else is `UNSURE` and goes
-to the careful solver of `careful_loops`.
+contraction, the determinant keeps home's sign with a margin, the pose is in the region about home that holds no
+singular pose, and the lengths come back; all else is `UNSURE` and goes to the careful solver of `careful_loops`.
 """
 
 from __future__ import annotations
@@ -34,6 +34,7 @@ from hexathermal.kinematics.layout import (
     F_BASE_AXES,
     F_BASE_COSINES,
     F_CENTRE,
+    F_COSINE,
     F_DETERMINANT,
     F_INVERSE,
     F_INVERSE_SIZE,
@@ -43,6 +44,7 @@ from hexathermal.kinematics.layout import (
     F_PLATFORM_AXES,
     F_PLATFORM_COSINES,
     F_Q,
+    F_SHIFT,
     F_T,
     HAS_CONES,
     LONGEST,
@@ -117,6 +119,15 @@ def from_centre(f, R, t):
 
 
 @formula
+def near_home(f, t, q):
+    """Return whether a pose is in the region about home that is known to hold no singular pose."""
+    h = triple(f, F_T)
+    d = (t[0] - h[0], t[1] - h[1], t[2] - h[2])
+    cosine = q[0] * f[F_Q] + q[1] * f[F_Q + 1] + q[2] * f[F_Q + 2] + q[3] * f[F_Q + 3]
+    return (dot(d, d) <= f[F_SHIFT]) & (abs(cosine) >= f[F_COSINE])
+
+
+@formula
 def stroke_and_cones(c, R, t, L):
     """Return the code of the first limit that a pose breaks; `L` in the machine's order of legs."""
     code = OK
@@ -160,7 +171,7 @@ def forward_one(both, lengths, out):
         ratio = determinant / f[F_DETERMINANT]
         steps += 1
     R = rotation_of(q[0], q[1], q[2], q[3])
-    good = sure & (ratio > DETERMINANT_RATIO) & (size < STEP_TOLERANCE)
+    good = sure & (ratio > DETERMINANT_RATIO) & (size < STEP_TOLERANCE) & near_home(f, t, q)
     most = RESIDUAL / f[F_INVERSE_SIZE]
     for k in range(6):
         i = int(f[F_ORDER + k])
@@ -249,6 +260,7 @@ def finish_block(c, f, s):
         worst = worst_error(R, t, P, B, L)
         s[WORST * BLOCK + j] = worst
         sure = (s[FIRST_STEP * BLOCK + j] < CONTRACTION) & (s[RATIO * BLOCK + j] > DETERMINANT_RATIO) & (worst < most)
+        sure &= near_home(f, t, q)
         inside = (L[0] >= low[0]) & (L[1] >= low[1]) & (L[2] >= low[2])
         inside &= (L[3] >= low[3]) & (L[4] >= low[4]) & (L[5] >= low[5])
         inside &= (L[0] <= high[0]) & (L[1] <= high[1]) & (L[2] <= high[2])

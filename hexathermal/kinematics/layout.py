@@ -36,7 +36,10 @@ F_BASE_COSINES = 108
 F_PLATFORM_AXES = 114
 F_PLATFORM_COSINES = 132
 F_ORIGIN = 138
-FORWARD_LENGTH = 141
+F_SHIFT = 141
+"""Squared distance from home [m^2] within which, and `F_COSINE` of half a turn, no singular pose is near."""
+F_COSINE = 142
+FORWARD_LENGTH = 143
 
 # --- rows of the thermal law, one column a sensor, in the order leg 1 .. leg 6, platform, base; the machine's constants
 # from FIRST_SENSOR on tell which columns are whose

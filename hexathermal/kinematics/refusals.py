@@ -24,6 +24,9 @@ from hexathermal.kinematics.lean import angles_of
 from hexathermal.machine.hexapod import Hexapod
 from hexathermal.poses import FloatArray
 
+WAY = 1025
+"""Poses of a straight move that are looked at for the smallest determinant."""
+
 
 def refuse_forward(
     hexapod: Hexapod,
@@ -32,10 +35,12 @@ def refuse_forward(
     lengths: FloatArray,
     index: tuple[int, ...] = (),
     expansions: FloatArray | None = None,
+    start: FloatArray | None = None,
 ) -> NoReturn:
     """Raise the error of a code, with leg, value and limits.
 
-    `pose` is what the solver ended with, `lengths` the true ones it sought, `expansions` those of platform and base.
+    `pose` is what the solver ended with, `lengths` the true ones it sought, `expansions` those of platform and base,
+    `start` where it began (default: home).
     """
     here = where(index)
     if code == at.OUT_OF_STROKE:
@@ -50,11 +55,12 @@ def refuse_forward(
             leg=leg + 1, value=condition, lower=1.0, upper=LARGEST_CONDITION, index=index,
         )  # fmt: skip
     if code == at.OTHER_BRANCH:
-        ratio = determinant(hexapod, pose) / determinant(hexapod, hexapod.home)
+        ratio = _smallest_ratio(hexapod, hexapod.home if start is None else start, pose)
         _condition, leg = _condition_and_leg(hexapod, pose)
+        why = "the way there passes a singular pose" if ratio <= 0.0 else "more than one can be reached from it"
         raise OtherBranchError(
-            f"these lengths{here} were met only in another posture than the one reached from the start: the way there "
-            f"passes a singular pose (det J is {ratio:.3g} of home's; leg {leg + 1} is the most dependent there); "
+            f"these lengths{here} were met only in another posture than the one reached from the start: {why} "
+            f"(det J falls to {ratio:.3g} of the start's; leg {leg + 1} is the most dependent there); "
             "assembly_modes(lengths) lists all postures, forward_kinematics(lengths, guess=...) starts elsewhere",
             leg=leg + 1, value=ratio, lower=0.0, index=index,
         )  # fmt: skip
@@ -76,12 +82,18 @@ def warm_machine(hexapod: Hexapod, expansions: FloatArray | None) -> Hexapod:
     return Hexapod(base, platform, home=hexapod.home, name=hexapod.name)
 
 
-def determinant(hexapod: Hexapod, pose: FloatArray) -> float:
-    """Return ``det J``; 0 where the pose is none."""
-    try:
-        return float(np.linalg.det(jacobian(hexapod, pose)))
-    except (ArgumentError, KinematicsError):
-        return 0.0
+def _smallest_ratio(hexapod: Hexapod, start: FloatArray, pose: FloatArray) -> float:
+    """Return the smallest ``det J`` on the straight move between two poses, as a part of that at the start."""
+    from hexathermal.kinematics.path import path_poses
+
+    way = path_poses(start, pose, np.linspace(0.0, 1.0, WAY))
+    s = np.einsum("nij,kj->nki", way[:, :3, :3], hexapod.platform_joints - constants(hexapod).centre)
+    legs = way[:, None, :3, 3] - hexapod.base_joints
+    legs += np.einsum("nij,kj->nki", way[:, :3, :3], hexapod.platform_joints)
+    with np.errstate(all="ignore"):
+        units = legs / np.linalg.norm(legs, axis=-1, keepdims=True)
+        determinants = np.linalg.det(np.concatenate([units, np.cross(s, units)], axis=-1))
+        return float(np.nan_to_num((determinants / determinants[0]).min()))
 
 
 def _condition_and_leg(hexapod: Hexapod, pose: FloatArray) -> tuple[float, int]:

@@ -67,3 +67,25 @@ def test_where_the_lengths_fold_no_far_posture_is_returned() -> None:
     result = machine.solve_forward(machine.inverse_kinematics(pose))
     assert not result.ok or np.allclose(result.pose, pose, atol=1e-9)
     assert np.allclose(machine.forward_kinematics(machine.inverse_kinematics(pose), guess=pose), pose, atol=1e-12)
+
+
+def test_a_far_pivot_does_not_hide_a_singular_pose() -> None:
+    """With a pivot 30 m aside, and about a home near a singular pose, answers are still reached by a regular move."""
+    turns = np.radians([-10.0, 10.0, 110.0, 130.0, 230.0, 250.0])
+    base = 0.25 * np.c_[np.cos(turns), np.sin(turns), 0.0 * turns]
+    turns = np.radians([-50.0, 50.0, 70.0, 170.0, 190.0, 290.0])
+    platform = 0.15 * np.c_[np.cos(turns), np.sin(turns), 0.0 * turns]
+    rng = np.random.default_rng(3)
+    aside = ht.Hexapod(base, platform + [30.0, 0.0, 0.0], home=[-30.0, 0.0, 0.4])
+    for degrees in (40.0, 45.0, 50.0, 55.0):
+        pose = ht.pose_from_coordinates([0, 0, 0, 0, degrees, 0])
+        pose[:3, 3] = [0.0, 0.0, 0.4] - pose[:3, :3] @ [30.0, 0.0, 0.0]
+        result = aside.solve_forward(aside.inverse_kinematics(pose))
+        assert not result.ok or check_path(aside, aside.home, result.pose).ok
+    for twist in (85.0, 88.0, 89.5):
+        home = ht.pose_from_coordinates([0, 0, 400, 0, 0, twist])
+        near = ht.Hexapod(base, platform, home=home)
+        poses = home @ ht.pose_from_coordinates(rng.uniform(-1, 1, (500, 6)) * [100, 100, 100, 20, 20, 20])
+        result = near.solve_forward(near.inverse_kinematics(poses))
+        assert result.ok.any()
+        assert check_path(near, home, result.pose[result.ok]).ok.all(), twist

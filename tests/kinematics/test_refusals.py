@@ -13,6 +13,7 @@ from hexathermal.errors import (
     ArgumentError,
     HexathermalError,
     JointConeError,
+    NotConvergedError,
     OtherBranchError,
     SingularPoseError,
     TemperatureError,
@@ -47,20 +48,37 @@ def test_a_singular_guess_has_no_branch(free: ht.Hexapod) -> None:
 
 
 def test_other_branch_carries_the_determinant(rng: np.random.Generator) -> None:
-    """OtherBranchError carries det J over home's, below its limit 0 or beyond a crossing, and a leg."""
+    """OtherBranchError carries the smallest det J on the way over the start's, at or below its limit 0, and a leg."""
     for _ in range(20):
         machine = general_machine(rng)
         lengths = machine.inverse_kinematics(machine.home) * rng.uniform(0.75, 1.25, (2000, 6))
         found = np.flatnonzero(machine.solve_forward(lengths).status == ht.ForwardStatus.OTHER_BRANCH)
-        for k in found[:5]:
-            with pytest.raises(OtherBranchError, match="of home's") as caught:
+        values = []
+        for k in found[:9]:
+            with pytest.raises(OtherBranchError, match="of the start's") as caught:
                 machine.forward_kinematics(lengths[k])
             assert caught.value.leg in range(1, 7)
-            assert np.isfinite(caught.value.value)
             assert caught.value.lower == 0.0
+            assert (caught.value.value <= 0.0) == ("passes a singular pose" in str(caught.value))
+            values.append(caught.value.value)
         if len(found):
+            assert min(values) <= 0.0
             return
     pytest.fail("no machine had another branch")
+
+
+def test_a_singular_start_is_told_by_its_own_condition(free: ht.Hexapod) -> None:
+    """From a singular guess the error carries the guess's condition number, which is above the limit."""
+    start, near = (ht.pose_from_coordinates([0, 0, 0, 0, 0, turn]) for turn in (90.0, 85.0))
+    with pytest.raises(SingularPoseError) as caught:
+        free.forward_kinematics(free.inverse_kinematics(near), guess=start)
+    assert caught.value.value > caught.value.upper
+
+
+def test_lengths_in_millimetres_are_not_called_singular(free: ht.Hexapod) -> None:
+    """Lengths a thousand times too long, without strokes, are not reached: the start is no singular pose."""
+    with pytest.raises(NotConvergedError):
+        free.forward_kinematics(1000.0 * free.inverse_kinematics(free.home))
 
 
 def test_the_default_start_and_home_as_a_guess_agree(rng: np.random.Generator) -> None:
