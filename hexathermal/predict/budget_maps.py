@@ -1,0 +1,350 @@
+"""Error budgets over poses and over times: maps, paths and days; which is worst, and why."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from hexathermal.errors import ArgumentError, KinematicsError, UnknownNameError
+from hexathermal.machine.hexapod import Hexapod
+from hexathermal.machine.thermal import TemperaturesLike, frozen, refreeze
+from hexathermal.poses import FloatArray, Frames, PoseLike, finite_array, pose_array, pose_from_coordinates
+from hexathermal.predict.budget import AXES, Budget, error_budget
+from hexathermal.predict.budget_inputs import Plates
+from hexathermal.predict.sources import Source
+from hexathermal.predict.temperatures import active_model, temperature_array
+
+MEASURES = ("shift", "turn")
+LARGEST_GRID = 100_000
+
+
+@dataclass(frozen=True, eq=False)
+class BudgetMap:
+    """Budgets at many poses or times; errors are ``[x, y, z, rx, ry, rz]``, m and rad.
+
+    Attributes
+    ----------
+    poses : array, shape (N, 4, 4) [m]
+    temps : array, shape (N, n) [degC]
+    uncorrected, remaining, uncertainty, worst_case : array, shape (N, 6)
+        Drift with nominal lengths, bias that remains, standard uncertainty, and ``|remaining| + U``; NaN where the
+        pose cannot be reached.
+    refused : tuple of (int, str)
+        Place and reason of every pose that cannot be reached.
+    labels : tuple of str
+        Of the sources.
+    shares : array, shape (N, sources, 6)
+        Part of each variance that a source makes up.
+    probability : float
+    frame : str
+    """
+
+    poses: FloatArray
+    temps: FloatArray
+    uncorrected: FloatArray
+    remaining: FloatArray
+    uncertainty: FloatArray
+    worst_case: FloatArray
+    refused: tuple[tuple[int, str], ...]
+    labels: tuple[str, ...]
+    shares: FloatArray
+    probability: float
+    frame: str
+
+    def size(self, what: str, measure: str = "shift") -> FloatArray:
+        """Return the length of the shift [m] or of the turn [rad] of one of the arrays, shape (N,).
+
+        For ``worst_case`` and ``uncertainty``: the root of the sum of squares over the three axes.
+        """
+        known = ("uncorrected", "remaining", "uncertainty", "worst_case")
+        if what not in known:
+            raise UnknownNameError(f"{what!r} is not known; choose from {', '.join(known)}", known)
+        if measure not in MEASURES:
+            raise UnknownNameError(f"{measure!r} is not known; choose from {', '.join(MEASURES)}", MEASURES)
+        values = getattr(self, what)
+        return np.asarray(np.linalg.norm(values[:, :3] if measure == "shift" else values[:, 3:], axis=1))
+
+    def worst(self, measure: str = "shift") -> Worst:
+        """Return which place is worst in shift or turn, and why.
+
+        Raises
+        ------
+        ArgumentError
+            No pose of the map can be reached.
+        """
+        sizes = self.size("worst_case", measure)
+        if not np.isfinite(sizes).any():
+            reason = f": {self.refused[0][1]}" if self.refused else ""
+            raise ArgumentError(f"no pose of the map can be reached{reason}")
+        index = int(np.nanargmax(sizes))
+        part = slice(0, 3) if measure == "shift" else slice(3, 6)
+        axis = int(np.argmax(self.worst_case[index, part])) + part.start
+        bias, u = abs(float(self.remaining[index, axis])), float(self.uncertainty[index, axis])
+        share = self.shares[index, :, axis]
+        label = self.labels[int(share.argmax())] if len(share) else ""
+        biased = bias > float(self.worst_case[index, axis]) - bias
+        return Worst(index, measure, AXES[axis], float(sizes[index]), bias, u, label,
+                     float(share.max()) if len(share) else 0.0, biased)  # fmt: skip
+
+    def __setstate__(self, state: dict[str, Any]) -> None:
+        refreeze(self, state)
+
+
+@dataclass(frozen=True)
+class Worst:
+    """The worst place of a map.
+
+    Attributes
+    ----------
+    index : int
+    measure, axis : str
+        ``"shift"`` or ``"turn"``, and the axis that is worst there.
+    value : float [m or rad]
+        Size of the worst case, all three axes.
+    bias, uncertainty : float [m or rad]
+        In the worst axis.
+    source : str
+        The source with the largest part of the variance in that axis.
+    share : float
+        That part.
+    mostly_bias : bool
+        Whether the bias is larger than the expanded uncertainty there.
+    """
+
+    index: int
+    measure: str
+    axis: str
+    value: float
+    bias: float
+    uncertainty: float
+    source: str
+    share: float
+    mostly_bias: bool
+
+    @property
+    def reason(self) -> str:
+        """One sentence: why it is the worst."""
+        unit = "um" if self.measure == "shift" else "urad"
+        cause = (
+            "the bias that remains" if self.mostly_bias else f"{self.source}, {100 * self.share:.0f} % of the variance"
+        )
+        return (
+            f"{self.axis} weighs most: bias {self.bias * 1e6:.3g} {unit}, standard uncertainty "
+            f"{self.uncertainty * 1e6:.3g} {unit}; mostly {cause}"
+        )
+
+
+def budget_map(
+    hexapod: Hexapod,
+    poses: npt.ArrayLike,
+    temps: TemperaturesLike,
+    sources: Iterable[Source] | None = None,
+    *,
+    probability: float = 0.95,
+    plates: Plates | Iterable[Plates] | None = None,
+    correction: bool = True,
+    frame: str = "machine",
+    frames: Frames | None = None,
+    at_tool: npt.ArrayLike | None = None,
+    air_degC: npt.ArrayLike | None = None,
+    progress: Callable[[int, int], None] | None = None,
+) -> BudgetMap:
+    """Return budgets at many poses, at many sets of temperatures, or at pairs of both.
+
+    Poses that cannot be reached (stroke, cone, singular) stay in the map as NaN, with their reason in `refused`; wrong
+    temperatures and arguments are errors.
+
+    Parameters
+    ----------
+    hexapod : Hexapod
+    poses : array, shape (N, 4, 4) or (4, 4) [m]
+        A grid (`pose_grid`), a path, or one pose for a day.
+    temps : array, shape (N, n) or (n,) [degC], or mapping
+        Broadcast against the poses.
+    sources, correction, frame, frames, at_tool
+        As in `hexathermal.predict.budget.error_budget`.
+    plates, air_degC
+        One for all, or one for each place.
+    progress : callable, optional
+        ``progress(done, total)``.
+
+    Returns
+    -------
+    BudgetMap
+
+    Raises
+    ------
+    ArgumentError
+        Shapes that do not fit each other.
+    HexathermalError
+        As `error_budget`, save for poses that cannot be reached.
+
+    Examples
+    --------
+    >>> import hexathermal as ht
+    >>> hexapod = ht.load_hexapod("reference")
+    >>> found = budget_map(hexapod, pose_grid(hexapod, x_mm=(-50, 50, 3)), [25.0] * 6)
+    >>> found.worst().index in (0, 2)                      # the ends of the path
+    True
+    """
+    flat, hot = _paired(hexapod, poses, temps)
+    count = len(flat)
+    warm = _each(plates, count, Plates, "plates")
+    air: list[Any] = [None] * count
+    if air_degC is not None:
+        air = np.broadcast_to(finite_array(air_degC, (), "air_degC"), (count,)).tolist()
+    chosen = None if sources is None else tuple(sources)
+    budgets: list[Budget | None] = []
+    refused = []
+    for k in range(count):
+        try:
+            budgets.append(
+                error_budget(hexapod, flat[k], hot[k], chosen, correction=correction, frame=frame, frames=frames,
+                             at_tool=at_tool, plates=warm[k], air_degC=air[k])
+            )  # fmt: skip
+        except KinematicsError as error:
+            budgets.append(None)
+            refused.append((k, str(error)))
+        if progress is not None:
+            progress(k + 1, count)
+    return _gathered(budgets, flat, hot, tuple(refused), probability, frame)
+
+
+def _paired(hexapod: Hexapod, poses: PoseLike, temps: TemperaturesLike) -> tuple[FloatArray, FloatArray]:
+    """Return poses (N, 4, 4) and temperatures (N, n)."""
+    flat, hot = pose_array(poses, "poses"), temperature_array(hexapod, temps)
+    if flat.ndim > 3 or hot.ndim > 2:
+        raise ArgumentError(f"poses and temps of a map are lists, found shapes {flat.shape} and {hot.shape}")
+    flat, hot = flat.reshape(-1, 4, 4), hot.reshape(-1, hot.shape[-1])
+    count = max(len(flat), len(hot))
+    if len(flat) not in (1, count) or len(hot) not in (1, count) or not min(len(flat), len(hot)):
+        raise ArgumentError(
+            f"{len(flat)} poses and {len(hot)} sets of temperatures do not pair up; give one or as many"
+        )
+    return np.broadcast_to(flat, (count, 4, 4)), np.broadcast_to(hot, (count, hot.shape[1]))
+
+
+def _each(given: Any, count: int, kind: type, what: str) -> list[Any]:
+    """Return one value for each place."""
+    if given is None or isinstance(given, kind):
+        return [given] * count
+    many = list(given)
+    if len(many) != count:
+        raise ArgumentError(f"{len(many)} {what} for {count} places; give one or as many")
+    return many
+
+
+def _gathered(
+    budgets: list[Budget | None],
+    poses: FloatArray,
+    temps: FloatArray,
+    refused: tuple[tuple[int, str], ...],
+    probability: float,
+    frame: str,
+) -> BudgetMap:
+    """Return budgets as arrays, sources in one order."""
+    labels = tuple(sorted({item.label for budget in budgets if budget for item in budget.contributions}))
+    numbers = np.full((4, len(budgets), 6), np.nan)
+    shares = np.full((len(budgets), len(labels), 6), np.nan)
+    for k, budget in enumerate(budgets):
+        if budget is not None:
+            numbers[:, k] = (
+                budget.uncorrected, budget.remaining, budget.uncertainty, budget.worst_case(probability)
+            )  # fmt: skip
+            for row, item in zip(budget.shares, budget.contributions, strict=True):
+                shares[k, labels.index(item.label)] = row
+    drift, remaining, uncertainty, worst = (frozen(array) for array in numbers)
+    return BudgetMap(
+        frozen(poses), frozen(temps), drift, remaining, uncertainty, worst, refused, labels, frozen(shares),
+        probability, frame,
+    )  # fmt: skip
+
+
+def pose_grid(
+    hexapod: Hexapod,
+    *,
+    convention: str = "fixed-xyz",
+    around: npt.ArrayLike = (0.0,) * 6,
+    **spans: tuple[float, float, int],
+) -> FloatArray:
+    """Return poses on a grid of coordinates counted from home.
+
+    Parameters
+    ----------
+    hexapod : Hexapod
+    convention : str
+    around : array, shape (6,) [mm, deg]
+        Coordinates that no span moves.
+    x_mm, y_mm, z_mm, rx_deg, ry_deg, rz_deg : (low, high, count)
+        At least one; ``count`` values from low to high. The last one given changes fastest.
+
+    Returns
+    -------
+    array, shape (N, 4, 4) [m]
+
+    Raises
+    ------
+    UnknownNameError
+        A span of another name.
+    ArgumentError
+        No span, a count that is no whole number above 0, or more than 100 000 poses.
+    """
+    return pose_from_coordinates(grid_coordinates(around, spans), convention, hexapod)
+
+
+def grid_coordinates(around: npt.ArrayLike, spans: dict[str, tuple[float, float, int]]) -> FloatArray:
+    """Return the coordinates (N, 6) [mm, deg] of a grid, see `pose_grid`."""
+    names = ("x_mm", "y_mm", "z_mm", "rx_deg", "ry_deg", "rz_deg")
+    centre = finite_array(around, (6,), "around")
+    if not spans:
+        raise ArgumentError(f"a grid needs at least one span: {', '.join(names)}")
+    values = []
+    for name, span in spans.items():
+        if name not in names:
+            raise UnknownNameError(f"span {name!r} is not known; choose from {', '.join(names)}", names)
+        low, high, count = span
+        if not isinstance(count, int | np.integer) or isinstance(count, bool) or count < 1:
+            raise ArgumentError(f"count of span {name} must be a whole number above 0, found {count!r}")
+        ends = finite_array([low, high], (2,), f"span {name}")
+        values.append(np.linspace(ends[0], ends[1], int(count)))
+        if np.prod([float(len(row)) for row in values]) > LARGEST_GRID:
+            raise ArgumentError(f"the grid has more than {LARGEST_GRID} poses; give smaller counts")
+    mesh = np.meshgrid(*values, indexing="ij")
+    out = np.tile(centre, (mesh[0].size, 1))
+    for name, grid in zip(spans, mesh, strict=True):
+        out[:, names.index(name)] = grid.ravel()
+    return out
+
+
+def graded_temperatures(hexapod: Hexapod, mean_degC: float, gradient_K_per_m: npt.ArrayLike) -> FloatArray:
+    """Return temperatures of a machine with a gradient across its six legs.
+
+    ``T_i = mean + g . (m_i - m)`` with the middles ``m_i`` of the legs at home and their mean ``m``, base axes.
+    Thermometers of plates read the mean; `Plates` holds the gradients of plates.
+
+    Parameters
+    ----------
+    hexapod : Hexapod
+    mean_degC : float
+    gradient_K_per_m : array, shape (3,)
+
+    Returns
+    -------
+    array, shape (n,) [degC]
+        In the order of `hexapod.sensor_names`.
+    """
+    model = active_model(hexapod)
+    slope = finite_array(gradient_K_per_m, (3,), "gradient_K_per_m")
+    if slope.shape != (3,):
+        raise ArgumentError(f"gradient_K_per_m has shape {slope.shape}; expected (3,)")
+    mean = float(finite_array(mean_degC, (), "mean_degC"))
+    moved = hexapod.platform_joints @ hexapod.home[:3, :3].T + hexapod.home[:3, 3]
+    middles = 0.5 * (moved + hexapod.base_joints)
+    legs = mean + (middles - middles.mean(axis=0)) @ slope
+    counts = [len(law.sensors) for law in model.legs]
+    rest = len(model.sensor_names) - sum(counts)
+    return np.concatenate([np.repeat(legs, counts), np.full(rest, mean)])
