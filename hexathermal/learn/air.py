@@ -58,10 +58,11 @@ def _checked(**values: npt.ArrayLike) -> list[FloatArray]:
         array = finite_array(value, (), f"the air's {name}" if name != "wavelength" else name)
         outside = (array < low) | (array > high)
         if outside.any():
-            found = float(array[outside].flat[0])
+            place = tuple(int(k) for k in np.argwhere(outside)[0])
+            at = f" at index {place}" if place else ""
             raise ArgumentError(
-                f"{name} {found * factor:.6g} {unit} is outside {low * factor:g} to {high * factor:g} {unit}, "
-                f"the range of Ciddor's equation; {_ASKED[name]}"
+                f"{name} {array[place] * factor:.6g} {unit}{at} is outside {low * factor:g} to {high * factor:g} {unit}"
+                f", the range of Ciddor's equation; {_ASKED[name]}"
             )
         checked.append(array)
     return checked
@@ -130,12 +131,11 @@ def _of_composition(wavelength: Any, t: Any, p: Any, xv: Any, co2: Any) -> Any:
     S = (1e-6 / wavelength) ** 2
     dry = 1e-8 * (5792105.0 / (238.0185 - S) + 167917.0 / (57.362 - S)) * (1.0 + 0.534 * (co2 - 450e-6))
     vapour = 1.022e-8 * (295.235 + 2.6422 * S - 0.032380 * S**2 + 0.004028 * S**3)
-    molar_mass = 1e-3 * (28.9635 + 12.011 * (co2 - 400e-6))
     moles = p / (_compressibility(t, p, xv) * _GAS_CONSTANT * (t - ABSOLUTE_ZERO_DEGC))
-    standard = _STANDARD_PRESSURE * molar_mass / (_STANDARD_COMPRESSIBILITY * _GAS_CONSTANT * _STANDARD_TEMPERATURE)
-    dry_part = (1.0 - xv) * molar_mass * moles / standard
-    vapour_part = xv * _VAPOUR_MOLAR_MASS * moles / _STANDARD_VAPOUR_DENSITY
-    return dry_part * dry + vapour_part * vapour
+    # The molar mass of dry air, which depends on the carbon dioxide, cancels in the ratio of its densities.
+    standard = _STANDARD_PRESSURE / (_STANDARD_COMPRESSIBILITY * _GAS_CONSTANT * _STANDARD_TEMPERATURE)
+    vapour_density = xv * _VAPOUR_MOLAR_MASS * moles
+    return (1.0 - xv) * moles / standard * dry + vapour_density / _STANDARD_VAPOUR_DENSITY * vapour
 
 
 def _refractivity(wavelength: Any, t: Any, p: Any, h: Any, co2: Any) -> Any:

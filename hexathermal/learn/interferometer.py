@@ -71,7 +71,10 @@ def index_along_run(
             f"{'; '.join(parts)}; record the weather, leave those rows out, or say index_compensated = true where "
             "the laser's electronics did it"
         )
-    return refractive_index(wavelength, weather[:, 0], weather[:, 1], weather[:, 2], co2)
+    try:
+        return refractive_index(wavelength, weather[:, 0], weather[:, 1], weather[:, 2], co2)
+    except ArgumentError as error:
+        raise ArgumentError(f"{run}: {error}") from None
 
 
 def corrected_beams(

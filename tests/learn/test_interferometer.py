@@ -169,6 +169,14 @@ def test_missing_weather_is_named() -> None:
     assert "air_temperature_degC" not in said
 
 
+def test_weather_in_a_wrong_unit_is_named() -> None:
+    """Pressure in hectopascals where pascals are meant is refused with the run, the row and the range."""
+    _, _, air = _run(0, 50)
+    air[4:, 1] /= 100.0
+    with pytest.raises(ArgumentError, match=r"run-03: pressure 10.1\d+ hPa at index \(4,\) is outside 100 to 1400 hPa"):
+        index_along_run(air, run="run-03")
+
+
 @pytest.mark.parametrize(
     ("change", "message"),
     [

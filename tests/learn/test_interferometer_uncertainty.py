@@ -93,7 +93,10 @@ def test_recorded_weather_and_tilt_take_the_place_of_assumed_ones() -> None:
 
 
 def test_more_beams_average_what_is_their_own() -> None:
-    """Noise and cyclic errors fall with the root of the number of beams; the air is common to all."""
+    """Noise (of the row and of the zero) and cyclic errors fall with the root of the number of beams; air does not."""
+    assert drift_uncertainty([0.1], LAYOUT, accuracy=replace(NOTHING, noise=30e-9)).standard == pytest.approx(
+        30e-9 * np.sqrt(2.0 / 3.0)
+    )
     six = replace(LAYOUT, azimuths=tuple(np.arange(6) * np.pi / 3.0))
     three, more = (drift_uncertainty([0.1], layout).contributions for layout in (LAYOUT, six))
     for name, ratio in (("noise", np.sqrt(0.5)), ("cyclic error", np.sqrt(0.5)), ("air pressure", 1.0)):
