@@ -148,8 +148,15 @@ def mounted(bench: Bench, seed: int) -> Mounted:
     """Return the instruments of the bench that a seed stands for."""
     generator = np.random.default_rng([seed, 0])
     return Mounted(
-        bench.thermocouples.mounted(generator), bench.interferometers.mounted(generator), bench.station.errors(generator)
+        bench.thermocouples.mounted(generator),
+        bench.interferometers.mounted(generator),
+        bench.station.errors(generator),
     )
+
+
+def roles(identification: int, validation: int) -> tuple[str, ...]:
+    """Return the roles of a campaign's runs: first those to identify a law, then those to validate it."""
+    return ("identification",) * identification + ("validation",) * validation
 
 
 def planned_runs(
@@ -177,9 +184,8 @@ def planned_runs(
             f"a run of {duration / 3600.0:g} h ends before its first movement; the rod rests for "
             f"{bench.scenario.first_rest / 3600.0:.3g} h first"
         )
-    roles = ["identification"] * identification + ["validation"] * validation
     plans = []
-    for k, role in enumerate(roles):
+    for k, role in enumerate(roles(identification, validation)):
         number = k if role == "identification" else k - identification
         commands = bench.scenario.commands(
             bench.leg.stroke, bench.leg.drive.speed, np.random.default_rng([seed, 1, k]), run=number, duration=duration

@@ -76,9 +76,7 @@ class WeatherStation:
         found = generator.standard_normal(3) * (self.temperature_offset, self.pressure_offset, self.humidity_offset)
         return (float(found[0]), float(found[1]), float(found[2]))
 
-    def read(
-        self, weather: Weather, errors: tuple[float, float, float], generator: np.random.Generator
-    ) -> Weather:
+    def read(self, weather: Weather, errors: tuple[float, float, float], generator: np.random.Generator) -> Weather:
         """Return what it reads of the room's air."""
         noise = generator.standard_normal((3, weather.temperature.size))
         humidity = weather.humidity + errors[2] + self.humidity_noise * noise[2]

@@ -209,8 +209,10 @@ class VirtualLeg:
                   (contact.guide_position, contact.guide_length, contact.guide_conductance))  # fmt: skip
         found = np.full(self.body.cells, contact.gap_conductance)
         for middle, length, conductance in bushes:
-            found += conductance * _overlaps(edges, np.array([middle - length / 2, middle + length / 2]))[:, 0] / (
-                edges[1] - edges[0]
+            found += (
+                conductance
+                * _overlaps(edges, np.array([middle - length / 2, middle + length / 2]))[:, 0]
+                / (edges[1] - edges[0])
             )
         return frozen(found * pi * self.rod.outer_diameter)
 

@@ -59,10 +59,14 @@ class Mechanics:
         return np.asarray(found)
 
     def error(self, motion: Motion, time: FloatArray, generator: np.random.Generator) -> FloatArray:
-        """Return by how much the leg is longer than scale and temperatures say, shape (n,) [m]."""
+        """Return by how much the leg is longer than scale and temperatures say, shape (n,) [m].
+
+        Where a run starts, the leg has rested for long: there is no scatter before the first move.
+        """
         count = motion.commands.times.size + 1
         scatter = self._landings(self.scatter, count, generator)
         creep = self._landings(self.settling, count, generator)
+        scatter[0] = creep[0] = 0.0
         landing = motion.landing(time)
         since = np.clip(motion.since_arrival(time), 0.0, None)
         phase = 2.0 * np.pi * (motion.displacement(time) / self.scale_period + generator.uniform())

@@ -146,7 +146,7 @@ class Rod:
     heat_capacity: float = 515.0
     conductivity: float = 10.0
     expansion: float = 1.90e-6
-    scale_expansion: float = 2.20e-6
+    scale_expansion: float = 2.10e-6
     scale_held: float = 0.020
     convection: float = 4.0
     cells: int = 27
@@ -247,8 +247,8 @@ class Drive:
 
     speed: float = 0.002
     holding_power: float = 1.0
-    moving_power: float = 12.0
-    screw_torque: float = 1.3
+    moving_power: float = 15.0
+    screw_torque: float = 1.25
     screw_lead: float = 0.001
     rod_share: float = 0.35
 

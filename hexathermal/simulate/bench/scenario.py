@@ -123,9 +123,9 @@ class Scenario:
     pause: tuple[float, float] = (8.0, 16.0)
     settling: float = 4.0
     first_rest: float = 600.0
-    movement: tuple[float, float] = (2400.0, 5400.0)
-    rest: tuple[float, float] = (1800.0, 5400.0)
-    loads: tuple[float, ...] = (1.0, 0.6, 0.8)
+    movement: tuple[float, float] = (3000.0, 4800.0)
+    rest: tuple[float, float] = (2400.0, 5400.0)
+    loads: tuple[float, ...] = (1.0, 0.5, 0.7)
     duration: tuple[float, float] = (4.0 * 3600.0, 6.0 * 3600.0)
 
     def __post_init__(self) -> None:
@@ -137,7 +137,9 @@ class Scenario:
         if max(self.loads) > 1.0:
             raise ArgumentError(f"Scenario.loads are parts of full load, above 0 and up to 1, found {self.loads!r}")
         if self.pause[0] <= self.settling:
-            raise ArgumentError(f"Scenario.pause must be longer than settling ({self.settling:g} s), found {self.pause!r}")
+            raise ArgumentError(
+                f"Scenario.pause must be longer than settling ({self.settling:g} s), found {self.pause!r}"
+            )
 
     def commands(
         self,

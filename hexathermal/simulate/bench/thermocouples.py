@@ -13,9 +13,7 @@ from hexathermal.simulate.bench.leg import LegHistory
 from hexathermal.simulate.bench.parts import require_finite
 
 
-def slow_process(
-    time: FloatArray, correlation_time: float, count: int, generator: np.random.Generator
-) -> FloatArray:
+def slow_process(time: FloatArray, correlation_time: float, count: int, generator: np.random.Generator) -> FloatArray:
     """Return stationary noise of unit variance that forgets itself within `correlation_time`, shape (n, count)."""
     found = np.empty((time.size, count))
     found[0] = generator.standard_normal(count)
