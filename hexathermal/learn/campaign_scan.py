@@ -25,6 +25,12 @@ LONGEST_GAP_ROWS = 10
 LARGEST_DISORDER = 0.01
 """Share of a run's rows whose time may lie before that of an earlier row; more is a fault."""
 
+KELVIN = 200.0
+"""A thermocouple that never reads less [degC] reads kelvins."""
+
+CODE = 9999.0
+"""Readings from here on are missing codes and do not count as values."""
+
 Progress = Callable[[int, int, str], None]
 
 
@@ -59,12 +65,16 @@ class _Scan:
         self._blocks: dict[tuple[int, int], list[int]] = {}
         self._parts = [column.part for column in table.columns]
         self._latest, self._late, self._first_late = -np.inf, 0, -1
+        self._low, self._high = np.full(k, np.inf), np.full(k, -np.inf)
 
     def add(self, numbers: FloatArray) -> None:
         """Look at the next rows."""
         missing = np.isnan(numbers)
         self._note_blocks(missing)
         self._missing += missing.sum(axis=0)
+        plain = np.where(np.abs(numbers) < CODE, numbers, np.nan)
+        self._low = np.fmin(self._low, np.fmin.reduce(plain, axis=0, initial=np.inf))
+        self._high = np.fmax(self._high, np.fmax.reduce(plain, axis=0, initial=-np.inf))
         if "time" in self._parts:
             self._note_clock(numbers[:, self._parts.index("time")])
         if "settled" in self._parts:
@@ -117,6 +127,7 @@ class _Scan:
         if self.count == 1:
             self.faults.add(self.run.path, Problem(self.table.line(0), 1, "the table has one row, expected more"))
         self._finish_columns()
+        self._finish_units()
         if "missing-blocks" not in self.campaign.accepted:
             for (start, end), columns in sorted(self._blocks.items()):
                 lost = [k for k in columns if self._missing[k] < self.count]
@@ -142,6 +153,27 @@ class _Scan:
         heat = [k for k, part in enumerate(self._parts) if part == "temperature"]
         if heat and all(self._missing[k] == self.count for k in heat):
             self._fault(0, heat[0], f"no thermocouple holds a number in any of {self.count} rows")
+
+    def _finish_units(self) -> None:
+        """Note values that can only be in another unit than the column's name says."""
+        parts = np.array(self._parts)
+        for k in np.flatnonzero(parts == "temperature"):
+            if self._low[k] > KELVIN and self._high[k] < 2.0 * KELVIN:
+                span = f"{self._low[k]:g} to {self._high[k]:g}"
+                self._fault(0, int(k), f"{self.table.columns[k].name} reads {span}: kelvins? expected degrees Celsius")
+        beams = np.flatnonzero(parts == "beam")
+        if not beams.size or "q" not in self._parts:
+            return
+        rod = self._parts.index("q")
+        moved = self._high[rod] - self._low[rod]
+        for k in beams:
+            seen = self._high[k] - self._low[k]
+            if max(seen, moved) > 0.1 and not 0.01 * moved < seen < 100.0 * moved:
+                message = (
+                    f"{self.table.columns[k].name} moves over {seen:g} while q_mm moves over {moved:g}: one of them is "
+                    "in another unit, both must be in mm"
+                )
+                self._fault(0, int(k), message)
 
     def _lost_block(self, start: int, end: int, columns: list[int]) -> None:
         """Note a block of missing values."""

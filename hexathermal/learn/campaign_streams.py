@@ -20,7 +20,7 @@ from hexathermal.errors import ArgumentError, FileFormatError, Problem
 from hexathermal.learn.campaign import Campaign, RunFile
 from hexathermal.learn.campaign_columns import Column, columns_of, meant_for
 from hexathermal.learn.campaign_faults import Faults
-from hexathermal.predict.bad_rows import lines_from, read_header
+from hexathermal.predict.bad_rows import line_ends, lines_from, read_header
 from hexathermal.predict.table_streams import CsvStream, ParquetStream, Rows, TableStream, is_parquet
 
 MISSING = ("", "nan", "NaN", "NAN", "null", "NULL", "NA", "N/A", "None", "-", "--")
@@ -46,15 +46,15 @@ class LoggerCsv(CsvStream):
             try:
                 table = pa.csv.read_csv(pa.BufferReader(text), read_options=read, convert_options=convert)
             except pa.ArrowInvalid:
-                table = self._line_by_line(text.count(b"\n") + text.count(b"\r") + 1)
+                table = self._line_by_line()
             yield from table.combine_chunks().to_batches()
 
-    def _line_by_line(self, most: int) -> pa.Table:
+    def _line_by_line(self) -> pa.Table:
         """Return the block that was just begun, read line by line; what is no number is noted and becomes NaN."""
-        place, stop = self._places[-1], self._stop()
+        place, stop = self._places[-1], self._line_after
         columns: dict[str, list[Any]] = {name: [] for name in self.header.names}
         for line, text in lines_from(self.path, place):
-            if line >= stop or most == 0:
+            if line >= stop:
                 break
             fields = self._fields(line, text)
             for k, name in enumerate(self.header.names):
@@ -63,15 +63,10 @@ class LoggerCsv(CsvStream):
         types = {name: pa.float64() if name in self.header.wanted else pa.string() for name in columns}
         return pa.table({name: pa.array(values, types[name]) for name, values in columns.items()})
 
-    def _stop(self) -> float:
-        """Return the line behind the block that was just begun."""
-        return self._line_after
-
     def _texts(self) -> Iterator[bytes]:
         """Return the file in blocks of whole lines, and note where each begins and ends."""
         for text in super()._texts():
-            ends = text.count(b"\n") + text.count(b"\r") - text.count(b"\r\n")
-            self._line_after = self._places[-1].line + ends + (not text.endswith((b"\n", b"\r")))
+            self._line_after = self._places[-1].line + line_ends(text) + (not text.endswith((b"\n", b"\r")))
             yield text
 
     def _fields(self, line: int, text: str) -> list[str]:
@@ -229,6 +224,6 @@ def _present(campaign: Campaign, path: Path, names: tuple[str, ...], faults: Fau
         if name not in names:
             hint = meant_for(column.name, unknown)
             if column.required or "another unit" in hint:
-                line = 1
-                faults.add(path, Problem(line, 1, f"column {name} is missing{mapped}{hint}"))
+                place = next((k for k, other in enumerate(names, 1) if repr(other) in hint), 1)
+                faults.add(path, Problem(1, place, f"column {name} is missing{mapped}{hint}"))
     return tuple(column for column in columns if own[column.name] in names)

@@ -27,10 +27,10 @@ COLDEST_DEGC, HOTTEST_DEGC = -100.0, 400.0
 """Temperatures beyond are no readings of a bench but codes of an open or missing thermometer: -180, 850, 9999."""
 
 SPIKE_NOISES = 7.0
-"""A spike stands off by more than so many noises of its channel,"""
+"""A spike stands off by more than so many noises, of its channel and of the 21 rows around it,"""
 
-SPIKE_LOCAL = 6.0
-"""and by more than so many scatters (1.4826 MAD) of the 21 rows around it."""
+SPIKE_ROWS_OF_SLOPE = 4.0
+"""and by what the steeper of the slopes before and behind makes in so many rows: corners are no spikes."""
 
 HALF_WINDOW = 10
 SPIKE_PASSES = 4
@@ -45,8 +45,8 @@ MARGIN = 64
 """Rows that the rules look at on either side."""
 
 SPIKE_RULE = (
-    f"off the medians of 5 rows before and of 5 rows behind, on the same side, by more than {SPIKE_NOISES:g} noises of "
-    f"the channel and {SPIKE_LOCAL:g} times 1.4826 MAD of the {2 * HALF_WINDOW + 1} rows around"
+    f"off the medians of 5 rows before and of 5 rows behind, on the same side, by more than {SPIKE_NOISES:g} noises (of "
+    f"the channel, and of the {2 * HALF_WINDOW + 1} rows around) and {SPIKE_ROWS_OF_SLOPE:g} rows of the steeper slope"
 )
 STUCK_RULE = f"not one change in {STUCK_ROWS} rows or more, while half of the other channels change all the time"
 CODE_RULE = f"below {COLDEST_DEGC:g} degC or above {HOTTEST_DEGC:g} degC, or 9999 and the like: a logger's missing code"
@@ -141,7 +141,7 @@ def spikes_in(values: FloatArray, noise: FloatArray) -> Flags:
     """Return where columns have spikes, by `SPIKE_RULE`.
 
     A value on a ramp lies between the medians on both sides, one at a corner stands off by no more than its
-    neighbours do: neither is a spike. Spikes of up to some rows are found in passes, the farthest values first.
+    neighbours' slope makes: neither is a spike. Spikes of up to some rows are found in passes, the farthest values first.
 
     Parameters
     ----------
@@ -182,15 +182,19 @@ def _standing_off(values: FloatArray, noise: FloatArray) -> Flags:
     padded = np.pad(values, ((HALF_WINDOW, HALF_WINDOW), (0, 0)), mode="reflect")
     fives = medians_of_five(padded)
     start = HALF_WINDOW - 5
-    over, under = values - fives[start : start + n], values - fives[start + 6 : start + 6 + n]
+    before, behind = fives[start : start + n], fives[start + 6 : start + 6 + n]
+    over, under = values - before, values - behind
     off = np.where(over * under > 0.0, np.minimum(np.abs(over), np.abs(under)), 0.0)
     found = off > SPIKE_NOISES * noise
     rows, columns = np.nonzero(found)
     if rows.size:
         around = padded[rows[:, None] + np.arange(2 * HALF_WINDOW + 1), columns[:, None]]
-        middle = np.median(around, axis=1, keepdims=True)
-        local = TO_SIGMA * np.median(np.abs(around - middle), axis=1)
-        found[rows, columns] = off[rows, columns] > SPIKE_LOCAL * local
+        slopes = [fives[rows, columns] - before[rows, columns], fives[rows + 11, columns] - behind[rows, columns]]
+        steeper = np.max(np.abs(slopes), axis=0) / 5.0
+        bend = around[:, 1:-1] - 0.5 * (around[:, :-2] + around[:, 2:])
+        local = TO_SIGMA * np.median(np.abs(bend), axis=1) / np.sqrt(1.5)
+        allowed = SPIKE_NOISES * np.maximum(noise[columns], local) + SPIKE_ROWS_OF_SLOPE * steeper
+        found[rows, columns] = off[rows, columns] > allowed
     return np.asarray(found)
 
 
