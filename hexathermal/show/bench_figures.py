@@ -52,7 +52,7 @@ def run_figure(bench: Bench, run: BenchRun) -> Figure:
 
 
 def _temperatures(axes: Axes, hours: Any, bench: Bench, run: BenchRun) -> None:
-    """Draw the rises of all thermocouples, coloured from the body's foot to its top, the rod's apart, and the room's."""
+    """Draw the rises of all thermocouples, coloured from foot to top, the rod's apart, and the room's."""
     rise = run.temperatures - run.temperatures[0]
     places = bench.thermocouples.places
     body = [k for k, place in enumerate(places) if place[1] == "body"]

@@ -31,9 +31,10 @@ what can be simulated:
 {EXIT_CODES}"""
 
 BENCH = """\
-A leg on the test bench of Robert et al.: fixed body with motor and nut, sliding rod with scale, seventeen thermocouples,
-three interferometers, a room within 2 K. It works and rests, warms by some 5 K and grows by up to some 8 um. Heat flows by
-finite volumes along the leg; every number has a name, a unit and a source (docs/virtual-bench.md).
+A leg on the test bench of Robert et al.: fixed body with motor and nut, sliding rod with scale, seventeen
+thermocouples, three interferometers, a room within 2 K. It works and rests, warms by some 5 K and grows by up to some
+8 um. Heat flows by finite volumes along the leg; every number has a name, a unit and a source
+(docs/virtual-bench.md).
 """
 
 BENCH_EPILOG = f"""\

@@ -203,7 +203,7 @@ def true_run(bench: Bench, plan: RunPlan, generator: np.random.Generator) -> Tru
     motion = Motion(plan.commands, leg.drive.speed)
     rows = int(plan.commands.duration / bench.interval + 1e-9) + 1
     parts = int(np.ceil(bench.interval / LARGEST_STEP - 1e-9))
-    fine = np.arange((rows - 1) * parts + 1) * (bench.interval / parts)
+    fine: FloatArray = np.arange((rows - 1) * parts + 1, dtype=np.float64) * (bench.interval / parts)
     weather = bench.room.weather(fine, generator) if plan.weather is None else plan.weather(fine)
     q = motion.displacement(fine)
     start = leg.at_rest(float(weather.temperature[0]), float(q[0]))

@@ -22,8 +22,9 @@ def index_of_air(
 ) -> FloatArray:
     """Return the index of refraction of air with 450 ppm of carbon dioxide.
 
-    Edlen's equation as updated by Birch and Downs (Metrologia 30, 155 and 31, 315), with the vapour term of Stone and
-    Zimmerman (NIST) and Magnus' vapour pressure (Sonntag's constants). Within 2e-8 of Ciddor's equation at 10 to 30 degC.
+    Edlen's equation as updated by Birch and Downs (Metrologia 30, 155 and 31, 315), with the vapour term of Stone
+    and Zimmerman (NIST) and Magnus' vapour pressure (Sonntag's constants). Within 2e-8 of Ciddor's
+    equation at 10 to 30 degC.
 
     Parameters
     ----------
@@ -91,7 +92,7 @@ class WeatherStation:
 class Interferometers:
     """Three beams in steel tubes about the leg, from heads near the upper joint to reflectors near the lower one.
 
-    With the true index ``n`` of the tubes' air, the path ``P = dead_path + q + growth`` and, at the run's first row, the
+    With the true index ``n`` of the tubes' air, the path ``P = dead_path + q + growth`` and, at the first row, the
     index ``n0`` and the path ``P0``, the laser counts the change of ``n P``. What it shows:
 
         index_compensated:      D = n P / n_s - n0 P0 / n_s0       (n_s: from the weather station, for the whole path)

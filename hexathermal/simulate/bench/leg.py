@@ -1,9 +1,9 @@
 """A virtual leg: the flow of heat along a fixed body and a sliding rod, and how long they make the leg.
 
-Finite volumes along the axis: motor, lower platform piece, lower joint, cells of the body, cells of the rod, upper joint,
-upper platform piece.  Each rod cell keeps its own matter: when the rod slides, no temperature is interpolated; only the
-conductances to the body's cells and to the room change, with the lengths by which cells overlap.  So energy is conserved
-to rounding whatever the motion.
+Finite volumes along the axis: motor, lower platform piece, lower joint, cells of the body, cells of the rod, upper
+joint, upper platform piece.  Each rod cell keeps its own matter: when the rod slides, no temperature is interpolated;
+only the conductances to the body's cells and to the room change, with the lengths by which cells overlap.  So energy is
+conserved to rounding whatever the motion.
 
 Over one step of time, with heat capacities ``C``, conductances ``K(q)``, those to the room ``g(q)`` and heat ``Q``:
 
@@ -19,12 +19,13 @@ from functools import cached_property
 from math import pi
 
 import numpy as np
-import numpy.typing as npt
 from scipy.linalg import lapack
 
 from hexathermal.errors import ArgumentError
 from hexathermal.machine.thermal import frozen
 from hexathermal.poses import FloatArray
+from hexathermal.simulate.bench.cells import overlaps
+from hexathermal.simulate.bench.metrology_loop import growth
 from hexathermal.simulate.bench.parts import Contact, Drive, EndJoints, LegBody, Rod
 
 LARGEST_STEP = 5.0
@@ -124,13 +125,13 @@ class VirtualLeg:
         foot = self.joints.length
         if self.rod_end(low) < foot or self.rod_end(high) > nut - 0.5 * self.contact.nut_length:
             raise ArgumentError(
-                f"the rod must stay above the body's foot ({foot:g} m) and in the nut ({nut:g} m) over the whole stroke; "
-                f"its lower end moves from {self.rod_end(low):g} to {self.rod_end(high):g} m"
+                f"the rod must stay above the body's foot ({foot:g} m) and in the nut ({nut:g} m) over the whole "
+                f"stroke; its lower end moves from {self.rod_end(low):g} to {self.rod_end(high):g} m"
             )
         if not foot < head <= foot + self.body.length < self.retracted_length + low - foot:
             raise ArgumentError(
-                f"reading head ({head:g} m) and the body's top ({foot + self.body.length:g} m) must stand in this order "
-                f"below the retracted rod's upper end ({self.retracted_length + low - foot:g} m)"
+                f"reading head ({head:g} m) and the body's top ({foot + self.body.length:g} m) must stand in this "
+                f"order below the retracted rod's upper end ({self.retracted_length + low - foot:g} m)"
             )
 
     def rod_end(self, q: float) -> float:
@@ -158,6 +159,16 @@ class VirtualLeg:
     def rod_edges(self) -> FloatArray:
         """Edges of the rod's cells from the lower joint's centre, upwards, rod retracted [m]."""
         return frozen(self.rod_end(0.0) + np.linspace(0.0, self.rod.length, self.rod.cells + 1))
+
+    @property
+    def lower_joint(self) -> int:
+        """The lower joint among the temperatures."""
+        return LOWER_JOINT
+
+    @property
+    def upper_joint(self) -> int:
+        """The upper joint among the temperatures."""
+        return self.size - 2
 
     @property
     def in_body(self) -> slice:
@@ -211,7 +222,7 @@ class VirtualLeg:
         for middle, length, conductance in bushes:
             found += (
                 conductance
-                * _overlaps(edges, np.array([middle - length / 2, middle + length / 2]))[:, 0]
+                * overlaps(edges, np.array([middle - length / 2, middle + length / 2]))[:, 0]
                 / (edges[1] - edges[0])
             )
         return frozen(found * pi * self.rod.outer_diameter)
@@ -219,7 +230,7 @@ class VirtualLeg:
     def conductances(self, q: float) -> tuple[FloatArray, FloatArray]:
         """Return the conductances at a displacement: between all parts, shape (m, m), and to the room, (m,) [W/K]."""
         matrix = self._along.copy()
-        overlap = _overlaps(self.body_edges, self.rod_edges + q)
+        overlap = overlaps(self.body_edges, self.rod_edges + q)
         joined = self._contact[:, None] * overlap
         matrix[self.in_body, self.in_rod] -= joined
         matrix[self.in_rod, self.in_body] -= joined.T
@@ -239,8 +250,8 @@ class VirtualLeg:
         contact = self.contact
         nut = contact.nut_position + 0.5 * contact.nut_length * np.array([-1.0, 1.0])
         found = np.zeros(self.size)
-        found[self.in_body] = (1.0 - self.drive.rod_share) * _overlaps(self.body_edges, nut)[:, 0] / contact.nut_length
-        found[self.in_rod] = self.drive.rod_share * _overlaps(self.rod_edges + q, nut)[:, 0] / contact.nut_length
+        found[self.in_body] = (1.0 - self.drive.rod_share) * overlaps(self.body_edges, nut)[:, 0] / contact.nut_length
+        found[self.in_rod] = self.drive.rod_share * overlaps(self.rod_edges + q, nut)[:, 0] / contact.nut_length
         return found
 
     def at_rest(self, room: float, q: float) -> FloatArray:
@@ -248,7 +259,7 @@ class VirtualLeg:
         matrix, to_room = self.conductances(q)
         heat = to_room * room
         heat[MOTOR] += self.drive.holding_power
-        return np.linalg.solve(matrix + np.diag(to_room), heat)
+        return np.asarray(np.linalg.solve(matrix + np.diag(to_room), heat), dtype=np.float64)
 
     def warm(
         self, time: FloatArray, q: FloatArray, room: FloatArray, start: FloatArray, *, way: FloatArray | None = None
@@ -317,7 +328,8 @@ class VirtualLeg:
         low, high = self.stroke
         if q.min() < low - 1e-9 or q.max() > high + 1e-9:
             raise ArgumentError(
-                f"q runs from {q.min() * 1e3:g} to {q.max() * 1e3:g} mm; the stroke is {low * 1e3:g} to {high * 1e3:g} mm"
+                f"q runs from {q.min() * 1e3:g} to {q.max() * 1e3:g} mm; "
+                f"the stroke is {low * 1e3:g} to {high * 1e3:g} mm"
             )
 
     def weights(self, part: str, position: float) -> FloatArray:
@@ -352,48 +364,5 @@ class VirtualLeg:
         return found
 
     def growth(self, temperatures: FloatArray, q: FloatArray, reference: FloatArray) -> FloatArray:
-        """Return by how much the leg is longer than its scale says, shape (n,) [m].
-
-        The metrology loop, from the lower to the upper joint's centre: lower joint, body up to the reading head, the
-        head's bracket, scale from the mark under the head to where it is held, rod from there to its end, upper joint:
-
-            growth = sum over the loop of  alpha * integral of (T - T_reference) dx
-
-        Parameters
-        ----------
-        temperatures : array, shape (n, m) [degC]
-        q : array, shape (n,) [m]
-            What the scale reads.
-        reference : array, shape (m,) [degC]
-            Temperatures at which the scale reads true.
-        """
-        rise = np.atleast_2d(temperatures) - reference
-        q = np.broadcast_to(np.asarray(q, dtype=np.float64), rise.shape[:1])
-        body, rod, joints = self.body, self.rod, self.joints
-        ends = np.array([self.body_edges[0], body.head_position])
-        found = body.expansion * (rise[:, self.in_body] @ _overlaps(self.body_edges, ends)[:, 0])
-        bracket = body.head_bracket * body.head_bracket_expansion
-        found += bracket * (rise @ self.weights("body", body.head_position))
-        top = self.rod_edges[-1]
-        held = top - rod.scale_held
-        # the mark under the head, in the rod's own coordinates
-        mark = body.head_position - q
-        low, high = self.rod_edges[:-1], self.rod_edges[1:]
-
-        def length(first: FloatArray | float, last: FloatArray | float) -> FloatArray:
-            """Return the length of each rod cell between two places, shape (n, cells)."""
-            a, b = np.reshape(first, (-1, 1)), np.reshape(last, (-1, 1))
-            return np.asarray(np.clip(np.minimum(high, b) - np.maximum(low, a), 0.0, None))
-
-        scale = length(mark, held) - length(held, mark)
-        found += rod.scale_expansion * (rise[:, self.in_rod] * scale).sum(axis=1)
-        found += rod.expansion * (rise[:, self.in_rod] @ length(held, top)[0])
-        found += joints.expansion * joints.length * (rise[:, LOWER_JOINT] + rise[:, self.size - 2])
-        return np.asarray(found)
-
-
-def _overlaps(first: FloatArray, second: FloatArray) -> npt.NDArray[np.float64]:
-    """Return the lengths by which cells with these edges overlap, shape (a, b)."""
-    upper = np.minimum(first[1:, None], second[None, 1:])
-    lower = np.maximum(first[:-1, None], second[None, :-1])
-    return np.asarray(np.maximum(upper - lower, 0.0))
+        """Return by how much the leg is longer than its scale says, shape (n,) [m]; see `metrology_loop.growth`."""
+        return growth(self, temperatures, q, reference)

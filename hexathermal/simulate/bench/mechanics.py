@@ -19,8 +19,9 @@ class Mechanics:
     Attributes
     ----------
     scatter : float [m]
-        Scale of the scatter of each landing: Student's t, heavy-tailed. Source of the kind: residual peaks that coincide
-        with moves (Robert et al.); source of the size: 0.2 to 2 um of hysteresis in preloaded joints, and less repeatable.
+        Scale of the scatter of each landing: Student's t, heavy-tailed. Source of the kind: residual peaks that
+        coincide with moves (Robert et al.); engineering value, below the 0.2 to 2 um of hysteresis of preloaded joints,
+        which the controller corrects where it repeats.
     freedom : float [1]
         Degrees of freedom of that distribution. Engineering value.
     limit : float [m]

@@ -61,7 +61,8 @@ class LegBody:
     spindle_diameter, spindle_conductivity, spindle_capacity : float [m], [W/m/K], [J/m3/K]
         Spindle and bearings, at the body's temperature: they carry heat along the leg. Engineering value: steel.
     convection : float [W/m2/K]
-        To the room, radiation of bright metal included. Source: 3 to 6 for natural convection, the lower half for bright metal.
+        To the room, radiation of bright metal included. Source: 3 to 6 for natural convection;
+        the lower half for bright metal.
     head_position : float [m]
         Reading head's foot, from the lower joint's centre. Engineering value.
     head_bracket, head_bracket_expansion : float [m], [1/K]
@@ -129,8 +130,8 @@ class Rod:
     expansion : float [1/K]
         Of the rod's own material. Source: Invar, 1.2e-6 to 2.0e-6.
     scale_expansion : float [1/K]
-        Of the scale as it is held on the rod: an Invar tape. Derived: B comes out as published; source: Invar is specified
-        as 1.2e-6 to 2.7e-6 (ASTM F1684).
+        Of the scale as it is held on the rod: an Invar tape. Derived: B comes out as published; source: Invar is
+        specified as 1.2e-6 to 2.7e-6 (ASTM F1684).
     scale_held : float [m]
         From the rod's upper end to where the scale is held; the rest of the scale slides. Engineering value.
     convection : float [W/m2/K]
@@ -146,7 +147,7 @@ class Rod:
     heat_capacity: float = 515.0
     conductivity: float = 10.0
     expansion: float = 1.90e-6
-    scale_expansion: float = 2.10e-6
+    scale_expansion: float = 2.00e-6
     scale_held: float = 0.020
     convection: float = 4.0
     cells: int = 27
@@ -247,8 +248,8 @@ class Drive:
 
     speed: float = 0.002
     holding_power: float = 1.0
-    moving_power: float = 15.0
-    screw_torque: float = 1.25
+    moving_power: float = 13.5
+    screw_torque: float = 1.12
     screw_lead: float = 0.001
     rod_share: float = 0.35
 

@@ -40,8 +40,8 @@ class Weather:
 class Room:
     """How the room of the bench changes.
 
-    Temperature is a sum of waves of fixed height and drawn phase about a level drawn for each run; so its limits hold by
-    construction and are checked. Pressure is a level drawn for each run and fronts that pass.
+    Temperature is a sum of waves of fixed height and drawn phase about a level drawn for each run; so its limits hold
+    by construction and are checked. Pressure is a level drawn for each run and fronts that pass.
 
     Attributes
     ----------
@@ -50,7 +50,7 @@ class Room:
     level : float [K]
         Largest deviation of a run's level from that mean. Engineering value.
     waves : tuple of float [K]
-        Heights of the waves: the day, the building's heating, the air conditioning. Engineering value, within the limits.
+        Heights of the waves: the day, the building's heating, the air conditioning. Engineering value, within limits.
     periods : tuple of float [s]
         Their periods.
     deviation_limit, rate_limit : float [K], [K/s]
@@ -66,8 +66,8 @@ class Room:
     """
 
     temperature: float = 20.0
-    level: float = 0.5
-    waves: tuple[float, ...] = (0.6, 0.15, 0.03)
+    level: float = 0.7
+    waves: tuple[float, ...] = (0.4, 0.15, 0.03)
     periods: tuple[float, ...] = (24.0 * HOUR, 3.0 * HOUR, 0.75 * HOUR)
     deviation_limit: float = 2.0
     rate_limit: float = 1.0 / HOUR

@@ -1,7 +1,7 @@
 """Scenarios: where the controller sends the rod, and how the rod goes there.
 
-A scenario is a list of commands.  At each of them the rod starts towards its target at the drive's speed and then rests.
-Users' scenarios take turns of movement, in steps of 10 mm with pauses, and of rest (Robert et al., section 5.1, fig. 4).
+A scenario is a list of commands.  At each of them the rod starts towards its target at the drive's speed, then rests.
+Users' scenarios take turns of movement, in steps of 10 mm with pauses, and of rest (Robert et al., 5.1, fig. 4).
 """
 
 from __future__ import annotations
@@ -92,7 +92,7 @@ class Motion:
         return np.searchsorted(self.commands.times, time, side="right")
 
     def since_arrival(self, time: FloatArray) -> FloatArray:
-        """Return how long the rod has been at rest, shape (n,) [s]: below 0 while it moves, infinite before any move."""
+        """Return how long the rod has been at rest, shape (n,) [s]; < 0: it moves, inf: before any move."""
         return np.asarray(time - np.concatenate([[-np.inf], self.arrivals])[self.landing(time)])
 
 
@@ -123,9 +123,9 @@ class Scenario:
     pause: tuple[float, float] = (8.0, 16.0)
     settling: float = 4.0
     first_rest: float = 600.0
-    movement: tuple[float, float] = (3000.0, 4800.0)
+    movement: tuple[float, float] = (3600.0, 5000.0)
     rest: tuple[float, float] = (2400.0, 5400.0)
-    loads: tuple[float, ...] = (1.0, 0.5, 0.7)
+    loads: tuple[float, ...] = (1.0, 0.5, 1.0, 0.7)
     duration: tuple[float, float] = (4.0 * 3600.0, 6.0 * 3600.0)
 
     def __post_init__(self) -> None:

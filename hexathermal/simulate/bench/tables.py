@@ -57,7 +57,7 @@ class GivenScenario:
         )  # fmt: skip
 
     def plan(self, bench: Bench, name: str, role: str, seed: tuple[int, ...]) -> RunPlan:
-        """Return the plan of a run that follows the table; what the table does not say of the air is drawn from `seed`."""
+        """Return the plan of a run that follows the table; what it does not say of the air is drawn from `seed`."""
         return RunPlan(name, role, self.commands, lambda time: self.weather(bench, np.random.default_rng(seed), time))
 
 
@@ -95,7 +95,7 @@ def read_scenario(path: str | Path, bench: Bench) -> GivenScenario:
     stream = open_table(file, ("q_mm", *room), "scenario")
     blocks = []
     while (rows := stream.next_rows()) is not None:
-        blocks.append(np.column_stack([rows.time, rows.numbers]))
+        blocks.append(np.column_stack([np.asarray(rows.time), rows.numbers]))
     table = np.concatenate(blocks)
     problems = _problems(table, room, bench, stream)
     if problems:
