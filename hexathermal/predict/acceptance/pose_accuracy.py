@@ -37,7 +37,7 @@ from hexathermal.poses import FloatArray, PoseLike, pose_array
 ASKED_CYCLES = 30
 """Visits of each pose that ISO 9283 asks for; fewer are evaluated, and said."""
 
-WIDEST_SPREAD = np.pi / 2
+WIDEST_SPREAD = np.pi / 4
 """Visits turned further from their mean than this are not visits of one pose [rad]."""
 
 
@@ -120,7 +120,7 @@ def pose_accuracy(measured: PoseLike | Iterable[Any], commanded: PoseLike) -> Po
     Raises
     ------
     ArgumentError
-        Fewer than two visits, another shape, not rigid motions, or visits that are turned more than 90 degrees away
+        Fewer than two visits, another shape, not rigid motions, or visits that are turned more than 45 degrees away
         from their mean.
 
     Examples
@@ -212,7 +212,7 @@ def _check_spread(deviations: FloatArray) -> None:
     worst = int(angles.argmax())
     if angles[worst] > WIDEST_SPREAD:
         raise ArgumentError(
-            f"visit {worst + 1} is turned {np.degrees(angles[worst]):.3g} degrees from the mean of all, allowed 90: "
+            f"visit {worst + 1} is turned {np.degrees(angles[worst]):.3g} degrees from the mean of all, allowed 45: "
             "these are not visits of one pose, or angles are in another unit or convention"
         )
 

@@ -1,0 +1,270 @@
+"""Tables of measured poses and specifications: what is read, and every fault with line and column."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pyarrow.csv
+import pyarrow.parquet
+import pytest
+
+from hexathermal.errors import ArgumentError, FileFormatError
+from hexathermal.poses import Frames
+from hexathermal.predict.acceptance import PASS, Acceptance, accept, read_measured_poses, read_specification
+
+POSE = "x_mm,y_mm,z_mm,rx_deg,ry_deg,rz_deg"
+MEASURED = ",".join(f"measured_{name}" for name in POSE.split(","))
+HEADER = f"pose,{POSE},{MEASURED}"
+FORMAT = 'format = "hexathermal-spec/1"\n'
+
+
+def visits(*rows: tuple[str, str, str], header: str = HEADER) -> str:
+    """A table of visits: name, command and measurement of each."""
+    return "\n".join([header, *(",".join(row) for row in rows)]) + "\n"
+
+
+TWO = visits(("A", "0,0,0,0,0,0", "0.001,0,0,0,0,0"), ("A", "0,0,0,0,0,0", "0.003,0,0,0,0,0"))
+
+
+def written(folder: Path, text: str, name: str = "measured.csv") -> Path:
+    """A file with a text."""
+    (folder / name).write_text(text, encoding="utf-8")
+    return folder / name
+
+
+def judged(folder: Path, table: str, spec: str, **options: object) -> Acceptance:
+    """Hold a table against a specification."""
+    measured = read_measured_poses(written(folder, table), **options)  # type: ignore[arg-type]
+    return accept(measured, read_specification(written(folder, FORMAT + spec, "spec.toml")))
+
+
+def values(acceptance: Acceptance) -> list[float]:
+    """Values of all results [um] or [urad]."""
+    return [result.decision.value * 1e6 for result in acceptance.results]
+
+
+def test_millimetres_and_micrometres(tmp_path: Path) -> None:
+    """Visits at 1 um and 3 um: AP = 2 um, RP = 1 um; limits in um are met."""
+    found = judged(tmp_path, TWO, "uncertainty = {position_um = 0.1}\nlimits = {AP_um = 3, RP_um = 1.2}\n")
+    np.testing.assert_allclose(values(found), [2.0, 1.0], rtol=1e-12)
+    assert found.verdict == PASS
+    assert found.results[0].decision.uncertainty == pytest.approx(1e-7)
+
+
+def test_expanded_uncertainty_is_divided_by_its_factor(tmp_path: Path) -> None:
+    """U = 0.6 with k = 3 is u = 0.2, and U alone has the specification's k."""
+    found = judged(tmp_path, TWO, "coverage_factor = 2.5\n[limits]\nAP_um = {upper = 3, U = 0.6, k = 3}\n"
+                                  "RP_um = {upper = 3, U = 0.5}\n")  # fmt: skip
+    assert [result.decision.uncertainty for result in found.results] == pytest.approx([0.2e-6, 0.2e-6])
+
+
+def test_rows_with_the_same_command_are_one_pose(tmp_path: Path) -> None:
+    """Without names, poses are P1, P2 in the order of the file; -0 and 0 are the same command."""
+    commands = ("0,0,0,0,0,0", "1,0,0,0,0,0", "1,0,0,0,0,0", "-0,0,0,0,0,0")
+    answers = ("0.001,0,0,0,0,0", "1,0,0,0,0,0", "1.004,0,0,0,0,0", "0.003,0,0,0,0,0")
+    table = visits(*zip(commands, answers, strict=True), header=f"{POSE},{MEASURED}")  # type: ignore[arg-type]
+    found = judged(tmp_path, table, 'rule = "simple"\n[limits]\nAP_um = 2.5\n')
+    assert [result.pose for result in found.results] == ["P1", "P2"]
+    np.testing.assert_allclose(values(found), [2.0, 2.0], rtol=1e-9)
+
+
+def test_the_tool_and_the_users_axes(tmp_path: Path) -> None:
+    """A platform turned by 10 urad about y moves a tool 100 mm above it by 1 um along x: the object frame shows it."""
+    turned = f"0,0,0,0,{np.degrees(10e-6):.12f},0"
+    table = visits(("A", "0,0,0,0,0,0", turned), ("A", "0,0,0,0,0,0", turned))
+    spec = 'rule = "simple"\n[limits]\nAP_um = 9\nAP_x_um = 9\nAP_ry_urad = 20\n'
+    np.testing.assert_allclose(values(judged(tmp_path, table, spec)), [0, 0, 10], atol=1e-6)
+    tool = Frames(object=[0, 0, 100, 0, 0, 0])
+    np.testing.assert_allclose(values(judged(tmp_path, table, spec, frames=tool)), [1, 1, 10], atol=1e-6)
+    turned_axes = Frames(user=[0, 0, 0, 0, 0, 90], object=[0, 0, 100, 0, 0, 0])
+    np.testing.assert_allclose(values(judged(tmp_path, table, spec, frames=turned_axes)), [1, 0, 0], atol=1e-6)
+
+
+def test_parquet_is_the_same(tmp_path: Path) -> None:
+    """A Parquet file with the same columns gives the same values, whole numbers as names too."""
+    table = visits(*[("7", "0,0,0,0,0,0", f"0.00{k},0,0,0,0,0") for k in (1, 3)])
+    source = written(tmp_path, table)
+    pyarrow.parquet.write_table(pyarrow.csv.read_csv(source), tmp_path / "measured.parquet")
+    spec = read_specification(written(tmp_path, FORMAT + 'rule = "simple"\nlimits = {AP_um = 9}', "spec.toml"))
+    one, other = (accept(read_measured_poses(tmp_path / f"measured.{kind}"), spec) for kind in ("csv", "parquet"))
+    assert values(one) == values(other)
+    assert other.results[0].pose == "7"
+
+
+def grouped() -> str:
+    """Two groups of two visits, ten minutes apart, 1 um and 4 um off; temperatures and uncertainties recorded."""
+    header = f"time_s,group,{HEADER},room_degC,u_position_um"
+    visited = [("cold", 0.0005), ("cold", 0.0015), ("warm", 0.0035), ("warm", 0.0045)]
+    rows = [
+        (f"{600 * k}", group, "A", "0,0,0,0,0,0", f"{x},0,0,0,0,0", f"{20 + k}", "0.2")
+        for k, (group, x) in enumerate(visited)
+    ]
+    return visits(*rows, header=header)  # type: ignore[arg-type]
+
+
+def test_groups_are_judged_one_by_one_and_drift_between_them(tmp_path: Path) -> None:
+    """AP of each group, dAP = 3 um in the warm one; uncertainty from the rows, sqrt 2 times for a difference."""
+    found = judged(tmp_path, grouped(), "[limits]\nAP_um = 5\ndAP_um = 4\nshift_um = 4\n")
+    assert [result.group for result in found.results] == ["cold", "warm", "", ""]
+    np.testing.assert_allclose(values(found), [1.0, 4.0, 3.0, 3.0], rtol=1e-9)
+    u = [result.decision.uncertainty for result in found.results]
+    np.testing.assert_allclose(u, np.array([0.2, 0.2, 0.2 * np.sqrt(2), 0.2 * np.sqrt(2)]) * 1e-6)
+    assert "group warm" in found.results[2].detail
+
+
+def test_environmental_variation_in_windows_with_its_temperatures(tmp_path: Path) -> None:
+    """Two windows of the same coordinate: 2 um in 10 minutes with 1 K, 4 um in the record with 3 K."""
+    spec = "[limits]\nETVE_x_um = [{upper = 9, window_s = 600, gap_s = 600}, {upper = 9}]\n"
+    found = judged(tmp_path, grouped(), spec)
+    np.testing.assert_allclose(values(found), [2.0, 4.0], rtol=1e-9)
+    assert "room 1 K" in found.results[0].detail
+    assert "room 3 K" in found.results[1].detail
+    assert found.verdict == PASS
+
+
+def test_a_record_with_gaps_does_not_pass(tmp_path: Path) -> None:
+    """Samples as far apart as the window prove nothing: not decided, unless gap_s allows them; a fail stays one."""
+    said = [judged(tmp_path, grouped(), f"[limits]\nETVE_x_um = {{upper = {top}, window_s = 600}}\n") for top in (9, 1)]
+    assert [found.verdict for found in said] == ["not decided", "fail"]
+    assert "gaps" in said[0].results[0].decision.note
+
+
+def test_letters_are_read_as_axes_only_where_they_are_told(tmp_path: Path) -> None:
+    """AP_a is about z or about x, as `letters` says; without it the key is refused with both readings."""
+    turned = visits(*[("A", "0,0,0,0,0,0", f"0,0,0,{np.degrees(1e-6):.12f},0,{np.degrees(3e-6):.12f}")] * 2)
+    for letters, value in (("zyx", 3.0), ("xyz", 1.0)):
+        found = judged(tmp_path, turned, f'rule = "simple"\nletters = "{letters}"\n[limits]\nAP_a_urad = 9\n')
+        assert values(found) == pytest.approx([value], rel=1e-6)
+    with pytest.raises(FileFormatError, match="which axis is 'a'"):
+        judged(tmp_path, turned, "[limits]\nAP_a_urad = 9\n")
+
+
+def test_positions_alone_are_enough_for_positions(tmp_path: Path) -> None:
+    """Without measured angles positions are judged, with a note on turns; limits of turns are refused."""
+    shifts = ",".join(MEASURED.split(",")[:3])
+    table = visits(*[("A", "0,0,0,0,0,5", "0.001,0,0")] * 2, header=f"pose,{POSE},{shifts}")
+    found = judged(tmp_path, table, 'rule = "simple"\nlimits = {AP_um = 2}\n')
+    assert values(found) == pytest.approx([1.0])
+    assert any("nothing is said about turns" in note for note in found.notes)
+    with pytest.raises(ArgumentError, match="angles were not measured"):
+        judged(tmp_path, table, 'rule = "simple"\nlimits = {AP_rz_urad = 2}\n')
+
+
+def test_few_visits_and_unused_columns_are_told(tmp_path: Path) -> None:
+    """ISO 9283 asks for 30 visits; a column that nobody reads is named."""
+    table = TWO.replace(",measured_rz_deg", ",measured_rz_deg,operator").replace("0\n", "0,me\n")
+    found = judged(tmp_path, table, 'rule = "simple"\nlimits = {AP_um = 9}\n')
+    assert any("visited 2 times; ISO 9283 asks for 30" in note for note in found.notes)
+    assert any("operator" in note for note in found.notes)
+
+
+@pytest.mark.parametrize(
+    ("table", "line", "column", "words"),
+    [
+        (TWO.replace("A,0,0,0,0,0,0,0.003", "A,0,0,0,0,0,0,"), 3, 8, "measured_x_mm is"),
+        (TWO.replace("A,0,0,0,0,0,0,0.003", ",0,0,0,0,0,0,0.003"), 3, 1, "pose is missing"),
+        (TWO.replace("A,0,0,0,0,0,0,0.003", "A,0,0,1,0,0,0,0.003"), 3, 4, "one command"),
+        (TWO.replace("pose", "time_s").replace("A", "5"), 3, 1, "times must increase"),
+        (TWO.replace("measured_y_mm", "y2"), 1, 1, "measured_y_mm"),
+        (TWO.replace("measured_ry_deg", "ry2"), 1, 1, "measured_ry_deg"),
+        (TWO.replace("pose", "cycle").replace("A", "1"), 3, 1, "there already, on line 2"),
+        (TWO.replace("pose", "u_position_um").replace("A", "0"), 2, 1, "expected above 0"),
+        (HEADER + "\n", 1, 1, "no rows"),
+    ],
+)
+def test_bad_tables_name_line_and_column(tmp_path: Path, table: str, line: int, column: int, words: str) -> None:
+    """Missing and contradicting fields are found where they stand."""
+    with pytest.raises(FileFormatError, match=words) as caught:
+        read_measured_poses(written(tmp_path, table))
+    assert (caught.value.problems[0].line, caught.value.problems[0].column) == (line, column)
+
+
+def test_thousands_of_faults_are_counted(tmp_path: Path) -> None:
+    """A file that is wrong throughout shows twenty lines, and how many more there are."""
+    table = visits(*[("A", f"{k},0,0,0,0,0", "0,0,0,0,0,0") for k in range(100)])
+    with pytest.raises(FileFormatError, match="80 more fields") as caught:
+        read_measured_poses(written(tmp_path, table))
+    assert len(caught.value.problems) == 20
+
+
+SPEC = FORMAT + "[limits]\n"
+
+
+@pytest.mark.parametrize(
+    ("spec", "line", "words"),
+    [
+        ("[limits]\nAP_um = 1\n", 1, "'format' is missing"),
+        (FORMAT.replace("/1", "/2") + "[limits]\nAP_um = 1\n", 1, "this version reads"),
+        (FORMAT, 1, "'limits' is missing"),
+        (SPEC, 2, "holds no limit"),
+        (SPEC + "AP = 1\n", 3, "did you mean 'AP_um'"),
+        (SPEC + "AP_um = true\n", 3, "must be a number"),
+        (SPEC + "AP_um = -1\n", 3, "must be above 0"),
+        (SPEC + "AP_um = nan\n", 3, "finite"),
+        (SPEC + "AP_um = {upper = 1, lower = 0}\n", 3, "cannot be negative"),
+        (SPEC + "AP_um = {}\n", 3, "give upper"),
+        (SPEC + "AP_x_um = {upper = 1}\n", 3, "may be negative"),
+        (SPEC + "AP_x_um = {upper = 1, lower = 2}\n", 3, "above lower"),
+        (SPEC + "AP_x_um = {within = 1, upper = 2}\n", 3, "give it alone"),
+        (SPEC + "AP_um = {upper = 1, u = 0}\n", 3, "no measurement is exact"),
+        (SPEC + "AP_um = {upper = 1, u = 1, U = 2}\n", 3, "not both"),
+        (SPEC + "AP_um = {upper = 1, rule = 'simpel'}\n", 3, "did you mean 'simple'"),
+        (SPEC + "AP_um = {upper = 1, probability = 95}\n", 3, "above 0.5 and below 1"),
+        (SPEC + "AP_um = {upper = 1, window_s = 60}\n", 3, "of ETVE only"),
+        (SPEC + "AP_um = {upper = 1, uper = 60}\n", 3, "unknown key 'uper'"),
+        (SPEC + "AP_um = {upper = 1, nonnegative = 1}\n", 3, "true or false"),
+        (SPEC + "AP_x_um = {within = 1, nonnegative = true}\n", 3, "may be negative"),
+        (FORMAT + "warm_up_s = 60\n[limits]\nAP_um = 1\n", 2, "at least 3600"),
+        (FORMAT + "letters = 'abc'\n[limits]\nAP_um = 1\n", 2, "one of xyz, zyx"),
+        (FORMAT + "[uncertainty]\nposition_um = 0\n[limits]\nAP_um = 1\n", 3, "above 0"),
+        (FORMAT + "limits = 3\n", 2, "must be a table"),
+        (SPEC + "AP_um = [1, 2]\n", 3, "one value"),
+        (SPEC + "AP_um = \n", 3, "not valid TOML"),
+    ],
+)
+def test_bad_specifications_name_line_and_reason(tmp_path: Path, spec: str, line: int, words: str) -> None:
+    """Every bad field of a specification is found where it stands, with what would be right."""
+    with pytest.raises(FileFormatError, match=words) as caught:
+        read_specification(written(tmp_path, spec, "spec.toml"))
+    assert [problem.line for problem in caught.value.problems] == [line]
+
+
+def test_all_bad_fields_come_together(tmp_path: Path) -> None:
+    """Three faults are three problems of one error."""
+    text = FORMAT + "rule = 'none'\n[limits]\nAP = 1\nRP_um = 'x'\n"
+    with pytest.raises(FileFormatError) as caught:
+        read_specification(written(tmp_path, text, "spec.toml"))
+    assert [problem.line for problem in caught.value.problems] == [2, 4, 5]
+
+
+@pytest.mark.parametrize(
+    ("table", "limit", "words"),
+    [
+        (TWO, "AP_um = 1", "no uncertainty is stated"),
+        (TWO, "AP_um = {upper = 1, u = 0.1, poses = 'B'}", "'B' was not measured; measured: A"),
+        (TWO, "dAP_um = {upper = 1, u = 0.1}", "at least two groups"),
+        (TWO, "ETVE_x_um = {upper = 1, u = 0.1}", "add the column time_s"),
+        (TWO, "d60_x_um = {within = 1, u = 0.1}", "add the column time_s"),
+        (TWO.rsplit("A", 1)[0], "AP_um = {upper = 1, u = 0.1}", "found 1 measured visit"),
+        (grouped(), "d60_x_um = 5", "at least 3600"),
+        (grouped(), "ETVE_x_um = {upper = 5, window_s = 9999}", "longer than the record"),
+    ],
+)
+def test_limits_that_cannot_be_answered_are_refused(tmp_path: Path, table: str, limit: str, words: str) -> None:
+    """A limit without the data it needs is an error that names both, never passed over."""
+    with pytest.raises(ArgumentError, match=words) as caught:
+        judged(tmp_path, table, f"[limits]\n{limit}\n")
+    assert limit.split(" ")[0] in str(caught.value)
+
+
+def test_one_fail_fails_and_probabilities_bound_the_whole(tmp_path: Path) -> None:
+    """A fail outweighs what is not decided; the whole's probability is at least 1 minus the sum of the doubts."""
+    spec = "uncertainty = {position_um = 0.1}\nlimits = {AP_um = %s, RP_um = %s}\n"
+    said = {(a, b): judged(tmp_path, TWO, spec % (a, b)) for a in (1, 2.1, 3) for b in (0.5, 1.1, 2)}
+    assert {tops: found.verdict for tops, found in said.items()} == {
+        (1, 0.5): "fail", (1, 1.1): "fail", (1, 2): "fail",
+        (2.1, 0.5): "fail", (2.1, 1.1): "not decided", (2.1, 2): "not decided",
+        (3, 0.5): "fail", (3, 1.1): "not decided", (3, 2): "pass",
+    }  # fmt: skip
+    assert said[2.1, 1.1].probability == pytest.approx(1.0 - 2.0 * 0.158655, abs=1e-5)
