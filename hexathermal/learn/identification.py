@@ -125,7 +125,9 @@ def identify(
     grams = gather(rows(), columns, lambda done: say(done, 0, "reading the rows"))
     total = int((grams.rows + grams.rows_left_out).sum())
     windows = WindowCollector(columns, grams.kept_mask)
-    ranked = rank_sets(windows.passing(rows()), grams, sizes, lambda done: say(done, total, "comparing sets of sensors"))
+    ranked = rank_sets(
+        windows.passing(rows()), grams, sizes, lambda done: say(done, total, "comparing sets of sensors")
+    )
     say(0, 0, "fitting the law")
     choice = choose(ranked, grams) if wanted_names is None else given(wanted_names)
     gone = [name for name in choice.sensors if name in grams.left_out]
@@ -187,7 +189,9 @@ def _notes(grams: Grams, fit: LawFit, local: Sequence[str]) -> tuple[str, ...]:
     ]
     lost = int(grams.rows_left_out.sum())
     if lost:
-        notes.append(f"{lost} of {lost + int(grams.rows.sum())} rows were left out: a compared sensor has no value there")
+        notes.append(
+            f"{lost} of {lost + int(grams.rows.sum())} rows were left out: a compared sensor has no value there"
+        )
     if local:
         notes.append(
             f"{', '.join(local)}: what the other sensors do not foretell is too large for an error of a thermometer and is "
@@ -206,9 +210,7 @@ def _notes(grams: Grams, fit: LawFit, local: Sequence[str]) -> tuple[str, ...]:
     return tuple(notes)
 
 
-def _warnings(
-    fit: LawFit, ranked: RankedSets, choice: Choice, grams: Grams, windows: WindowSet
-) -> tuple[str, ...]:
+def _warnings(fit: LawFit, ranked: RankedSets, choice: Choice, grams: Grams, windows: WindowSet) -> tuple[str, ...]:
     """Return what a reader must know before trusting the law."""
     warnings = []
     names = [set(one) for one in ranked.names]

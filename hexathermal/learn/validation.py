@@ -184,7 +184,7 @@ def validate(law: IdentifiedLaw, blocks: Iterable[Block], sensors: Sequence[str]
         outside += _add(run, law, dT[good], q, block.time[good], block.drift[good], block.landing[good])
     if not runs:
         raise ArgumentError(
-            "there is no row to validate on: a campaign needs runs with role = \"validation\", never fitted, in which "
+            'there is no row to validate on: a campaign needs runs with role = "validation", never fitted, in which '
             "the law's sensors have values"
         )
     return _summary(law, runs, outside / rows, rows, lost)
@@ -267,7 +267,9 @@ def _summary(law: IdentifiedLaw, runs: dict[str, _Run], outside: FloatArray, row
         notes.append(f"{lost} rows were left out: a sensor of the law has no value there")
     fitted = sorted(set(runs) & set(law.origin.runs))
     if fitted:
-        notes.append(f"a run of the same name was fitted: {', '.join(fitted)}; if it is the same run, this proves nothing")
+        notes.append(
+            f"a run of the same name was fitted: {', '.join(fitted)}; if it is the same run, this proves nothing"
+        )
     motion = _motion(runs) if law.kind == "leg" else ()
     notes += [f"{group.name}: mean residual {group.mean * 1e6:+.3f} +- {1.96 * group.uncertainty * 1e6:.3f} um"
               for group in motion if group.notable]  # fmt: skip

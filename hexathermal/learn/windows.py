@@ -168,7 +168,14 @@ class WindowCollector:
             runs.append(Windows(name, means[:, 0], means[:, 3:], means[:, 2], means[:, 1], n, landings))
         low, high = self._low, self._high
         return WindowSet(
-            self.columns, tuple(runs), noise[:-1], float(noise[-1]), low[:-1], high[:-1], float(low[-1]), float(high[-1])
+            self.columns,
+            tuple(runs),
+            noise[:-1],
+            float(noise[-1]),
+            low[:-1],
+            high[:-1],
+            float(low[-1]),
+            float(high[-1]),
         )
 
 

@@ -1,0 +1,149 @@
+"""``hexathermal apply``: a machine whose legs carry an identified law."""
+
+from __future__ import annotations
+
+import argparse
+import dataclasses
+from typing import TYPE_CHECKING, Any
+
+from hexathermal.errors import ArgumentError
+from hexathermal.show.commands import Answer, Progress, add_json
+from hexathermal.show.options import EXIT_CODES, MACHINE, STYLE, machine, number, path
+
+if TYPE_CHECKING:
+    from hexathermal.learn.law import IdentifiedLaw
+    from hexathermal.machine.hexapod import Hexapod
+    from hexathermal.machine.thermal import ThermalModel
+
+APPLY = """\
+Write a machine whose legs carry an identified law: a copy of a machine's hexapod.toml with the law's sensors,
+coefficients and covariance. Give one law for all six legs, or six laws in the order of the legs.
+"""
+
+EPILOG = f"""\
+The machine keeps its reference temperature (the one it was calibrated at); a machine without a thermal law needs
+--reference. The range of temperatures becomes reference plus the law's range of dT, widened by --margin.
+
+examples:
+  hexathermal apply leg.toml --machine reference --out my-machine
+  hexathermal apply leg1.toml leg2.toml leg3.toml leg4.toml leg5.toml leg6.toml --machine reference --out my-machine
+  hexathermal demo --machine my-machine
+
+{EXIT_CODES}"""
+
+
+def add(commands: Any) -> None:
+    """Declare the command."""
+    one = commands.add_parser(
+        "apply", help="a machine whose legs carry a law", description=APPLY, epilog=EPILOG, **STYLE
+    )
+    one.add_argument("laws", nargs="+", type=path, metavar="LAW", help="leg.toml, one or six")
+    one.add_argument("--machine", required=True, **MACHINE)
+    one.add_argument("--out", required=True, type=path, metavar="DIR", help="folder for hexapod.toml, or a .toml file")
+    one.add_argument(
+        "--reference", type=number, metavar="DEGC", help="reference temperature (default: the machine's own)"
+    )
+    one.add_argument("--margin", type=number, default=10.0, metavar="K",
+                     help="allowed beyond the temperatures that the law was fitted on (default: %(default)g)")  # fmt: skip
+    one.add_argument("--force", action="store_true", help="overwrite an existing machine file")
+    add_json(one)
+
+
+def run(arguments: argparse.Namespace, progress: Progress) -> Answer:
+    """Write a machine that carries laws."""
+    from hexathermal.learn.leg_law_files import read_leg_law
+    from hexathermal.machine.writing import write_hexapod
+    from hexathermal.show.commands.identify import free
+
+    if len(arguments.laws) not in (1, 6):
+        raise ArgumentError(f"found {len(arguments.laws)} laws; give one for all legs, or six in the order of the legs")
+    if arguments.margin < 0.0:
+        raise ArgumentError(f"--margin must be 0 or more, found {arguments.margin:g} K")
+    out = arguments.out if arguments.out.suffix == ".toml" else arguments.out / "hexapod.toml"
+    free(out, arguments.force)
+    progress(0, 0, "reading the laws")
+    laws = [read_leg_law(file) for file in arguments.laws]
+    hexapod = machine(arguments.machine)
+    if hexapod.retracted_length is None:
+        raise ArgumentError(f"machine {hexapod.name or arguments.machine} has no q0_mm, which a leg's law needs")
+    model = _model(laws, hexapod, arguments)
+    file = write_hexapod(dataclasses.replace(hexapod, thermal=model), out)
+    warnings = _doubts(laws, hexapod)
+    low, high = model.valid_degC
+    facts = {
+        "machine": hexapod.name,
+        "written": str(file),
+        "sensors": list(model.sensor_names),
+        "valid_degC": [low, high],
+        "reference_temperature_degC": model.reference_temperature_degC.tolist(),
+        "laws": [{"sensors": list(law.sensors), "title": law.origin.title} for law in laws],
+        "warnings": warnings,
+    }
+    text = (
+        f"Machine {hexapod.name}: {'all six legs carry one law' if len(laws) == 1 else 'six laws'}; sensors "
+        f"{', '.join(model.sensor_names)}.\nTemperatures are accepted from {low:g} to {high:g} degC.\n"
+        f"Written:\n  {file}\nnext: hexathermal demo --machine {file.parent if out.name == 'hexapod.toml' else file}"
+    )
+    return Answer((text,), facts, tuple(f"warning: {one}" for one in warnings))
+
+
+def _model(laws: list[IdentifiedLaw], hexapod: Hexapod, arguments: argparse.Namespace) -> ThermalModel:
+    """Return the machine's thermal model with the laws."""
+    import numpy as np
+
+    from hexathermal.machine.thermal import ThermalModel
+
+    old = hexapod.thermal
+    plates = (None, None) if old is None else (old.platform, old.base)
+    if arguments.reference is not None:
+        leg_reference: float | None = arguments.reference
+    elif old is None:
+        raise ArgumentError(
+            f"machine {hexapod.name or arguments.machine} states no reference temperature; give --reference DEGC, the "
+            "temperature at which its geometry was calibrated"
+        )
+    else:
+        values = np.unique(old.reference_temperature_degC)
+        if len(values) > 1:
+            raise ArgumentError(
+                "the machine has a reference temperature for each of its sensors, and the law brings others: give one for "
+                "all with --reference DEGC"
+            )
+        leg_reference = float(values[0])
+    assert leg_reference is not None  # set above
+    span = np.array([[law.validity.dT[:, 0].min(), law.validity.dT[:, 1].max()] for law in laws])
+    # every law must hold: the range is what all of them saw
+    low, high = float(min(span[:, 0].max(), 0.0)), float(max(span[:, 1].min(), 0.0))
+    valid = (leg_reference + low - arguments.margin, leg_reference + high + arguments.margin)
+    if not valid[0] < valid[1]:
+        raise ArgumentError("the laws were fitted on no range of temperatures; give --margin above 0")
+    rounded = (float(np.floor(valid[0] * 10.0) / 10.0), float(np.ceil(valid[1] * 10.0) / 10.0))
+    legs = [law.leg_law() for law in laws]
+    return ThermalModel(legs[0] if len(legs) == 1 else legs, *plates, leg_reference, rounded)
+
+
+def _doubts(laws: list[IdentifiedLaw], hexapod: Hexapod) -> list[str]:
+    """Return where the machine asks more of a law than its campaign showed."""
+    import numpy as np
+
+    warnings = []
+    q0, stroke = hexapod.retracted_length, hexapod.stroke
+    legs = laws * 6 if len(laws) == 1 else laws
+    for k, law in enumerate(legs):
+        whose = "" if len(laws) == 1 else f"leg {k + 1}: "
+        if law.kind != "leg" or law.retracted_length is None or q0 is None:
+            continue
+        own = float(np.broadcast_to(q0, 6)[k])
+        if abs(own - law.retracted_length) > 0.02 * law.retracted_length:
+            warnings.append(
+                f"{whose}the machine's retracted length is {own * 1e3:g} mm, the law's {law.retracted_length * 1e3:g} mm: "
+                "A q0 dT is scaled with the machine's, which presumes the same build"
+            )
+        if law.validity.q is not None and stroke is not None:
+            low, high = np.broadcast_to(stroke, (6, 2))[k]
+            if low < law.validity.q[0] - 1e-3 or high > law.validity.q[1] + 1e-3:
+                warnings.append(
+                    f"{whose}the machine's stroke is {low * 1e3:g} to {high * 1e3:g} mm, the law was fitted from "
+                    f"{law.validity.q[0] * 1e3:g} to {law.validity.q[1] * 1e3:g} mm: beyond, it extrapolates"
+                )
+    return list(dict.fromkeys(warnings))

@@ -1,0 +1,114 @@
+"""``hexathermal validate``: a law on runs that were never fitted."""
+
+from __future__ import annotations
+
+import argparse
+import json
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from hexathermal.errors import ArgumentError
+from hexathermal.show.commands import Answer, Progress, add_json
+from hexathermal.show.commands.identify import blocks_of, made_folder
+from hexathermal.show.options import EXIT_CODES, STYLE, path
+
+if TYPE_CHECKING:
+    from hexathermal.learn.campaign import Campaign
+    from hexathermal.learn.law import IdentifiedLaw
+    from hexathermal.learn.validation import Validation
+
+VALIDATE = """\
+Predict the campaign's runs with role "validation", which no law was fitted to, and compare with what was measured:
+residuals, by how much the drift shrinks (with intervals), how many rows lie inside their 95 % prediction interval.
+"""
+
+EPILOG = f"""\
+The verdict is one of: makes it better; no gain proven; makes it worse. It does not change the exit code.
+
+files of --report DIR:
+  RUN.png, RUN.svg    each run: rod and temperature above; measured, predicted drift and residual below
+  validation.json     everything as numbers
+
+examples:
+  hexathermal validate leg.toml my-campaign
+  hexathermal validate leg.toml my-campaign --report report --json validation.json
+
+{EXIT_CODES}"""
+
+
+def add(commands: Any) -> None:
+    """Declare the command."""
+    one = commands.add_parser("validate", help="a law on runs that were never fitted", description=VALIDATE,
+                              epilog=EPILOG, **STYLE)  # fmt: skip
+    one.add_argument("law", type=path, metavar="LAW", help="leg.toml, as 'identify' writes it")
+    one.add_argument("campaign", type=path, metavar="CAMPAIGN", help="folder with campaign.toml")
+    one.add_argument("--report", type=path, metavar="DIR", help="write pictures into this folder")
+    add_json(one)
+
+
+def run(arguments: argparse.Namespace, progress: Progress) -> Answer:
+    """Validate a law."""
+    from hexathermal.learn.campaign_files import load_campaign
+    from hexathermal.learn.leg_law_files import read_leg_law
+    from hexathermal.learn.validation import validate
+    from hexathermal.show.identification_tables import validation_facts, validation_table
+
+    law = read_leg_law(arguments.law)
+    campaign = load_campaign(arguments.campaign, needed=("validation",), progress=progress)
+    if law.zero != campaign.zero:
+        raise ArgumentError(
+            f"the law counts temperatures from the first row of the {law.zero}, the campaign (zero = {campaign.zero!r}) of "
+            f"the {campaign.zero}: they cannot be compared; set zero in campaign.toml as it was for the law"
+        )
+    progress(0, 0, "validating")
+    found = validate(law, blocks_of(campaign, "validation"), campaign.sensors)
+    warnings = _doubts(law, campaign)
+    facts = validation_facts(found) | {"law": {"sensors": list(law.sensors), "title": law.origin.title}}
+    written = [] if arguments.report is None else _report(found, law, facts, arguments.report, progress)
+    texts: list[Any] = [lambda pretty, _: validation_table(found, pretty), _summary(found)]
+    if written:
+        texts.append("Written:\n" + "\n".join(f"  {file}" for file in written))
+    return Answer(tuple(texts), facts, tuple(warnings))
+
+
+def _doubts(law: IdentifiedLaw, campaign: Campaign) -> list[str]:
+    """Return warnings about a law that meets another leg."""
+    leg = campaign.leg
+    if leg is None or law.retracted_length is None or abs(leg.retracted_length - law.retracted_length) < 1e-6:
+        return []
+    return [
+        f"warning: the law was identified on a leg of q0 = {law.retracted_length * 1e3:g} mm, this one has "
+        f"{leg.retracted_length * 1e3:g} mm; the law's own q0 is used"
+    ]
+
+
+def _summary(found: Validation) -> str:
+    """Return the verdict, in words."""
+    total = found.total
+    lines = [
+        f"Verdict: the law {found.verdict.value}." if found.verdict.name != "UNPROVEN" else "Verdict: no gain proven.",
+        f"Largest drift {total.drift_largest * 1e6:.2f} um -> largest residual {total.linf.value * 1e6:.2f} um "
+        f"({100.0 * total.largest_reduction.value:.1f} % less); mean {total.drift_mean * 1e6:.2f} -> "
+        f"{total.mean.value * 1e6:.2f} um ({100.0 * total.mean_reduction.value:.1f} % less).",
+        f"{100.0 * found.coverage:.1f} % of {found.rows} rows lie inside their 95 % prediction interval.",
+    ]
+    lines += [f"note: {note}" for note in found.notes]
+    return "\n".join(lines)
+
+
+def _report(
+    found: Validation, law: IdentifiedLaw, facts: dict[str, Any], folder: Path, progress: Progress
+) -> list[Path]:
+    """Write pictures and numbers; returns their paths."""
+    from hexathermal.predict.table_writing import written_whole
+    from hexathermal.show.identification_figures import save_both, validation_figure
+
+    made_folder(folder)
+    files: list[Path] = []
+    for k, curves in enumerate(found.curves):
+        progress(k, len(found.curves), "drawing")
+        name = "".join(letter if letter.isalnum() or letter in "-_." else "_" for letter in curves.run)
+        files += save_both(validation_figure(found, curves, law.sensors), folder, name)
+    with written_whole(folder / "validation.json") as part:
+        part.write_text(json.dumps(facts, indent=2, allow_nan=False) + "\n", encoding="utf-8")
+    return [*files, folder / "validation.json"]
