@@ -17,7 +17,7 @@ from hexathermal.poses import FloatArray, pose_array, pose_from_coordinates
 from hexathermal.predict.acceptance import PASS, Decision, PoseAccuracy, decide, pose_accuracy
 from hexathermal.predict.acceptance.quantities import QUANTITIES, accuracy_values
 
-MICRO = 1e-6
+PER_UNIT = 1e6
 
 
 def assert_pose_accuracy(
@@ -94,7 +94,7 @@ def assert_pose_accuracy(
             name = "u_urad" if QUANTITIES[key].unit == "urad" else "u_um"
             raise ArgumentError(f"{key} needs {name}, the standard uncertainty of the value; or ask for rule='simple'")
         decisions[key] = decide(
-            values[QUANTITIES[key].name] / MICRO, uncertainty, upper=limit, rule=rule, probability=probability,
+            values[QUANTITIES[key].name] * PER_UNIT, uncertainty, upper=limit, rule=rule, probability=probability,
             coverage_factor=coverage_factor,
         )  # fmt: skip
     if any(decision.verdict != PASS for decision in decisions.values()):

@@ -230,6 +230,30 @@ def test_bad_specifications_name_line_and_reason(tmp_path: Path, spec: str, line
     assert [problem.line for problem in caught.value.problems] == [line]
 
 
+def test_the_specification_of_the_documentation_is_one(tmp_path: Path) -> None:
+    """The example of docs/acceptance.md reads as it stands: units, both sides, expanded uncertainty, two windows."""
+    page = (Path(__file__).parents[2] / "docs" / "acceptance.md").read_text(encoding="utf-8")
+    found = read_specification(written(tmp_path, page.split("```toml\n")[1].split("```")[0], "spec.toml"))
+    assert [(limit.key, limit.lower, limit.upper, limit.uncertainty, limit.window) for limit in found.limits] == [
+        ("AP_um", None, 10e-6, 0.3e-6, None),
+        ("RP_um", None, 2e-6, 0.2e-6, None),
+        ("AP_rz_urad", -20e-6, 20e-6, 1.5e-6, None),
+        ("AP_z_um", -3e-6, 5e-6, 0.3e-6, None),
+        ("ETVE_z_um", None, 3e-6, 0.3e-6, 3600.0),
+        ("ETVE_z_um", None, 8e-6, 0.3e-6, None),
+    ]
+
+
+def test_a_quantity_known_not_to_be_negative(tmp_path: Path) -> None:
+    """AP = 2 um, u = 2 um, limit 5.3 um: p = 0.951 as it is, 0.941 cut at 0 - no longer enough."""
+    said = [
+        judged(tmp_path, TWO, f"[limits]\nAP_um = {{upper = 5.3, u = 2, nonnegative = {flag}}}\n").results[0].decision
+        for flag in ("false", "true")
+    ]
+    assert [item.verdict for item in said] == [PASS, "not decided"]
+    assert [item.probability for item in said] == pytest.approx([0.950529, 0.941199], abs=1e-6)
+
+
 def test_all_bad_fields_come_together(tmp_path: Path) -> None:
     """Three faults are three problems of one error."""
     text = FORMAT + "rule = 'none'\n[limits]\nAP = 1\nRP_um = 'x'\n"

@@ -24,7 +24,9 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from numbers import Real
 from types import MappingProxyType
+from typing import Any
 
 from scipy.optimize import brentq
 from scipy.special import ndtr
@@ -144,9 +146,11 @@ def decide(
     """
     name = _rule(rule)
     low, high = _zone(value, lower, upper)
+    _check_number("probability", probability)
+    _check_number("coverage factor", coverage_factor)
     if not 0.5 < probability < 1.0:
         raise ArgumentError(f"probability is {probability:g}; expected above 0.5 and below 1, such as 0.95")
-    if not (math.isfinite(coverage_factor) and coverage_factor > 0.0):
+    if not coverage_factor > 0.0:
         raise ArgumentError(f"coverage factor is {coverage_factor:g}; expected above 0, such as 2")
     if uncertainty is None and name != "simple":
         raise ArgumentError(
@@ -203,7 +207,8 @@ def conformance_probability(
     0.919
     """
     low, high = _zone(value, lower, upper)
-    if not (math.isfinite(uncertainty) and uncertainty > 0.0):
+    _check_number("standard uncertainty", uncertainty)
+    if not uncertainty > 0.0:
         raise ArgumentError(
             f"standard uncertainty is {uncertainty:g}; expected above 0 (no measurement is exact; "
             "ask for the rule 'simple' by name where uncertainty shall not count)"
@@ -238,12 +243,18 @@ def _zone(value: float, lower: float | None, upper: float | None) -> tuple[float
     if lower is None and upper is None:
         raise ArgumentError("no limit is given; state lower, upper or both")
     for what, number in (("value", value), ("lower limit", lower), ("upper limit", upper)):
-        if number is not None and not math.isfinite(number):
-            raise ArgumentError(f"{what} is {number}; expected a finite number (leave out a limit that is not there)")
+        if number is not None or what == "value":
+            _check_number(what, number)
     low, high = -math.inf if lower is None else lower, math.inf if upper is None else upper
     if not low < high:
         raise ArgumentError(f"lower limit {low:g} is not below the upper limit {high:g}")
     return low, high
+
+
+def _check_number(what: str, number: Any) -> None:
+    """Refuse what is no finite number."""
+    if not isinstance(number, Real) or not math.isfinite(number):
+        raise ArgumentError(f"{what} is {number!r}; expected a finite number (leave out a limit that is not there)")
 
 
 def _most(a: float, b: float) -> bool:

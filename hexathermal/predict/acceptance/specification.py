@@ -28,7 +28,8 @@ TABLES: dict[str, dict[str, str]] = {
 LETTERS = {"xyz": ("rx", "ry", "rz"), "zyx": ("rz", "ry", "rx")}
 """Axes that the letters a, b, c of turns stand for."""
 
-MICRO = 1e-6
+PER_UNIT = 1e6
+"""Micrometres in a metre, microradians in a radian: numbers are divided, which rounds once."""
 
 
 @dataclass(frozen=True)
@@ -155,7 +156,7 @@ def _common_uncertainty(form: Form, data: Any) -> dict[str, float]:
     fields = {}
     for key, value in found.items():
         if form.check(("uncertainty", key), value > 0.0, "above 0: no measurement is exact"):
-            fields[key.rpartition("_")[2]] = float(value) * MICRO
+            fields[key.rpartition("_")[2]] = float(value) / PER_UNIT
     return fields
 
 
@@ -184,26 +185,24 @@ def _limit(form: Form, key: str, value: Any, place: Where, common: dict[str, Any
     """Return one limit, or None after complaints."""
     before = len(form.problems)
     quantity = _quantity(form, key, place, letters)
-    if isinstance(value, dict):
-        found = form.table(value, place, "limit")
-        at: Where = place
+    bare = not isinstance(value, dict)
+    if bare:
+        found = {"within" if quantity is not None and quantity.signed else "upper": form.value(value, place, "number")}
     else:
-        number = form.value(value, place, "number")
-        found = {} if number is None else {"within" if quantity is not None and quantity.signed else "upper": number}
-        at = place
+        found = form.table(value, place, "limit")
     if quantity is None or len(form.problems) > before:
         return None
-    lower, upper = _zone(form, quantity, found, at, bare=not isinstance(value, dict))
-    fields = {name: item for name, item in common.items() if name != "uncertainty"} | _decided_by(form, found, at)
+    lower, upper = _zone(form, quantity, found, place, bare)
+    fields = {name: item for name, item in common.items() if name != "uncertainty"} | _decided_by(form, found, place)
     for name in ("window_s", "gap_s"):
         if name in found:
             if quantity.family != ETVE:
-                form.complain((*at, name), f"{name} is of ETVE only, not of {quantity.name}")
-            form.check((*at, name), found[name] > 0.0, "above 0")
+                form.complain((*place, name), f"{name} is of ETVE only, not of {quantity.name}")
+            form.check((*place, name), found[name] > 0.0, "above 0")
             fields[name.removesuffix("_s")] = float(found[name])
     if found.get("nonnegative") and quantity.signed:
-        form.complain((*at, "nonnegative"), f"{quantity.name} may be negative: leave out nonnegative")
-    u = _uncertainty(form, found, at, fields.get("coverage_factor", 2.0))
+        form.complain((*place, "nonnegative"), f"{quantity.name} may be negative: leave out nonnegative")
+    u = _uncertainty(form, found, place, fields.get("coverage_factor", 2.0))
     if len(form.problems) > before:
         return None
     return Limit(
@@ -216,7 +215,7 @@ def _zone(
     form: Form, quantity: Quantity, found: dict[str, Any], at: Where, bare: bool
 ) -> tuple[float | None, float | None]:
     """Return the limits [m] or [rad]; complain where they bound the wrong side or nothing."""
-    given = {key: float(found[key]) * MICRO for key in ("lower", "upper", "within") if key in found}
+    given = {key: float(found[key]) / PER_UNIT for key in ("lower", "upper", "within") if key in found}
 
     def where(key: str) -> Where:
         return at if bare else (*at, key)
@@ -252,5 +251,5 @@ def _uncertainty(form: Form, found: dict[str, Any], at: Where, coverage_factor: 
         form.complain((*at, "U"), "give u (standard uncertainty) or U (expanded, with k), not both")
     for key, factor in (("u", 1.0), ("U", coverage_factor)):
         if key in found and form.check((*at, key), found[key] > 0.0, "above 0: no measurement is exact"):
-            return float(found[key]) * MICRO / factor
+            return float(found[key]) / factor / PER_UNIT
     return None
