@@ -133,8 +133,8 @@ class Worst:
             "the bias that remains" if self.mostly_bias else f"{self.source}, {100 * self.share:.0f} % of the variance"
         )
         return (
-            f"{self.axis} weighs most: bias {self.bias * 1e6:.3g} {unit}, standard uncertainty "
-            f"{self.uncertainty * 1e6:.3g} {unit}; mostly {cause}"
+            f"{self.axis} weighs most: bias {self.bias * 1e6:.3f} {unit}, standard uncertainty "
+            f"{self.uncertainty * 1e6:.3f} {unit}; mostly {cause}"
         )
 
 

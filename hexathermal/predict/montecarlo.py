@@ -90,8 +90,8 @@ class Simulation:
         """One sentence on whether the linear budget may be used."""
         if not self.stable:
             return (
-                f"not decided: after {self.draws} draws the simulation is not stable to a fifth of its tolerance; allow more "
-                "draws or a larger tolerance"
+                f"not decided: after {self.draws} draws it is not stable to a fifth of the tolerance; allow "
+                "more draws or a larger tolerance"
             )
         if self.agrees.all():
             return "the linear budget may be used: both limits of every axis agree within the tolerance"

@@ -1,0 +1,227 @@
+"""What ``hexathermal budget`` is asked: numbers from words, temperatures from words or a file, all in SI units."""
+
+from __future__ import annotations
+
+import argparse
+import math
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from hexathermal.errors import ArgumentError
+from hexathermal.machine.hexapod import Hexapod
+from hexathermal.poses import FloatArray, Frames, pose_from_coordinates
+from hexathermal.show.options import number
+
+if TYPE_CHECKING:
+    from hexathermal.predict.sources import Sources
+
+COORDINATES = {"x": "x_mm", "y": "y_mm", "z": "z_mm", "rx": "rx_deg", "ry": "ry_deg", "rz": "rz_deg"}
+
+
+@dataclass(frozen=True)
+class Grid:
+    """One span of a map: a coordinate's name, low, high [mm or deg] and count."""
+
+    name: str
+    low: float
+    high: float
+    count: int
+
+    @property
+    def values(self) -> FloatArray:
+        """Values from low to high."""
+        return np.linspace(self.low, self.high, self.count)
+
+
+def grid(text: str) -> Grid:
+    """Return a span from ``x=-50:50:11``."""
+    name, _, rest = text.partition("=")
+    words = rest.split(":")
+    if name not in COORDINATES or len(words) != 3:
+        raise argparse.ArgumentTypeError(
+            f"{text!r} is no span of a grid; write NAME=LOW:HIGH:COUNT with one of {', '.join(COORDINATES)}, "
+            "such as x=-50:50:11"
+        )
+    if not (words[2].isascii() and words[2].isdigit() and 1 <= int(words[2]) <= 1000):
+        raise argparse.ArgumentTypeError(f"count {words[2]!r} of {text!r} must be a whole number from 1 to 1000")
+    return Grid(COORDINATES[name], number(words[0]), number(words[1]), int(words[2]))
+
+
+def probability(text: str) -> float:
+    """Return a coverage probability."""
+    value = number(text)
+    if not 0.0 < value < 1.0:
+        raise argparse.ArgumentTypeError(f"{text!r} is no probability between 0 and 1, such as 0.95")
+    return value
+
+
+def numbers(words: list[str], count: int, option: str, what: str) -> tuple[float, ...]:
+    """Return `count` numbers from words parted by blanks or commas."""
+    found = [part for word in words for part in word.split(",") if part]
+    try:
+        values = tuple(float(part) for part in found)
+    except ValueError:
+        values = (math.nan,)
+    if len(values) != count or not all(map(math.isfinite, values)):
+        raise ArgumentError(f"{option} takes {count} finite numbers ({what}), found {' '.join(words)!r}")
+    return values
+
+
+def three(words: list[str] | None, option: str, unit: str) -> tuple[float, ...] | None:
+    """Return three numbers, or None where there are none."""
+    return None if words is None else numbers(words, 3, option, f"x y z, {unit}")
+
+
+@dataclass(frozen=True, eq=False)
+class Request:
+    """One question for a budget, in SI units.
+
+    Attributes
+    ----------
+    pose : array, shape (4, 4) [m]
+    temps : array, shape (N, n) [degC]
+    time_s : array, shape (N,), or None
+    plates : Plates, or list of them, one a row of `temps`
+    settings : dict
+        Further keywords of `error_budget`.
+    """
+
+    hexapod: Hexapod
+    coordinates: tuple[float, ...]
+    convention: str
+    pose: FloatArray
+    temps: FloatArray
+    time_s: FloatArray | None
+    plates: Any
+    air_degC: Any
+    sources: Sources
+    probability: float
+    settings: dict[str, Any]
+    scenario: str = ""
+
+    @property
+    def many(self) -> bool:
+        """Whether there are several sets of temperatures."""
+        return len(self.temps) > 1
+
+
+def requested(
+    hexapod: Hexapod,
+    six: tuple[float, ...],
+    words: list[str] | None,
+    *,
+    day: bool,
+    seed: int,
+    frames: Frames,
+    frame: str,
+    at_tool: tuple[float, ...] | None,
+    gradients: dict[str, tuple[float, ...] | None],
+    plate_temps: list[float] | None,
+    air: float | None,
+    convention: str,
+    sources: Path | None,
+    without: tuple[str, ...],
+    correction: bool,
+    probability: float,
+) -> Request:
+    """Return the question that the command line asks."""
+    from hexathermal.predict.budget_defaults import default_sources
+    from hexathermal.predict.budget_files import read_sources
+    from hexathermal.predict.budget_inputs import Plates
+    from hexathermal.predict.temperatures import active_model
+
+    model = active_model(hexapod)
+    chosen = (read_sources(sources, hexapod) if sources else default_sources(hexapod)).without(*without)
+    slopes = {f"{part}_gradient": gradients[part] or (0.0, 0.0, 0.0) for part in ("platform", "base")}
+    given = {} if plate_temps is None else {
+        f"{part}_degC": value for part, value in zip(("platform", "base"), plate_temps, strict=True)
+        if getattr(model, part) is not None and getattr(model, part).sensor is None
+    }  # fmt: skip
+    plates: Any = Plates(**given, **slopes)  # type: ignore[arg-type]
+    scenario, time_s = "", None
+    air_degC: Any = air
+    if day:
+        if plate_temps is not None or gradients["leg"] is not None or air is not None:
+            raise ArgumentError("--day brings its own temperatures; leave --plate-temps, --leg-gradient and --air out")
+        temps, time_s, plates, air_degC = _simulated_day(hexapod, seed, slopes)
+        scenario = f"simulated day, seed {seed}"
+    else:
+        temps, time_s = _temperatures(hexapod, words or [], gradients["leg"])
+    settings = {"frame": frame, "frames": frames, "at_tool": at_tool, "correction": correction}
+    return Request(
+        hexapod, six, convention, pose_from_coordinates(six, convention, hexapod), temps, time_s, plates, air_degC,
+        chosen, probability, settings, scenario,
+    )  # fmt: skip
+
+
+def _temperatures(
+    hexapod: Hexapod, words: list[str], slope: tuple[float, ...] | None
+) -> tuple[FloatArray, FloatArray | None]:
+    """Return temperatures (N, n) and times from words or a file."""
+    names = hexapod.sensor_names
+    if len(words) == 1 and _is_file(words[0]):
+        if slope is not None:
+            raise ArgumentError("--leg-gradient goes with one temperature, not with a file")
+        return _table(Path(words[0]), names)
+    count = len([part for word in words for part in word.split(",") if part])
+    if count not in (1, len(names)):
+        raise ArgumentError(
+            f"--temps takes one temperature, {len(names)} of them ({', '.join(names)}), or a file; found {count}"
+        )
+    values = numbers(words, count, "--temps", "degC")
+    if slope is None:
+        return np.broadcast_to(np.array(values), (1, len(names))).copy(), None
+    if count != 1:
+        raise ArgumentError("--leg-gradient goes with one temperature, the legs' mean")
+    from hexathermal.predict.budget_maps import graded_temperatures
+
+    return graded_temperatures(hexapod, values[0], slope)[None], None
+
+
+def _is_file(word: str) -> bool:
+    """Whether a word names a file rather than numbers."""
+    try:
+        return not [float(part) for part in word.split(",") if part]
+    except ValueError:
+        return True
+
+
+def _table(file: Path, names: tuple[str, ...]) -> tuple[FloatArray, FloatArray | None]:
+    """Return the temperatures of a file, and its times where it has some."""
+    from hexathermal.predict.table_streams import open_table
+
+    stream = open_table(file, tuple(f"{name}_degC" for name in names), "temperatures")
+    try:
+        blocks, times = [], []
+        while (rows := stream.next_rows()) is not None:
+            blocks.append(rows.numbers)
+            if rows.time is not None:
+                times.append(rows.time)
+            if sum(map(len, blocks)) > 100_000:
+                raise ArgumentError(f"{file} has more than 100000 rows; give every tenth")
+    finally:
+        stream.close()
+    temps = np.concatenate(blocks)
+    return temps, np.concatenate(times) if times else None
+
+
+def _simulated_day(
+    hexapod: Hexapod, seed: int, slopes: dict[str, tuple[float, ...]]
+) -> tuple[FloatArray, FloatArray, list[Any], FloatArray]:
+    """Return readings, times, plates and air of a simulated day, every tenth minute."""
+    from hexathermal.predict.budget_inputs import Plates
+    from hexathermal.predict.temperatures import active_model
+    from hexathermal.simulate.day import WorkingDay, day_temperatures, readings, reference_degC, sensor_truth
+
+    model, day, generator = active_model(hexapod), WorkingDay(), np.random.default_rng(seed)
+    truth = day_temperatures(day, reference_degC(hexapod), generator)
+    read = readings(hexapod, sensor_truth(hexapod, truth), day, generator)[::10]
+    blind = [part for part in ("platform", "base") if getattr(model, part) and getattr(model, part).sensor is None]
+    plates = [
+        Plates(**{f"{part}_degC": float(getattr(truth, part)[k]) for part in blind}, **slopes)  # type: ignore[arg-type]
+        for k in range(0, len(truth.time), 10)
+    ]
+    return read, truth.time[::10], plates, truth.room[::10]

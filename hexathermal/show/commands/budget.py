@@ -1,0 +1,140 @@
+"""``hexathermal budget``: how far off a warm machine is, which cause weighs most, what correction leaves."""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+from typing import Any
+
+from hexathermal.errors import ArgumentError
+from hexathermal.poses import CONVENTIONS, Frames
+from hexathermal.show.budget_options import Grid, Request, grid, numbers, probability, requested, three
+from hexathermal.show.commands import Answer, Progress, add_json
+from hexathermal.show.options import EXIT_CODES, MACHINE, STYLE, machine, number, path, seed
+
+BUDGET = """\
+The error budget of a warm machine at a pose: its drift, what correction removes, the bias and the uncertainty that
+remain, as a 6-D covariance of one point (the tool) in one frame, with every source's contribution, largest first.
+"""
+
+EPILOG = f"""\
+numbers may be parted by blanks or commas: --pose 5 0 12 0 1.5 0, --at-tool 0,0,120 (--at-tool=-5,0,120 where the first
+one is negative and commas part them).
+
+--temps    one temperature for all thermometers, or one for each in the order of 'hexathermal show-machine', degC;
+           or a CSV or Parquet file with a column NAME_degC for each: one row, or a day (time_s is optional)
+--day      the day that 'hexathermal demo' simulates, with its plates' temperatures
+--map      a grid of poses about --pose: 'x=-50:50:11 y=-50:50:11' (low:high:count, mm and deg; counted from home)
+--sources  a TOML file of own sources; 'docs/budget.md' shows one. Without it the machine gets default sources:
+           documented values, most of them engineering values that should be replaced by what is known of the machine
+
+Errors are reached minus wanted: shift of the point, and rotation vector of the platform, in the axes of --frame.
+Worst case: |bias| + expanded uncertainty. A plate without a thermometer is taken at the legs' mean temperature unless
+--plate-temps says otherwise. Poses of a map that cannot be reached are listed with the reason.
+
+--out DIR writes budget.csv and contributions.png; map.csv and map.png; day.csv and day.png, as they were asked for.
+
+examples:
+  hexathermal budget --machine reference --pose 5 0 12 0 1.5 0 --temps 25 --at-tool 0 0 120
+  hexathermal budget --machine reference --pose 0 0 0 0 0 0 --temps 24 24 25 25 26 26 --monte-carlo --out budget
+  hexathermal budget --machine reference --pose 0 0 0 0 0 0 --temps 25 --map x=-50:50:11 y=-50:50:11 --out map
+  hexathermal budget --machine reference --pose 0 0 0 0 0 0 --day --out day
+
+{EXIT_CODES}"""
+
+
+def add(commands: Any) -> None:
+    """Declare the command."""
+    budget = commands.add_parser("budget", help="how far off a warm machine is, and why", description=BUDGET,
+                                 epilog=EPILOG, **STYLE)  # fmt: skip
+    budget.add_argument("--machine", required=True, **MACHINE)
+    budget.add_argument("--pose", required=True, nargs="+", metavar="V", help="x y z rx ry rz from home, mm and deg")
+    heat = budget.add_mutually_exclusive_group(required=True)
+    heat.add_argument("--temps", nargs="+", metavar="T", help="temperatures, degC, or a file of them (see below)")
+    heat.add_argument("--day", action="store_true", help="a simulated working day")
+    budget.add_argument("--at-tool", nargs="+", metavar="V", help="x y z of the point from the platform's origin, mm")
+    budget.add_argument(
+        "--monte-carlo", action="store_true", help="by simulation too, with a verdict on the linear one"
+    )
+    budget.add_argument("--map", nargs="+", type=grid, metavar="GRID", help="over a grid of poses (see below)")
+    budget.add_argument("--uncorrected", action="store_true", help="nominal lengths are commanded, not corrected ones")
+    budget.add_argument("--sources", type=path, metavar="FILE", help="own sources of uncertainty, TOML")
+    budget.add_argument("--without", nargs="+", metavar="LABEL", default=[], help="leave sources out")
+    budget.add_argument("--probability", type=probability, default=0.95, metavar="P", help="default: %(default)s")
+    budget.add_argument("--frame", choices=("machine", "user", "object"), default="machine", help="axes of the errors")
+    for frame in ("user", "object"):
+        budget.add_argument(f"--{frame}-frame", nargs="+", metavar="V", help=f"{frame} frame, six values, mm and deg")
+    budget.add_argument("--convention", choices=sorted(CONVENTIONS), default="fixed-xyz", metavar="NAME",
+                        help="of the three angles: fixed-xyz (default) or fixed-zyx")  # fmt: skip
+    budget.add_argument("--plate-temps", nargs=2, type=number, metavar=("PLATFORM", "BASE"),
+                        help="plates without thermometers, degC")  # fmt: skip
+    for part in ("leg", "platform", "base"):
+        whose = "across the legs" if part == "leg" else f"across the {part}"
+        budget.add_argument(f"--{part}-gradient", nargs="+", metavar="G", help=f"gradient {whose}, x y z, K/m")
+    budget.add_argument("--air", type=number, metavar="T", help="air, degC (default: reference temperature)")
+    budget.add_argument("--seed", type=seed, default=1, metavar="N", help="of all that is drawn (default: %(default)s)")
+    budget.add_argument("--out", type=path, metavar="DIR", help="folder for tables and figures; created where needed")
+    budget.add_argument("--force", action="store_true", help="overwrite files in it")
+    add_json(budget)
+
+
+def run(arguments: argparse.Namespace, progress: Progress) -> Answer:
+    """How far off a warm machine is, which cause weighs most, and what correction leaves."""
+    hexapod = machine(arguments.machine)
+    six = numbers(arguments.pose, 6, "--pose", "x y z rx ry rz, mm and deg")
+    user, own = (
+        numbers(given, 6, f"--{name}-frame", "six coordinates, mm and deg") if given else (0.0,) * 6
+        for name, given in (("user", arguments.user_frame), ("object", arguments.object_frame))
+    )
+    frames = Frames(user, own, arguments.convention)
+    if arguments.frame == "user" and not arguments.user_frame:
+        raise ArgumentError("--frame user needs --user-frame")
+    tool = three(arguments.at_tool, "--at-tool", "mm")
+    gradients = {part: three(getattr(arguments, f"{part}_gradient"), f"--{part}-gradient", "K/m")
+                 for part in ("leg", "platform", "base")}  # fmt: skip
+    grids: list[Grid] = arguments.map or []
+    if len({one.name for one in grids}) < len(grids):
+        raise ArgumentError("--map names a coordinate twice")
+    if grids and arguments.day:
+        raise ArgumentError("--map and --day are two different questions; ask one at a time")
+    request = requested(
+        hexapod, six, arguments.temps, day=arguments.day, seed=arguments.seed, frames=frames, frame=arguments.frame,
+        at_tool=None if tool is None else tuple(value / 1e3 for value in tool), gradients=gradients,
+        plate_temps=arguments.plate_temps, air=arguments.air, convention=arguments.convention,
+        sources=arguments.sources, without=tuple(arguments.without), correction=not arguments.uncorrected,
+        probability=arguments.probability,
+    )  # fmt: skip
+    _check_folder(arguments.out, arguments.force, request, bool(grids))
+    return _answered(request, grids, arguments, progress)
+
+
+def _check_folder(folder: Path | None, force: bool, request: Request, mapped: bool) -> None:
+    """Create the folder of results, and refuse files that are there already."""
+    if folder is None:
+        return
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise ArgumentError(f"cannot create the folder {folder}: {error.strerror or error}") from None
+    kinds = ["map"] * mapped + ["day"] * request.many
+    names = ["budget.csv", "contributions.png", *(f"{kind}{end}" for kind in kinds for end in (".csv", ".png"))]
+    there = [name for name in names if (folder / name).exists()]
+    if there and not force:
+        raise ArgumentError(f"{folder} holds {', '.join(there)} already; give another folder (--out), or --force")
+
+
+def _answered(request: Request, grids: list[Grid], arguments: argparse.Namespace, progress: Progress) -> Answer:
+    """Return the answer, and write its files."""
+    from hexathermal.show import budget_answers as answers
+
+    progress(0, 0, "error budget (the first run compiles)")
+    answer = answers.Report(request, arguments.out)
+    if grids:
+        answer.add_map(grids, progress)
+    elif request.many:
+        answer.add_day(progress)
+    else:
+        answer.add_budget()
+    if arguments.monte_carlo:
+        answer.add_simulation(arguments.seed, progress)
+    return answer.finished()
