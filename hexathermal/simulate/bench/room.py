@@ -67,7 +67,7 @@ class Room:
 
     temperature: float = 20.0
     level: float = 0.7
-    waves: tuple[float, ...] = (0.4, 0.15, 0.03)
+    waves: tuple[float, ...] = (0.3, 0.15, 0.03)
     periods: tuple[float, ...] = (24.0 * HOUR, 3.0 * HOUR, 0.75 * HOUR)
     deviation_limit: float = 2.0
     rate_limit: float = 1.0 / HOUR

@@ -123,9 +123,9 @@ class Scenario:
     pause: tuple[float, float] = (8.0, 16.0)
     settling: float = 4.0
     first_rest: float = 600.0
-    movement: tuple[float, float] = (3600.0, 5000.0)
-    rest: tuple[float, float] = (2400.0, 5400.0)
-    loads: tuple[float, ...] = (1.0, 0.5, 1.0, 0.7)
+    movement: tuple[float, float] = (4200.0, 5400.0)
+    rest: tuple[float, float] = (2400.0, 4200.0)
+    loads: tuple[float, ...] = (1.0, 0.3, 1.0, 0.5)
     duration: tuple[float, float] = (4.0 * 3600.0, 6.0 * 3600.0)
 
     def __post_init__(self) -> None:
