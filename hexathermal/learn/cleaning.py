@@ -55,7 +55,15 @@ class Zero:
 
 
 class UsableBlocks(Iterator[Block]):
-    """The usable rows of a run, block by block; `record` says what was left out, once the last block has passed."""
+    """The usable rows of a run, block by block.
+
+    Attributes
+    ----------
+    record : CleaningRecord
+        What was left out; whole once the last block has passed.
+    zero : Zero or None
+        What the run counts from; None before the first block.
+    """
 
     def __init__(self, campaign: Campaign, run: RunFile | str, rows: int = BLOCK_ROWS) -> None:
         if campaign.kind == "hexapod":
@@ -66,12 +74,19 @@ class UsableBlocks(Iterator[Block]):
             raise ArgumentError(f"rows of a block must be 1 or more, found {rows}")
         self.campaign, self.run = campaign, run_named(campaign, run)
         self._ledger = Ledger()
+        self.zero: Zero | None = None
+        self._table: RunTable | None = None
         self._blocks = self._cut(rows)
 
     @property
     def record(self) -> CleaningRecord:
         """What was left out, repaired or noticed up to here."""
         return self._ledger.record(self.run.name)
+
+    @property
+    def done(self) -> float:
+        """Which part of the table has been read, 0 to 1."""
+        return 0.0 if self._table is None else self._table.done()
 
     def __next__(self) -> Block:
         return next(self._blocks)
@@ -90,7 +105,7 @@ class UsableBlocks(Iterator[Block]):
 
     def _clean(self) -> Iterator[Sheet]:
         """Return the cleaned rows, not zeroed yet."""
-        table = RunTable(self.campaign, self.run)
+        table = self._table = RunTable(self.campaign, self.run)
         study, sheets = studied(in_order(sheets_of(self.campaign, table), self._ledger))
         if not study:
             return
@@ -146,6 +161,7 @@ class UsableBlocks(Iterator[Block]):
             late = np.isnan(zero.heat) & ~np.isnan(sheet.heat).all(axis=0)
             if late.any():
                 zero = self._later_zero(zero, sheet, late)
+            self.zero = zero
             self._ledger.used += len(sheet)
             yield self._block(sheet, zero, landings.numbered(sheet))
 

@@ -27,10 +27,19 @@ COLDEST_DEGC, HOTTEST_DEGC = -100.0, 400.0
 """Temperatures beyond are no readings of a bench but codes of an open or missing thermometer: -180, 850, 9999."""
 
 SPIKE_NOISES = 7.0
-"""A spike stands off by more than so many noises, of its channel and of the 21 rows around it,"""
+"""A spike stands off by more than so many noises of its channel,"""
+
+SPIKE_LOCAL = 4.0
+"""by more than so many noises of the 21 rows around it, where these are restless,"""
 
 SPIKE_ROWS_OF_SLOPE = 4.0
-"""and by what the steeper of the slopes before and behind makes in so many rows: corners are no spikes."""
+"""and, beyond that, by what the steeper slope before or behind makes in so many rows: corners are no spikes;"""
+
+SPIKE_ABRUPT = 0.5
+"""and at least this share of it is made in one row: bumps are no spikes."""
+
+EDGE_ROWS, EDGE_FACTOR = 5, 3.0
+"""So near to the ends of a run one side is missing, and all limits are so many times wider."""
 
 HALF_WINDOW = 10
 SPIKE_PASSES = 4
@@ -45,8 +54,9 @@ MARGIN = 64
 """Rows that the rules look at on either side."""
 
 SPIKE_RULE = (
-    f"off the medians of 5 rows before and of 5 rows behind, on the same side, by more than {SPIKE_NOISES:g} noises (of "
-    f"the channel, and of the {2 * HALF_WINDOW + 1} rows around) and {SPIKE_ROWS_OF_SLOPE:g} rows of the steeper slope"
+    "off the medians of 5 rows before and of 5 rows behind, on the same side and abruptly, by more than "
+    f"{SPIKE_NOISES:g} noises of the channel ({SPIKE_LOCAL:g} of the {2 * HALF_WINDOW + 1} rows around) and "
+    f"{SPIKE_ROWS_OF_SLOPE:g} rows of the slope"
 )
 STUCK_RULE = f"not one change in {STUCK_ROWS} rows or more, while half of the other channels change all the time"
 CODE_RULE = f"below {COLDEST_DEGC:g} degC or above {HOTTEST_DEGC:g} degC, or 9999 and the like: a logger's missing code"
@@ -141,7 +151,8 @@ def spikes_in(values: FloatArray, noise: FloatArray) -> Flags:
     """Return where columns have spikes, by `SPIKE_RULE`.
 
     A value on a ramp lies between the medians on both sides, one at a corner stands off by no more than its
-    neighbours' slope makes: neither is a spike. Spikes of up to some rows are found in passes, the farthest values first.
+    neighbours' slope makes: neither is a spike.
+    Spikes of up to some rows are found in passes, the farthest values first.
 
     Parameters
     ----------
@@ -193,8 +204,11 @@ def _standing_off(values: FloatArray, noise: FloatArray) -> Flags:
         steeper = np.max(np.abs(slopes), axis=0) / 5.0
         bend = around[:, 1:-1] - 0.5 * (around[:, :-2] + around[:, 2:])
         local = TO_SIGMA * np.median(np.abs(bend), axis=1) / np.sqrt(1.5)
-        allowed = SPIKE_NOISES * np.maximum(noise[columns], local) + SPIKE_ROWS_OF_SLOPE * steeper
-        found[rows, columns] = off[rows, columns] > allowed
+        allowed = np.maximum(SPIKE_NOISES * noise[columns], SPIKE_LOCAL * local) + SPIKE_ROWS_OF_SLOPE * steeper
+        allowed *= np.where((rows < EDGE_ROWS) | (rows >= n - EDGE_ROWS), EDGE_FACTOR, 1.0)
+        one_row = np.abs(np.diff(around[:, HALF_WINDOW - 1 : HALF_WINDOW + 2], axis=1)).max(axis=1)
+        size = off[rows, columns]
+        found[rows, columns] = (size > allowed) & (one_row > SPIKE_ABRUPT * size)
     return np.asarray(found)
 
 
