@@ -2,6 +2,15 @@
 
 The function is a plain one; `pytest_hexathermal` gives it to pytest as a fixture of the same name, and loads this
 module only when a test asks for it.
+
+>>> visits = [[0.001, 0, 0, 0, 0, 0], [0.003, 0, 0, 0, 0, 0]]
+>>> assert_pose_accuracy(visits, [0] * 6, AP_um=3.0, u_um=0.1).count
+2
+>>> assert_pose_accuracy(visits, [0] * 6, AP_um=2.1, u_um=0.1)
+Traceback (most recent call last):
+AssertionError: pose accuracy is not accepted (2 visits, rule iso-14253-1)
+  NOT DECIDED  AP = 2.000 um, limit 2.1 um, standard uncertainty 0.1 um, conformance probability 0.8413
+    a value up to 1.936 um would pass
 """
 
 from __future__ import annotations
@@ -14,7 +23,7 @@ import pinocchio as pin
 
 from hexathermal.errors import ArgumentError
 from hexathermal.poses import FloatArray, pose_array, pose_from_coordinates
-from hexathermal.predict.acceptance import PASS, Decision, PoseAccuracy, decide, pose_accuracy
+from hexathermal.predict.acceptance import PASS, RULES, Decision, PoseAccuracy, decide, pose_accuracy
 from hexathermal.predict.acceptance.quantities import QUANTITIES, accuracy_values
 
 PER_UNIT = 1e6
@@ -35,7 +44,7 @@ def assert_pose_accuracy(
     coverage_factor: float = 2.0,
     convention: str = "fixed-xyz",
 ) -> PoseAccuracy:
-    """Assert that the measured visits of one commanded pose meet limits of ISO 9283, their uncertainty counted.
+    """Assert that the measured visits of one pose meet limits of ISO 9283, their uncertainty counted.
 
     Parameters
     ----------
@@ -63,43 +72,34 @@ def assert_pose_accuracy(
         A limit is not met, or it is not decided whether it is; every limit is told.
     ArgumentError
         No limit is given, no uncertainty, or poses that are none.
-
-    Examples
-    --------
-    >>> visits = [[0.001, 0, 0, 0, 0, 0], [0.003, 0, 0, 0, 0, 0]]
-    >>> assert_pose_accuracy(visits, [0] * 6, AP_um=3.0, u_um=0.1).count
-    2
-    >>> assert_pose_accuracy(visits, [0] * 6, AP_um=2.1, u_um=0.1)
-    Traceback (most recent call last):
-    AssertionError: pose accuracy is not accepted (2 visits, rule iso-14253-1)
-      NOT DECIDED  AP = 2.000 um, limit 2.1 um, standard uncertainty 0.1 um, conformance probability 0.8413
-        a value up to 1.936 um would pass
     """
     __tracebackhide__ = True
-    wanted = {
-        "AP_um": AP_um,
-        "RP_um": RP_um,
-        "AP_rotation_urad": AP_rotation_urad,
-        "RP_rotation_urad": RP_rotation_urad,
-    }
+    wanted = {"AP_um": AP_um, "RP_um": RP_um, "AP_rotation_urad": AP_rotation_urad,
+              "RP_rotation_urad": RP_rotation_urad}  # fmt: skip
     limits = {key: limit for key, limit in wanted.items() if limit is not None}
     if not limits:
         raise ArgumentError(f"no limit is given; state one or more of {', '.join(wanted)}")
     found = pose_accuracy(_poses(measured, convention, "measured"), _poses(commanded, convention, "commanded"))
-    values = accuracy_values(found)
-    decisions = {}
-    for key, limit in limits.items():
-        uncertainty = u_urad if QUANTITIES[key].unit == "urad" else u_um
-        if uncertainty is None and rule != "simple":
-            name = "u_urad" if QUANTITIES[key].unit == "urad" else "u_um"
-            raise ArgumentError(f"{key} needs {name}, the standard uncertainty of the value; or ask for rule='simple'")
-        decisions[key] = decide(
-            values[QUANTITIES[key].name] * PER_UNIT, uncertainty, upper=limit, rule=rule, probability=probability,
-            coverage_factor=coverage_factor,
-        )  # fmt: skip
+    decided_by = {"rule": rule, "probability": probability, "coverage_factor": coverage_factor}
+    decisions = _decisions(found, limits, {"um": u_um, "urad": u_urad}, decided_by)
     if any(decision.verdict != PASS for decision in decisions.values()):
         raise AssertionError(_report(found.count, rule, decisions))
     return found
+
+
+def _decisions(
+    found: PoseAccuracy, limits: dict[str, float], uncertainties: dict[str, float | None], decided_by: dict[str, Any]
+) -> dict[str, Decision]:
+    """Return the decision about each limit, in um or urad."""
+    values, decisions = accuracy_values(found), {}
+    for key, limit in limits.items():
+        quantity = QUANTITIES[key]
+        u = uncertainties[quantity.unit]
+        if u is None and RULES.get(str(decided_by["rule"]).lower()) != "simple":
+            name = f"u_{quantity.unit}"
+            raise ArgumentError(f"{key} needs {name}, the standard uncertainty of the value; or ask for rule='simple'")
+        decisions[key] = decide(values[quantity.name] * PER_UNIT, u, upper=limit, **decided_by)
+    return decisions
 
 
 def _poses(given: Any, convention: str, what: str) -> FloatArray:

@@ -234,13 +234,16 @@ def test_the_specification_of_the_documentation_is_one(tmp_path: Path) -> None:
     """The example of docs/acceptance.md reads as it stands: units, both sides, expanded uncertainty, two windows."""
     page = (Path(__file__).parents[2] / "docs" / "acceptance.md").read_text(encoding="utf-8")
     found = read_specification(written(tmp_path, page.split("```toml\n")[1].split("```")[0], "spec.toml"))
-    assert [(limit.key, limit.lower, limit.upper, limit.uncertainty, limit.window) for limit in found.limits] == [
-        ("AP_um", None, 10e-6, 0.3e-6, None),
-        ("RP_um", None, 2e-6, 0.2e-6, None),
-        ("AP_rz_urad", -20e-6, 20e-6, 1.5e-6, None),
-        ("AP_z_um", -3e-6, 5e-6, 0.3e-6, None),
-        ("ETVE_z_um", None, 3e-6, 0.3e-6, 3600.0),
-        ("ETVE_z_um", None, 8e-6, 0.3e-6, None),
+    numbers = [[limit.lower, limit.upper, limit.uncertainty] for limit in found.limits]
+    micro = [[None if number is None else round(number * 1e6, 12) for number in row] for row in numbers]
+    read = [(limit.key, *row, limit.window) for limit, row in zip(found.limits, micro, strict=True)]
+    assert read == [
+        ("AP_um", None, 10, 0.3, None),
+        ("RP_um", None, 2, 0.2, None),
+        ("AP_rz_urad", -20, 20, 1.5, None),
+        ("AP_z_um", -3, 5, 0.3, None),
+        ("ETVE_z_um", None, 3, 0.3, 3600.0),
+        ("ETVE_z_um", None, 8, 0.3, None),
     ]
 
 

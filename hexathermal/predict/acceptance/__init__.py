@@ -1,14 +1,7 @@
 """Acceptance of a machine: pose accuracy, environmental variation, and the decision whether limits are met."""
 
-from hexathermal.predict.acceptance.decision_rules import (
-    FAIL,
-    NOT_DECIDED,
-    PASS,
-    RULES,
-    Decision,
-    conformance_probability,
-    decide,
-)
+from hexathermal.predict.acceptance.conformance import conformance_probability
+from hexathermal.predict.acceptance.decision_rules import FAIL, NOT_DECIDED, PASS, RULES, Decision, decide
 from hexathermal.predict.acceptance.environmental_variation import (
     EnvironmentalVariation,
     WarmUpDistortion,

@@ -22,16 +22,17 @@ allow for rounding: 1e-12 of the numbers compared.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
-from numbers import Real
 from types import MappingProxyType
-from typing import Any
-
-from scipy.optimize import brentq
-from scipy.special import ndtr
 
 from hexathermal.errors import ArgumentError, UnknownNameError
+from hexathermal.predict.acceptance.conformance import (
+    acceptance_by_probability,
+    check_number,
+    conformance_probability,
+    zone_of,
+)
 
 PASS, FAIL, NOT_DECIDED = "pass", "fail", "not decided"
 
@@ -55,9 +56,6 @@ RULES: Mapping[str, str] = MappingProxyType(
 
 ROUNDING = 1e-12
 """Part of the numbers compared by which a limit may be missed: rounding of decimals and units."""
-
-FURTHEST = 8.0
-"""Standard uncertainties by which the estimate of a quantity that cannot be negative may lie below 0."""
 
 
 @dataclass(frozen=True)
@@ -109,12 +107,10 @@ def decide(
 
     Parameters
     ----------
-    value : float
-        Measured value, in any unit.
+    value, lower, upper : float
+        Measured value and its limits, at least one of them, in any unit.
     uncertainty : float or None
-        Its standard uncertainty in the same unit, above 0; None only with the rule ``simple``.
-    lower, upper : float, optional
-        Limits in the same unit, at least one.
+        Standard uncertainty in the same unit, above 0; None only with the rule ``simple``.
     rule : str
         A name of `RULES`, see the table of this module.
     probability : float
@@ -130,104 +126,46 @@ def decide(
 
     Raises
     ------
-    ArgumentError
-        No limit, limits in the wrong order, a number out of its range, or no uncertainty where the rule needs one.
-    UnknownNameError
-        No such rule.
+    ArgumentError, UnknownNameError
+        No limit, wrong order of limits, a number out of range, no uncertainty though the rule needs one; no such rule.
 
     Examples
     --------
-    A residual of 1.28 um against 1.5 um, standard uncertainty 0.13 um: just accepted, and not under the older rule.
-
     >>> decide(1.28, 0.13, upper=1.5).verdict
     'pass'
     >>> decide(1.28, 0.13, upper=1.5, rule="iso-14253-1:1998").verdict
     'not decided'
     """
     name = _rule(rule)
-    low, high = _zone(value, lower, upper)
-    _check_number("probability", probability)
-    _check_number("coverage factor", coverage_factor)
+    _check_question(rule, uncertainty, probability, coverage_factor)
+    zone = zone_of(value, lower, upper)
+    best, p, U = None, None, 0.0
+    if uncertainty is not None:
+        p = conformance_probability(value, uncertainty, lower=lower, upper=upper, nonnegative=nonnegative)
+        U = 0.0 if name == "simple" else coverage_factor * uncertainty
+    if name == "iso-14253-1" and p is not None and uncertainty is not None:
+        statement = _by_probability(value, p, zone, probability)
+        passing, best = acceptance_by_probability(uncertainty, lower, upper, probability, nonnegative)
+    else:
+        statement = _by_guard_band(name, value, U, zone)
+        passing = (zone[0] + U, zone[1] - U) if _most(zone[0] + U, zone[1] - U) else None
+    verdict = statement if statement in (PASS, FAIL) else NOT_DECIDED
+    note = "" if passing is not None else _too_coarse(best, probability)
+    return Decision(verdict, statement, p, value, uncertainty, lower, upper, name, passing, note)
+
+
+def _check_question(rule: str, uncertainty: float | None, probability: float, coverage_factor: float) -> None:
+    """Refuse what no rule could decide by."""
+    check_number("probability", probability)
+    check_number("coverage factor", coverage_factor)
     if not 0.5 < probability < 1.0:
         raise ArgumentError(f"probability is {probability:g}; expected above 0.5 and below 1, such as 0.95")
     if not coverage_factor > 0.0:
         raise ArgumentError(f"coverage factor is {coverage_factor:g}; expected above 0, such as 2")
-    if uncertainty is None and name != "simple":
+    if uncertainty is None and _rule(rule) != "simple":
         raise ArgumentError(
             f"the rule {rule!r} needs the standard uncertainty of the value; state it, or ask for the rule 'simple'"
         )
-    p = None
-    if uncertainty is not None:
-        p = conformance_probability(value, uncertainty, lower=lower, upper=upper, nonnegative=nonnegative)
-    margin = 0.0 if uncertainty is None or name == "simple" else coverage_factor * uncertainty
-    if name == "iso-14253-1" and p is not None and uncertainty is not None:
-        statement = _by_probability(value, p, (low, high), probability)
-        zone, best = _acceptance(uncertainty, lower, upper, probability, nonnegative)
-    else:
-        statement = _by_guard_band(name, value, margin, (low, high))
-        zone = (low + margin, high - margin) if _most(low + margin, high - margin) else None
-        best = None
-    verdict = statement if statement in (PASS, FAIL) else NOT_DECIDED
-    note = "" if zone is not None else _too_coarse(best, probability)
-    return Decision(verdict, statement, p, value, uncertainty, lower, upper, name, zone, note)
-
-
-def conformance_probability(
-    value: float,
-    uncertainty: float,
-    *,
-    lower: float | None = None,
-    upper: float | None = None,
-    nonnegative: bool = False,
-) -> float:
-    """Return the probability that the measurand lies between its limits.
-
-    ``p = F((H - y) / u) - F((L - y) / u)``, F the normal distribution (JCGM 106:2012, section 7).  For a quantity that
-    cannot be negative the distribution is cut at 0 and scaled: ``p = P(max(L, 0) <= Y <= H) / P(Y >= 0)``.
-
-    Parameters
-    ----------
-    value, uncertainty, lower, upper, nonnegative
-        As in `decide`; the uncertainty must be given.
-
-    Returns
-    -------
-    float
-
-    Raises
-    ------
-    ArgumentError
-        As in `decide`; or a quantity that cannot be negative was measured more than 8 standard uncertainties below 0.
-
-    Examples
-    --------
-    Breakdown voltage of a Zener diode (JCGM 106:2012): -5.47 V, standard uncertainty 0.05 V, at most -5.40 V.
-
-    >>> round(conformance_probability(-5.47, 0.05, upper=-5.40), 3)
-    0.919
-    """
-    low, high = _zone(value, lower, upper)
-    _check_number("standard uncertainty", uncertainty)
-    if not uncertainty > 0.0:
-        raise ArgumentError(
-            f"standard uncertainty is {uncertainty:g}; expected above 0 (no measurement is exact; "
-            "ask for the rule 'simple' by name where uncertainty shall not count)"
-        )
-    if not nonnegative:
-        return _within(value, uncertainty, low, high)
-    if value < -FURTHEST * uncertainty:
-        raise ArgumentError(
-            f"value {value:g} lies {-value / uncertainty:.3g} standard uncertainties below 0, allowed {FURTHEST:g}: "
-            "the quantity cannot be negative; check value and uncertainty"
-        )
-    return _within(value, uncertainty, max(low, 0.0), high) / float(ndtr(value / uncertainty))
-
-
-def _within(y: float, u: float, low: float, high: float) -> float:
-    """Return the probability between two limits; mirrored where that keeps more digits."""
-    a, b = (low - y) / u, (high - y) / u
-    a, b = (a, b) if a + b <= 0.0 or math.isinf(a) else (-b, -a)
-    return max(0.0, float(ndtr(b)) - float(ndtr(a)))
 
 
 def _rule(name: str) -> str:
@@ -236,25 +174,6 @@ def _rule(name: str) -> str:
     if key not in RULES:
         raise UnknownNameError(f"decision rule {name!r} is not known; choose one of {', '.join(RULES)}", tuple(RULES))
     return RULES[key]
-
-
-def _zone(value: float, lower: float | None, upper: float | None) -> tuple[float, float]:
-    """Return the limits with infinity for those not given."""
-    if lower is None and upper is None:
-        raise ArgumentError("no limit is given; state lower, upper or both")
-    for what, number in (("value", value), ("lower limit", lower), ("upper limit", upper)):
-        if number is not None or what == "value":
-            _check_number(what, number)
-    low, high = -math.inf if lower is None else lower, math.inf if upper is None else upper
-    if not low < high:
-        raise ArgumentError(f"lower limit {low:g} is not below the upper limit {high:g}")
-    return low, high
-
-
-def _check_number(what: str, number: Any) -> None:
-    """Refuse what is no finite number."""
-    if not isinstance(number, Real) or not math.isfinite(number):
-        raise ArgumentError(f"{what} is {number!r}; expected a finite number (leave out a limit that is not there)")
 
 
 def _most(a: float, b: float) -> bool:
@@ -284,42 +203,6 @@ def _by_guard_band(rule: str, y: float, U: float, zone: tuple[float, float]) -> 
     if not _most(low, y + U) or not _most(y - U, high):
         return FAIL
     return "conditional pass" if _most(low, y) and _most(y, high) else "conditional fail"
-
-
-def _acceptance(
-    u: float, lower: float | None, upper: float | None, wanted: float, nonnegative: bool
-) -> tuple[tuple[float, float] | None, float]:
-    """Return the values that pass by probability (None: there are none), and the highest probability reached."""
-
-    def p(y: float) -> float:
-        return conformance_probability(y, u, lower=lower, upper=upper, nonnegative=nonnegative)
-
-    start = -FURTHEST * u if nonnegative else -math.inf
-    low, high = -math.inf if lower is None else lower, math.inf if upper is None else upper
-    if nonnegative:
-        low = max(low, 0.0)
-    if math.isinf(high):
-        return (_crossing(p, wanted, low - FURTHEST * u, low + FURTHEST * u, u, start), math.inf), 1.0
-    if math.isinf(low) or (nonnegative and low == 0.0):
-        # cut at 0, the probability falls with y from the very start
-        first = start if nonnegative else high - 2.0 * FURTHEST * u
-        if p(first) < wanted:
-            return None, p(first)
-        return (start, _crossing(p, wanted, high + FURTHEST * u, first, u, start)), 1.0
-    middle = 0.5 * (low + high)
-    if p(middle) < wanted:
-        return None, p(middle)
-    ends = (_crossing(p, wanted, end, middle, u, start) for end in (low - FURTHEST * u, high + FURTHEST * u))
-    first, last = ends
-    return (first, last), 1.0
-
-
-def _crossing(p: Callable[[float], float], wanted: float, out: float, inside: float, u: float, start: float) -> float:
-    """Return where the probability reaches what is asked for, between a value that fails and one that passes."""
-    out = max(out, start)
-    if p(out) >= wanted:
-        return out
-    return float(brentq(lambda y: p(y) - wanted, out, inside, xtol=1e-13 * max(abs(out), abs(inside), u), rtol=1e-14))
 
 
 def _too_coarse(best: float | None, wanted: float) -> str:
