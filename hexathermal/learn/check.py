@@ -1,4 +1,4 @@
-"""What a metrologist asks of a campaign before anything is fitted: noise, ranges, collinearity, what can be told apart.
+"""What a metrologist asks of a campaign before a fit: noise, ranges, collinearity, what can be told apart.
 
 All of it comes from one pass over the usable rows, in constant memory. How the numbers of a sensor set are judged stands
 in `hexathermal.learn.check_words`.

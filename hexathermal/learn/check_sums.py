@@ -1,4 +1,4 @@
-"""Sums over the usable rows of a run, and what follows from them: noise, collinearity, separability. Constant memory."""
+"""Sums over the usable rows of a run, and what follows: noise, collinearity, separability. Constant memory."""
 
 from __future__ import annotations
 

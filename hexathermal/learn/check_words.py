@@ -15,7 +15,7 @@ from hexathermal.poses import FloatArray
 FORMAT = "hexathermal-check/1"
 
 APART, HARDLY = 0.97, 0.99
-"""Cosine of the angle between ``q0 dT`` and ``q dT``: up to the first `A` and `B` are told apart, beyond the other not."""
+"""Cosine between ``q0 dT`` and ``q dT``: up to the first `A` and `B` are told apart, beyond the second not."""
 
 SMALLEST_SPAN_K = 0.5
 """Temperatures that rise by less teach next to nothing."""
@@ -42,7 +42,7 @@ class Cycle:
 
 
 def cycles(check: CampaignCheck) -> tuple[Cycle, ...]:
-    """Return the sensors that swing with one period in half of the runs or more, as the air conditioning of a room does.
+    """Return the sensors that swing with one period in half of the runs or more, as a room does by its conditioning.
 
     Each run's temperature less a cubic in time is taken apart by a periodogram; its strongest period counts where it
     makes up `CYCLE_SHARE` of the variance and fits into the run four times.
@@ -173,9 +173,10 @@ def _of_apart(check: CampaignCheck) -> list[str]:
     items = [item for item in check.separability if item.r > APART]
     if not items:
         return []
-    which = "every sensor" if len(items) == len(check.separability) else ", ".join(item.sensor for item in items)
+    which = "every sensor" if len(items) == len(check.separability) else ", ".join(one.sensor for one in items)
+    how = "not" if max(item.r for item in items) > HARDLY else "hardly"
     return [
-        f"A and B of {which} can {'not' if max(item.r for item in items) > HARDLY else 'hardly'} be told apart: the leg "
+        f"A and B of {which} can {how} be told apart: the leg "
         "was warm at nearly one q only (as when it is heated by the same movement each time); run it hot at fixed q "
         "over the whole stroke, and cold while moving"
     ]

@@ -101,7 +101,7 @@ def without_missing(sheets: Iterator[Sheet], ledger: Ledger) -> Iterator[Sheet]:
     for sheet in sheets:
         lost = np.isnan(np.concatenate([sheet.beams, sheet.drift], axis=1))
         bad = lost.any(axis=1)
-        reason = "no drift without all beams: a value is missing or was left out"
+        reason = "no value of the drift, or not of all beams: missing, or left out above"
         ledger.note("no drift", "row", ROW, reason, bad, sheet.time[:, 0])
         kept = sheet.take(~bad)
         if len(kept):

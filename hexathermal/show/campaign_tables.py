@@ -1,0 +1,142 @@
+"""Tables of a campaign's check, for the command line to print."""
+
+from __future__ import annotations
+
+import numpy as np
+from rich.table import Table
+
+from hexathermal.learn.check import CampaignCheck
+from hexathermal.learn.check_words import cycles, hours, told_apart
+from hexathermal.show.tables import framed
+
+
+def number(value: float, digits: int) -> str:
+    """Return a number with its digits; a dash where it is not known."""
+    if np.isnan(value):
+        return "-"
+    return f"{value:.{digits}f}" if np.isfinite(value) else "inf"
+
+
+def overview(check: CampaignCheck) -> str:
+    """Return what the campaign is, in some lines."""
+    campaign, durations = check.campaign, hours(check)
+    rows, used = sum(run.record.rows for run in check.runs), sum(run.record.used for run in check.runs)
+    roles = " and ".join(f"{len(campaign.runs_of(role))} for {role}" for role in ("identification", "validation"))
+    sampling = sorted({float(f"{run.record.sampling:.4g}") for run in check.runs if np.isfinite(run.record.sampling)})
+    steps = (
+        f"{sampling[0]:g} s" if len(sampling) == 1 else f"{sampling[0]:g} to {sampling[-1]:g} s" if sampling else "-"
+    )
+    lines = [
+        f"{campaign.title or 'Campaign without a title'} (kind {campaign.kind}): {len(check.runs)} runs, {roles};",
+        f"{np.nansum(durations):.1f} h, one row every {steps}, {rows} rows, {used} of them usable, "
+        f"{len(campaign.sensors)} thermocouples.",
+        f"Temperatures and drift count from the first row of "
+        f"{'each run' if campaign.zero == 'run' else 'the first run'}.",
+    ]
+    return "\n".join(lines)
+
+
+def runs_table(check: CampaignCheck, pretty: bool) -> Table:
+    """Return one line a run: duration, rows, ranges, noise of the drift."""
+    stroke = any(run.q is not None for run in check.runs)
+    columns = ["run", "role", "h>", "rows>", "usable>", "rests>", "dT\nK>", "drift\num>", "noise\num>"]
+    if stroke:
+        columns += ["rest to rest\num>", "q\nmm>"]
+    table = framed(pretty, *columns)
+    for run, duration in zip(check.runs, hours(check), strict=True):
+        empty = not run.record.used
+        heat = "-" if empty else f"{np.nanmin(run.lowest_dT):+.1f} to {np.nanmax(run.highest_dT):+.1f}"
+        drift = "-" if empty else f"{run.drift[0] * 1e6:+.2f} to {run.drift[1] * 1e6:+.2f}"
+        cells = [run.run.name, run.run.role, number(duration, 2), str(run.record.rows), str(run.record.used),
+                 str(run.landings), heat, drift, number(run.drift_noise * 1e6, 3)]  # fmt: skip
+        if stroke:
+            cells.append(number(run.landing_noise * 1e6, 3))
+            cells.append("-" if run.q is None else f"{run.q[0] * 1e3:.0f} to {run.q[1] * 1e3:.0f}")
+        table.add_row(*cells)
+    return table
+
+
+def sensors_table(check: CampaignCheck, pretty: bool) -> Table:
+    """Return one line a thermocouple: noise, slow deviation, ranges over all runs, collinearity."""
+    table = framed(pretty, "sensor", "part", "noise\nmK>", "slow\nmK>", "lowest\ndegC>", "highest\ndegC>",
+                   "largest dT\nK>", "inflation>", "most like>")  # fmt: skip
+    with np.errstate(all="ignore"):
+        low = np.fmin.reduce([run.lowest_degC for run in check.runs])
+        high = np.fmax.reduce([run.highest_degC for run in check.runs])
+    for k, item in enumerate(check.campaign.thermocouples):
+        others = np.where(np.arange(len(low)) == k, np.nan, check.correlation[k])
+        like = "-"
+        if np.isfinite(others).any():
+            best = int(np.nanargmax(np.abs(others)))
+            like = f"{check.campaign.sensors[best]} {others[best]:.4f}"
+        table.add_row(item.name, item.part or "-", number(check.sensor_noise[k] * 1e3, 1),
+                      number(check.sensor_slow[k] * 1e3, 1), number(low[k], 2), number(high[k], 2),
+                      number(check.separability[k].span, 2), number(check.inflation[k], 1), like)  # fmt: skip
+    return table
+
+
+def ranges_table(check: CampaignCheck, pretty: bool) -> Table:
+    """Return the range of every thermocouple in every run [degC]."""
+    table = framed(pretty, "sensor", *(f"{run.run.name}\ndegC>" for run in check.runs))
+    for k, sensor in enumerate(check.campaign.sensors):
+        spans = [(run.lowest_degC[k], run.highest_degC[k]) for run in check.runs]
+        table.add_row(sensor, *("-" if np.isnan(low) else f"{low:.1f}-{high:.1f}" for low, high in spans))
+    return table
+
+
+def apart_table(check: CampaignCheck, pretty: bool) -> Table:
+    """Return one line a sensor: what the data can tell of its coefficients."""
+    leg = check.campaign.leg
+    if all(np.isnan(item.r) for item in check.separability) and leg is None:
+        table = framed(pretty, "sensor", "largest dT\nK>", "C for 1 um\num/K>", "the data tell")
+        for item in check.separability:
+            table.add_row(item.sensor, number(item.span, 2), number(item.std_A, 4), told_apart(item))
+        return table
+    table = framed(pretty, "sensor", "r>", "A for 1 um\num/m/K>", "B for 1 um\num/m/K>", "A and B")
+    for item in check.separability:
+        table.add_row(item.sensor, number(item.r, 3), number(item.std_A, 3), number(item.std_B, 3), told_apart(item))
+    return table
+
+
+def cleaning_table(check: CampaignCheck, pretty: bool) -> Table:
+    """Return what cleaning did, each step in each channel over all runs, with its reason."""
+    table = framed(pretty, "step", "channel", "count>", "runs>", "what", "reason")
+    counts: dict[tuple[str, str, str, str], list[int]] = {}
+    for run in check.runs:
+        for step in run.record.steps:
+            entry = counts.setdefault((step.step, step.channel, step.action, step.reason), [0, 0])
+            entry[0] += step.count
+            entry[1] += 1
+    for (step_name, channel, action, reason), (count, runs) in counts.items():
+        table.add_row(step_name, channel, str(count), str(runs), action, reason)
+    if not counts:
+        table.add_row("-", "-", "0", "0", "nothing left out", "every row and value may be used")
+    return table
+
+
+def remarks(check: CampaignCheck) -> str:
+    """Return what is to be said of collinearity, cycles and weather."""
+    lines = []
+    if np.isfinite(check.condition):
+        lines.append(
+            f"All sensors together: condition number {check.condition:.0f} (1: independent; above 30: collinear)."
+        )
+    lines += [
+        f"{item.sensor} swings with a period of {item.period / 60.0:.0f} min and +-{item.amplitude:.2f} K in {item.runs} "
+        f"of {len(check.runs)} runs: a cycle of the room or of a cooler."
+        for item in cycles(check)
+    ]
+    if np.isfinite(check.weather).all():
+        (t_low, p_low, h_low), (t_high, p_high, h_high) = check.weather
+        compensated = check.campaign.beams is not None and check.campaign.beams.index_compensated
+        lines.append(
+            f"Air: {t_low:.1f} to {t_high:.1f} degC, {p_low / 100.0:.1f} to {p_high / 100.0:.1f} hPa, "
+            f"{h_low * 100.0:.0f} to {h_high * 100.0:.0f} %."
+        )
+        if np.isfinite(check.weather_effect):
+            done = "the laser's electronics took it off" if compensated else "it is taken off the beams by the weather"
+            lines.append(
+                f"Without correction for the index of air that span is worth {check.weather_effect * 1e6:.1f} um on the "
+                f"longest path; {done}."
+            )
+    return "\n".join(lines)
