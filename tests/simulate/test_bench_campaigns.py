@@ -117,7 +117,7 @@ SHORT = ("--runs", 1, "--validation", 1, "--hours", 0.75)
 
 
 def test_a_campaign_looks_measured(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    """The folder holds what the format asks for and nothing more: no key, column, file or word tells of a simulation."""
+    """The folder holds what the format asks for and nothing more: no key, column, file or word tells of simulation."""
     folder, truth = tmp_path / "leg", tmp_path / "truth.json"
     assert simulate("--out", folder, *SHORT, "--truth", truth, "--json", tmp_path / "a.json") == 0
     assert {file.relative_to(folder).as_posix() for file in folder.rglob("*") if file.is_file()} == {
@@ -230,7 +230,8 @@ def test_a_scenario_is_followed(tmp_path: Path) -> None:
     """The rod goes where the table says at 2 mm/s, and the room is the table's."""
     table = tmp_path / "day.csv"
     table.write_text(
-        "time_s,q_mm,air_temperature_degC,air_pressure_hPa\n0,100,21,990\n600,110,21,990\n1200,100,22,1000\n3600,100,22,1000\n"
+        "time_s,q_mm,air_temperature_degC,air_pressure_hPa\n"
+        "0,100,21,990\n600,110,21,990\n1200,100,22,1000\n3600,100,22,1000\n"
     )
     bench = Bench()
     plan = read_scenario(table, bench).plan(bench, "run-01", "identification", (1, 2))

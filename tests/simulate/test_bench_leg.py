@@ -1,4 +1,4 @@
-"""The virtual leg: heat is conserved, the step of time and the cells are fine enough, and simple legs have exact answers."""
+"""The virtual leg: heat is conserved, step and cells are fine enough, and simple legs have exact answers."""
 
 from __future__ import annotations
 
@@ -166,12 +166,12 @@ def test_what_no_leg_can_do_is_refused() -> None:
     time = np.arange(3.0)
     still, room, start = np.full(3, 0.1), np.full(3, 20.0), np.full(LEG.size, 20.0)
     wrong = (
-        (dict(q=np.full(3, 0.26)), "stroke is 0 to 250 mm"),
-        (dict(time=time[::-1]), "time must increase"),
-        (dict(room=np.full(2, 20.0)), "one shape"),
-        (dict(start=np.full(4, 20.0)), "one value for each node"),
-        (dict(q=np.array([0.1, np.nan, 0.1])), "finite"),
-        (dict(way=np.array([0.0, 1.0, 0.5])), "must not decrease"),
+        ({"q": np.full(3, 0.26)}, "stroke is 0 to 250 mm"),
+        ({"time": time[::-1]}, "time must increase"),
+        ({"room": np.full(2, 20.0)}, "one shape"),
+        ({"start": np.full(4, 20.0)}, "one value for each node"),
+        ({"q": np.array([0.1, np.nan, 0.1])}, "finite"),
+        ({"way": np.array([0.0, 1.0, 0.5])}, "must not decrease"),
     )
     given_ = {"time": time, "q": still, "room": room, "start": start}
     for change, text in wrong:

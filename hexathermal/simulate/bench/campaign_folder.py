@@ -51,6 +51,13 @@ def campaign_form(
     }
 
 
+def _as_toml(form: dict[str, Any]) -> str:
+    """Return a form as TOML, each thermocouple and run under a heading of its own."""
+    lists = {key: value for key, value in form.items() if isinstance(value, list)}
+    text = tomli_w.dumps({key: value for key, value in form.items() if key not in lists})
+    return text + "".join(f"\n[[{key}]]\n{tomli_w.dumps(item)}" for key, items in lists.items() for item in items)
+
+
 def _mm(metres: float) -> float:
     """Return metres as millimetres."""
     return round(metres * 1e3, 6)
@@ -208,7 +215,7 @@ def write_campaign(
     form = campaign_form(bench, plans, title=title, parquet=parquet)
     with _new_folder(folder) as part:
         (part / RUNS).mkdir()
-        (part / CAMPAIGN).write_text(tomli_w.dumps(form), encoding="utf-8")
+        (part / CAMPAIGN).write_text(_as_toml(form), encoding="utf-8")
         for run, entry in zip(runs, form["runs"], strict=True):
             write_run(part / entry["file"], bench, run)
     return (folder / CAMPAIGN, *(folder / entry["file"] for entry in form["runs"]))

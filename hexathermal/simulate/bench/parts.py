@@ -147,7 +147,7 @@ class Rod:
     heat_capacity: float = 515.0
     conductivity: float = 10.0
     expansion: float = 1.90e-6
-    scale_expansion: float = 1.80e-6
+    scale_expansion: float = 2.00e-6
     scale_held: float = 0.020
     convection: float = 4.0
     cells: int = 27
@@ -189,7 +189,7 @@ class Contact:
     gap_conductance: float = 10.0
     nut_position: float = 0.330
     nut_length: float = 0.040
-    nut_conductance: float = 1500.0
+    nut_conductance: float = 800.0
     guide_position: float = 0.520
     guide_length: float = 0.040
     guide_conductance: float = 800.0
