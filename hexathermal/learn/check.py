@@ -1,7 +1,7 @@
 """What a metrologist asks of a campaign before a fit: noise, ranges, collinearity, what can be told apart.
 
-All of it comes from one pass over the usable rows, in constant memory. How the numbers of a sensor set are judged stands
-in `hexathermal.learn.check_words`.
+All of it comes from one pass over the usable rows, in constant memory. How the numbers are judged stands in
+`hexathermal.learn.check_words`.
 """
 
 from __future__ import annotations
@@ -11,11 +11,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from hexathermal.learn.air import RED_HELIUM_NEON, refractive_index
 from hexathermal.learn.campaign import Campaign, RunFile
 from hexathermal.learn.check_sums import RunSums, Separability, Trace, collinearity, separability
 from hexathermal.learn.cleaning import usable_blocks
 from hexathermal.learn.cleaning_record import CleaningRecord
-from hexathermal.learn.interferometer import RED_HELIUM_NEON, refractive_index
 from hexathermal.poses import FloatArray
 
 Progress = Callable[[int, int, str], None]

@@ -99,18 +99,20 @@ def apart_table(check: CampaignCheck, pretty: bool) -> Table:
 
 
 def cleaning_table(check: CampaignCheck, pretty: bool) -> Table:
-    """Return what cleaning did, each step in each channel over all runs, with its reason."""
-    table = framed(pretty, "step", "channel", "count>", "runs>", "what", "reason")
-    counts: dict[tuple[str, str, str, str], list[int]] = {}
+    """Return what cleaning did over all runs, each step with its channels and its reason."""
+    table = framed(pretty, "step", "count>", "runs>", "what", "channels", "reason")
+    steps: dict[tuple[str, str, str], tuple[dict[str, int], set[str]]] = {}
     for run in check.runs:
         for step in run.record.steps:
-            entry = counts.setdefault((step.step, step.channel, step.action, step.reason), [0, 0])
-            entry[0] += step.count
-            entry[1] += 1
-    for (step_name, channel, action, reason), (count, runs) in counts.items():
-        table.add_row(step_name, channel, str(count), str(runs), action, reason)
-    if not counts:
-        table.add_row("-", "-", "0", "0", "nothing left out", "every row and value may be used")
+            channels, runs = steps.setdefault((step.step, step.action, step.reason), ({}, set()))
+            channels[step.channel] = channels.get(step.channel, 0) + step.count
+            runs.add(run.run.name)
+    for (name, action, reason), (channels, runs) in steps.items():
+        order = sorted(channels.items(), key=lambda item: -item[1])
+        which = ", ".join(channel if len(order) == 1 else f"{channel} {count}" for channel, count in order)
+        table.add_row(name, str(sum(channels.values())), str(len(runs)), action, which, reason)
+    if not steps:
+        table.add_row("-", "0", "0", "nothing left out", "-", "every row and value may be used")
     return table
 
 
@@ -118,9 +120,7 @@ def remarks(check: CampaignCheck) -> str:
     """Return what is to be said of collinearity, cycles and weather."""
     lines = []
     if np.isfinite(check.condition):
-        lines.append(
-            f"All sensors together: condition number {check.condition:.0f} (1: independent; above 30: collinear)."
-        )
+        lines.append(f"All sensors together: condition number {check.condition:.0f} (1: independent, 30: collinear).")
     lines += [
         f"{item.sensor} swings with a period of {item.period / 60.0:.0f} min and +-{item.amplitude:.2f} K in {item.runs} "
         f"of {len(check.runs)} runs: a cycle of the room or of a cooler."
@@ -134,7 +134,7 @@ def remarks(check: CampaignCheck) -> str:
             f"{h_low * 100.0:.0f} to {h_high * 100.0:.0f} %."
         )
         if np.isfinite(check.weather_effect):
-            done = "the laser's electronics took it off" if compensated else "it is taken off the beams by the weather"
+            done = "the laser's electronics took it off" if compensated else "it is taken off by the weather"
             lines.append(
                 f"Without correction for the index of air that span is worth {check.weather_effect * 1e6:.1f} um on the "
                 f"longest path; {done}."

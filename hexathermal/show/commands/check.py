@@ -108,13 +108,18 @@ def _plots(check: CampaignCheck, folder: Path, progress: Progress) -> list[Path]
     jobs: list[tuple[str, Any]] = [("noise", lambda: noise_figure(check)),
                                    ("collinearity", lambda: collinearity_figure(check)),
                                    ("coverage", lambda: coverage_figure(check))]  # fmt: skip
-    jobs += [(f"run-{item.run.name}", lambda item=item: run_figure(check, item)) for item in check.runs]
+    jobs += [(_file_name(item.run.name), lambda item=item: run_figure(check, item)) for item in check.runs]
     for k, (name, make) in enumerate(jobs):
         progress(k, len(jobs), f"drawing {name}")
         figure = make()
         if figure is not None:
             written += [save_figure(figure, folder / f"{name}{ending}") for ending in (".png", ".svg")]
     return written
+
+
+def _file_name(run: str) -> str:
+    """Return the name of a run's picture."""
+    return run if run.startswith("run") else f"run-{run}"
 
 
 def _hexapod(campaign: Campaign) -> Answer:
