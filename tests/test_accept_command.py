@@ -130,7 +130,7 @@ def test_json_is_the_answer_in_full(files: list[str], tmp_path: Path, capsys: Sa
     assert result["conformance_probability"] == pytest.approx(0.841345, abs=1e-6)
     assert result["acceptance_upper"] == pytest.approx(2.1 - 0.1644854, abs=1e-6)
     assert data["poses"][0]["RP_um"] == pytest.approx(1.0)
-    assert data["probability_at_least"] == result["conformance_probability"]
+    assert data["probability_at_least"] == data["probability_at_most"] == result["conformance_probability"]
 
 
 def test_junit_is_read_by_test_systems(files: list[str], tmp_path: Path) -> None:

@@ -30,17 +30,26 @@ def label(result: Result) -> str:
     return f"{result.limit.key} in {'the whole record' if window is None else f'{window:g} s'}"
 
 
+ALMOST = 1e-4
+"""Probabilities nearer to 0 or 1 are not told in digits."""
+
+
 def chance(p: float | None) -> str:
     """Return a probability as percent, never rounded to 0 or 100."""
     if p is None:
         return "not known"
-    percents = 100.0 * p
-    for bound, words in ((0.005, "below 0.01 %"), (99.995, "")):
-        if not words and percents >= bound:
-            return "above 99.99 %"
-        if words and percents < bound:
-            return words
-    return f"{percents:.2f} %"
+    if p > 1.0 - ALMOST:
+        return "above 99.99 %"
+    return f"{100.0 * p:.2f} %" if p >= ALMOST else "below 0.01 %"
+
+
+def _between(bounds: tuple[float, float]) -> str:
+    """Return the bounds of a probability as text."""
+    low, high = bounds
+    words = [] if low < ALMOST else [chance(low) if low > 1.0 - ALMOST else f"at least {chance(low)}"]
+    if high <= 1.0 - ALMOST:
+        words.append(chance(high) if high < ALMOST else f"at most {chance(high)}")
+    return ", ".join(words) or "not known"
 
 
 def micro(value: float | None) -> float | None:
@@ -82,7 +91,7 @@ def verdict_lines(acceptance: Acceptance) -> str:
     counts = ", ".join(f"{verdicts.count(kind)} {kind}" for kind in CODES if kind in verdicts)
     line = f"{acceptance.verdict.upper()}: {acceptance.specification.title} ({len(verdicts)} decisions: {counts})"
     if acceptance.probability is not None:
-        line += f"\nprobability that all limits are met: at least {chance(acceptance.probability)}"
+        line += f"\nprobability that all limits are met: {_between(acceptance.probability)}"
     largest: dict[Limit, Result] = {}
     for result in acceptance.results:
         other = largest.setdefault(result.limit, result)
@@ -110,7 +119,8 @@ def acceptance_data(acceptance: Acceptance) -> dict[str, Any]:
         "format": FORMAT,
         "verdict": acceptance.verdict,
         "exit_code": CODES[acceptance.verdict],
-        "probability_at_least": acceptance.probability,
+        "probability_at_least": None if acceptance.probability is None else acceptance.probability[0],
+        "probability_at_most": None if acceptance.probability is None else acceptance.probability[1],
         "title": acceptance.specification.title,
         "specification": acceptance.specification.path,
         "measured": str(acceptance.measured.path),

@@ -286,7 +286,7 @@ def test_limits_that_cannot_be_answered_are_refused(tmp_path: Path, table: str, 
 
 
 def test_one_fail_fails_and_probabilities_bound_the_whole(tmp_path: Path) -> None:
-    """A fail outweighs what is not decided; the whole's probability is at least 1 minus the sum of the doubts."""
+    """A fail outweighs what is not decided; 1 minus the sum of doubts and the least probability bound the whole's."""
     spec = "uncertainty = {position_um = 0.1}\nlimits = {AP_um = %s, RP_um = %s}\n"
     said = {(a, b): judged(tmp_path, TWO, spec % (a, b)) for a in (1, 2.1, 3) for b in (0.5, 1.1, 2)}
     assert {tops: found.verdict for tops, found in said.items()} == {
@@ -294,4 +294,5 @@ def test_one_fail_fails_and_probabilities_bound_the_whole(tmp_path: Path) -> Non
         (2.1, 0.5): "fail", (2.1, 1.1): "not decided", (2.1, 2): "not decided",
         (3, 0.5): "fail", (3, 1.1): "not decided", (3, 2): "pass",
     }  # fmt: skip
-    assert said[2.1, 1.1].probability == pytest.approx(1.0 - 2.0 * 0.158655, abs=1e-5)
+    assert said[2.1, 1.1].probability == pytest.approx((1.0 - 2.0 * 0.158655, 0.841345), abs=1e-5)
+    assert said[1, 0.5].probability == pytest.approx((0.0, 0.0), abs=1e-6)

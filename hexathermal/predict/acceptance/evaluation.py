@@ -90,10 +90,16 @@ class Acceptance:
         return FAIL if FAIL in verdicts else PASS if verdicts == {PASS} else NOT_DECIDED
 
     @property
-    def probability(self) -> float | None:
-        """Least probability that all limits are met, ``max(0, 1 - sum (1 - p))``; None where a limit has none."""
+    def probability(self) -> tuple[float, float] | None:
+        """Bounds of the probability that all limits are met; None where a limit has no probability.
+
+        ``max(0, 1 - sum (1 - p)) <= P <= min p``, whatever the limits have in common.
+        """
         each = [result.decision.probability for result in self.results]
-        return None if None in each else max(0.0, 1.0 - sum(1.0 - p for p in each if p is not None))
+        known = [p for p in each if p is not None]
+        if len(known) < len(each):
+            return None
+        return max(0.0, 1.0 - sum(1.0 - p for p in known)), min(known)
 
 
 @dataclass(frozen=True)

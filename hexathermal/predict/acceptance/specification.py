@@ -136,8 +136,8 @@ def _decided_by(form: Form, found: dict[str, Any], path: Where) -> dict[str, Any
         if found["rule"].lower() in RULES:
             fields["rule"] = found["rule"].lower()
         else:
-            close = get_close_matches(found["rule"].lower(), RULES, 1)
-            meant = f"; did you mean {close[0]!r}?" if close else ""
+            close = get_close_matches(found["rule"].lower(), RULES, 3)
+            meant = f"; did you mean {' or '.join(map(repr, close))}?" if close else ""
             message = f"decision rule {found['rule']!r} is not known{meant}; known: {', '.join(RULES)}"
             form.complain((*path, "rule"), message)
     if "probability" in found:
@@ -174,11 +174,9 @@ def _quantity(form: Form, key: str, place: Where, letters: str | None) -> Quanti
         key = f"{name}_{LETTERS[letters]['abc'.index(letter)]}_{unit}"
     if key in QUANTITIES:
         return QUANTITIES[key]
-    close = get_close_matches(key, QUANTITIES, 1, 0.5)
-    meant = f"did you mean {close[0]!r}? " if close else ""
-    return form.complain(  # type: ignore[no-any-return]
-        place, f"unknown quantity {key!r}; {meant}known: {', '.join(QUANTITIES)}"
-    )
+    close = get_close_matches(key, QUANTITIES, 3, 0.5)
+    meant = f"did you mean {' or '.join(map(repr, close))}?" if close else f"known: {', '.join(QUANTITIES)}"
+    return form.complain(place, f"unknown quantity {key!r}; {meant}")  # type: ignore[no-any-return]
 
 
 def _limit(form: Form, key: str, value: Any, place: Where, common: dict[str, Any], letters: str | None) -> Limit | None:
