@@ -161,11 +161,12 @@ def _asked(arguments: argparse.Namespace) -> Bench:
 
 
 def _check_outside(arguments: argparse.Namespace) -> None:
-    """Refuse truth and plots inside the campaign's folder, and files that would be overwritten, before any work."""
+    """Refuse truth, plots and answer inside the campaign's folder, and files that would be overwritten, before any work."""
     from hexathermal.predict.table_writing import target_of
 
     folder = arguments.out.resolve()
-    for option, place in (("--truth", arguments.truth), ("--plots", arguments.plots)):
+    answer = None if arguments.json in (None, "-") else Path(arguments.json)
+    for option, place in (("--truth", arguments.truth), ("--plots", arguments.plots), ("--json", answer)):
         if place is not None and folder in (place.resolve(), *place.resolve().parents):
             raise ArgumentError(
                 f"{option} {place} is inside the campaign's folder {arguments.out}, where nothing may tell that it is "
@@ -240,7 +241,7 @@ def _shown(
     )
     if not bench.interferometers.index_compensated:
         first += " It holds the index of air until that is corrected."
-    last = f"Written:\n  {arguments.out}: campaign.toml and {len(summaries)} runs"
+    last = f"Written:\n  {arguments.out}: campaign.toml and {len(summaries)} run{'s' if len(summaries) != 1 else ''}"
     last += "".join(f"\n  {file}" for file in extra)
     if arguments.truth is None:
         last += "\nWhat it truly was made of is not kept (--truth FILE keeps it; the same --seed makes the same again)."

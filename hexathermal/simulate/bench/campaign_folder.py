@@ -102,6 +102,8 @@ def check_folder(folder: Path, force: bool) -> None:
     """
     if folder.is_symlink() or (folder.exists() and not folder.is_dir()):
         raise ArgumentError(f"cannot write {folder}: it is a link or no folder; give the name of a new folder")
+    if folder.resolve() == Path.cwd():
+        raise ArgumentError(f"cannot write {folder}: it is the folder you are in; give the name of a new folder")
     parent = folder.absolute().parent
     if not parent.is_dir():
         raise ArgumentError(f"cannot write {folder}: there is no folder {parent}; create it first")

@@ -147,7 +147,7 @@ class Rod:
     heat_capacity: float = 515.0
     conductivity: float = 10.0
     expansion: float = 1.90e-6
-    scale_expansion: float = 2.00e-6
+    scale_expansion: float = 1.85e-6
     scale_held: float = 0.020
     convection: float = 4.0
     cells: int = 27
@@ -248,8 +248,8 @@ class Drive:
 
     speed: float = 0.002
     holding_power: float = 1.0
-    moving_power: float = 12.8
-    screw_torque: float = 1.06
+    moving_power: float = 12.7
+    screw_torque: float = 1.05
     screw_lead: float = 0.001
     rod_share: float = 0.35
 
