@@ -114,8 +114,10 @@ class RunSums:
     def _add_trace(self, block: Block) -> None:
         """Keep some of the rows, with twice the stride whenever they become too many."""
         rows = slice(self._next, None, self._stride)
-        q = None if block.q is None else block.q[rows]
-        self._kept.append(Trace(block.time[rows], block.dT[rows], block.drift[rows], q, block.inputs[rows]))
+        # copies: a view would keep the whole block in memory
+        q = None if block.q is None else block.q[rows].copy()
+        part = (block.time[rows].copy(), block.dT[rows].copy(), block.drift[rows].copy(), q, block.inputs[rows].copy())
+        self._kept.append(Trace(*part))
         taken = len(self._kept[-1].time)
         self._next += taken * self._stride - len(block)
         while sum(len(part.time) for part in self._kept) > 2 * MOST_TRACE:

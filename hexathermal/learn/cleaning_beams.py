@@ -164,22 +164,29 @@ class BeamRules:
         limit = np.maximum(STEP_SCALES * self.scales.jump, SMALLEST_STEP_M)
         size = np.abs(apart) / limit
         worst = size.max(axis=1)
-        found = []
+        found: list[tuple[int, int, float]] = []
+        seen: list[int] = []
         for row in np.flatnonzero(worst > 1.0):
             near = worst[max(0, row - 4) : row + 5]
-            if not own.start <= row < own.stop or row < 3 or row > n - 3 or worst[row] < near.max():
+            if row < 3 or row > n - 3 or worst[row] < near.max():
                 continue
             k = int(np.argmax(np.abs(apart[row])))
             sharp = self._sharpest(sheet, int(row), k)
-            if sharp is not None and own.start <= sharp < own.stop:
+            if not own.start <= sharp < own.stop or any(abs(sharp - other) < 5 for other in seen):
+                continue
+            seen.append(sharp)
+            if self._alone(sheet, sharp, k):
                 found.append((sharp, k, self._size(sheet, sharp, k)))
         return found
 
-    def _sharpest(self, sheet: Sheet, row: int, k: int) -> int | None:
-        """Return the row at which a beam alone steps, near `row`; None where the others moved with it."""
+    def _sharpest(self, sheet: Sheet, row: int, k: int) -> int:
+        """Return the row near `row` at which a beam steps."""
         apart = against_others(sheet.beams)[:, k]
         low, high = max(1, row - 3), min(len(apart), row + 4)
-        sharp = low + int(np.argmax(np.abs(np.diff(apart[low - 1 : high]))))
+        return low + int(np.argmax(np.abs(np.diff(apart[low - 1 : high]))))
+
+    def _alone(self, sheet: Sheet, sharp: int, k: int) -> bool:
+        """Whether a beam steps alone at a row; a note is taken where others moved with it."""
         total = self._size(sheet, sharp, k)
         others = [j for j in range(sheet.beams.shape[1]) if j != k]
         level = sheet.beams[:, others] - sheet.q
@@ -190,7 +197,7 @@ class BeamRules:
             flags = np.arange(len(sheet)) == sharp
             reason = "the beams move apart by more than usual, but not one of them alone: a tilt, or several lost count"
             self.ledger.note("tilt or step", BEAMS[k], NOTED, reason, flags, sheet.time[:, 0])
-        return sharp if alone else None
+        return alone
 
     def _size(self, sheet: Sheet, row: int, k: int) -> float:
         """Return by how much a beam steps against the others at a row."""

@@ -122,8 +122,8 @@ def remarks(check: CampaignCheck) -> str:
     if np.isfinite(check.condition):
         lines.append(f"All sensors together: condition number {check.condition:.0f} (1: independent, 30: collinear).")
     lines += [
-        f"{item.sensor} swings with a period of {item.period / 60.0:.0f} min and +-{item.amplitude:.2f} K in {item.runs} "
-        f"of {len(check.runs)} runs: a cycle of the room or of a cooler."
+        f"{item.sensor} swings with a period of {item.period / 60.0:.0f} min and +-{item.amplitude:.2f} K in "
+        f"{item.runs} of {len(check.runs)} runs: a cycle of the room or of a cooler."
         for item in cycles(check)
     ]
     if np.isfinite(check.weather).all():
@@ -136,7 +136,7 @@ def remarks(check: CampaignCheck) -> str:
         if np.isfinite(check.weather_effect):
             done = "the laser's electronics took it off" if compensated else "it is taken off by the weather"
             lines.append(
-                f"Without correction for the index of air that span is worth {check.weather_effect * 1e6:.1f} um on the "
-                f"longest path; {done}."
+                f"Without correction for the index of air that span is worth {check.weather_effect * 1e6:.1f} um on "
+                f"the longest path; {done}."
             )
     return "\n".join(lines)
