@@ -13,6 +13,7 @@ from benchmarks import report
 from benchmarks.bars import error_bar, other_bars, speed_bars
 from benchmarks.case import drawn_case
 from benchmarks.contenders import entered
+from benchmarks.draws import draw_bar, draw_times
 from benchmarks.fresh_processes import MEMORY_METHODS, import_times, memory
 from benchmarks.measuring import measured
 
@@ -33,6 +34,8 @@ def run(poses: int, console: Console) -> report.Outcome:
         case = drawn_case(poses)
         contenders, missing = entered(case)
         measurements = measured(case, contenders, status.update)
+        status.update("draws around a pose")
+        draws = draw_times(case, poses)
         status.update("imports")
         imports = import_times()
         status.update("memory")
@@ -40,6 +43,7 @@ def run(poses: int, console: Console) -> report.Outcome:
         memories = [memory(method, poses) for method in MEMORY_METHODS] if linux else []
     bars = [
         *speed_bars(measurements, missing),
+        draw_bar(draws),
         error_bar(measurements),
         *other_bars(imports, memories, "needs Linux (/proc/self/clear_refs)"),
     ]

@@ -183,4 +183,22 @@ void forward_columns(const Machine* m, long n, const double* given, double* out)
         for (int i = 0; i < 4; i++) store_part<WIDTH>(out + (3 + i) * n + k, at.q[i]);
     }
 }
+
+// Draws around home: three chord steps with the inverse of home's matrix, nothing checked.  Columns as above; n is a
+// multiple of 8.
+void draws_columns(const Machine* m, long n, const double* given, double* out) {
+    for (long k = 0; k < n; k += WIDTH) {
+        V half_square[6];
+        Motion<V> at;
+        for (int i = 0; i < 6; i++) {
+            const V L = load_part<WIDTH, V>(given + m->order[i] * n + k);
+            half_square[i] = 0.5 * L * L;
+        }
+        for (int i = 0; i < 3; i++) at.t[i] = V{} + m->home_t[i];
+        for (int i = 0; i < 4; i++) at.q[i] = V{} + m->home_q[i];
+        for (int step = 0; step < 3; step++) chord(*m, half_square, at);
+        for (int i = 0; i < 3; i++) store_part<WIDTH>(out + i * n + k, at.t[i]);
+        for (int i = 0; i < 4; i++) store_part<WIDTH>(out + (3 + i) * n + k, at.q[i]);
+    }
+}
 }

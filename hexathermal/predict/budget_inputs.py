@@ -157,16 +157,7 @@ class Situation:
         both = constants(self.hexapod).both_law
         commands = self.told if told is None else told
         drawers().deviated_many(both, commands, self.dT, self.lag, self.plates, x, lengths, joints)
-        out, codes = np.empty((len(x), 6)), np.zeros(len(x), dtype=np.int8)
-        bad = drawers().draw_errors(self._numbers, lengths, joints, out, codes)
-        if bad:
-            first = int(np.flatnonzero(codes)[0])
-            raise NotConvergedError(
-                f"{bad} of {len(x)} deviations (the first at index {first}) move the platform too far for the branch "
-                "of its pose to be certain (more than 3 % of the machine's size, or across a singular pose); check "
-                "the standard uncertainties and their units, or choose a pose farther from singular ones"
-            )
-        return out
+        return chord_errors(self._numbers, lengths, joints)
 
     def rates(self) -> FloatArray:
         """Return the derivatives (6, size + 6) of the error for each deviation, at the expected true pose.
@@ -211,6 +202,26 @@ class Situation:
         return steps
 
 
+def chord_errors(numbers: FloatArray, lengths: FloatArray, joints: FloatArray) -> FloatArray:
+    """Return exact errors (N, 6) of a pose's point for true lengths (N, 6) and joints (N, 36; empty: the machine's).
+
+    Raises
+    ------
+    NotConvergedError
+        The branch of a pose is not certain.
+    """
+    out, codes = np.empty((len(lengths), 6)), np.zeros(len(lengths), dtype=np.int8)
+    bad = drawers().draw_errors(numbers, lengths, joints, out, codes)
+    if bad:
+        first = int(np.flatnonzero(codes)[0])
+        raise NotConvergedError(
+            f"{bad} of {len(lengths)} deviations (the first at index {first}) move the platform too far for the branch "
+            "of its pose to be certain (more than 3 % of the machine's size, or across a singular pose); check "
+            "the standard uncertainties and their units, or choose a pose farther from singular ones"
+        )
+    return out
+
+
 def _counts(hexapod: Hexapod) -> tuple[int, int]:
     """Return the number of sensors, and of those on legs."""
     model = active_model(hexapod)
@@ -247,7 +258,7 @@ def situation(
             f"{readings.shape}; budget_map takes many"
         )
     check_temperatures(hexapod, readings)
-    _refuse_singular(hexapod, wanted)
+    refuse_singular(hexapod, wanted)
     if correction:
         told = corrected_leg_lengths(hexapod, wanted, readings)
     else:
@@ -257,19 +268,19 @@ def situation(
     air = float(reference.mean()) if air_degC is None else float(finite_array(air_degC, (), "air_degC"))
     if air < ABSOLUTE_ZERO_DEGC:
         raise ArgumentError(f"air_degC is {air:g} degC, which is impossible")
-    axes, arm = _axes_and_arm(frame, frames, at_tool, wanted)
+    axes, arm = axes_and_arm(frame, frames, at_tool, wanted)
     rows = _plate_rows(hexapod, readings, plates or Plates())
-    numbers = _numbers(hexapod, wanted, axes, arm)
+    numbers = pose_numbers(hexapod, wanted, axes, arm)
     return Situation(hexapod, wanted, readings, told, readings - reference, readings - air, rows, axes, arm, numbers)
 
 
-def _refuse_singular(hexapod: Hexapod, pose: FloatArray) -> None:
+def refuse_singular(hexapod: Hexapod, pose: FloatArray) -> None:
     """Raise where leg lengths do not hold the platform."""
     if not condition_number(hexapod, pose) <= LARGEST_CONDITION:
         refuse_forward(hexapod, at.SINGULAR, pose, inverse_kinematics(hexapod, pose))
 
 
-def _axes_and_arm(
+def axes_and_arm(
     frame: str, frames: Frames | None, at_tool: npt.ArrayLike | None, pose: FloatArray
 ) -> tuple[FloatArray, FloatArray]:
     """Return what turns base axes into the frame's, and the point from the platform's origin."""
@@ -321,7 +332,7 @@ def _plate_rows(hexapod: Hexapod, temps: FloatArray, given: Plates) -> FloatArra
     return rows
 
 
-def _numbers(hexapod: Hexapod, pose: FloatArray, axes: FloatArray, arm: FloatArray) -> FloatArray:
+def pose_numbers(hexapod: Hexapod, pose: FloatArray, axes: FloatArray, arm: FloatArray) -> FloatArray:
     """Return the numbers of a pose that `draw_errors` reads."""
     d, made = drawers(), constants(hexapod)
     R, p, b = pose[:3, :3], hexapod.platform_joints - made.centre, hexapod.base_joints

@@ -15,12 +15,21 @@ import numpy as np
 import numpy.typing as npt
 
 from hexathermal.errors import ArgumentError
+from hexathermal.kinematics.forward import checked_lengths
 from hexathermal.machine.hexapod import Hexapod
 from hexathermal.machine.thermal import TemperaturesLike, frozen, refreeze
-from hexathermal.poses import FloatArray, Frames, PoseLike, finite_array
+from hexathermal.poses import FloatArray, Frames, PoseLike, finite_array, pose_array
 from hexathermal.predict.budget import AXES, Budget, budget_of, checked_sources
 from hexathermal.predict.budget_gum import checked_probability
-from hexathermal.predict.budget_inputs import Plates, Situation, situation
+from hexathermal.predict.budget_inputs import (
+    Plates,
+    Situation,
+    axes_and_arm,
+    chord_errors,
+    pose_numbers,
+    refuse_singular,
+    situation,
+)
 from hexathermal.predict.sources import Source, Sources
 
 SEQUENCE = 10_000
@@ -241,6 +250,43 @@ class Drawn:
             own = self.here.size
             out[first : first + SLICE] = self.here.errors(np.ascontiguousarray(x[:, :own])) + x[:, own:]
         return out
+
+
+def drawn_errors(
+    hexapod: Hexapod,
+    pose: PoseLike,
+    lengths: npt.ArrayLike,
+    *,
+    frame: str = "machine",
+    frames: Frames | None = None,
+    at_tool: npt.ArrayLike | None = None,
+) -> FloatArray:
+    """Return the exact errors of the platform for many sets of leg lengths near those of one pose.
+
+    Chord steps with the inverse of Newton's matrix at the pose, until one is below 1e-11 (rad, or parts of the
+    machine's size).  Neither a thermal law nor strokes are asked for.
+
+    Parameters
+    ----------
+    hexapod, pose, frame, frames, at_tool
+        As in `hexathermal.predict.budget.error_budget`.
+    lengths : array, shape (N, 6) [m]
+        True inter-articular lengths.
+
+    Returns
+    -------
+    array, shape (N, 6) [m, m, m, rad, rad, rad]
+
+    Raises
+    ------
+    SingularPoseError, NotConvergedError, ArgumentError, UnknownNameError
+    """
+    wanted, told = pose_array(pose), checked_lengths(lengths)
+    if wanted.shape != (4, 4) or told.ndim != 2:
+        raise ArgumentError(f"one pose (4, 4) and lengths (N, 6) are needed, found {wanted.shape} and {told.shape}")
+    refuse_singular(hexapod, wanted)
+    axes, arm = axes_and_arm(frame, frames, at_tool, wanted)
+    return chord_errors(pose_numbers(hexapod, wanted, axes, arm), told, np.empty((0, 36)))
 
 
 def variables(source: Source, shape: tuple[int, int], generator: np.random.Generator) -> FloatArray:

@@ -68,7 +68,7 @@ def map_figure(found: BudgetMap, values: list[tuple[str, FloatArray]]) -> Figure
     Parameters
     ----------
     values : list of (name, values)
-        The one or two coordinates of the grid; the last changes fastest.
+        The one or two coordinates of the grid, the first one across; the last changes fastest.
     """
     import matplotlib as mpl
     from matplotlib.figure import Figure
@@ -77,12 +77,12 @@ def map_figure(found: BudgetMap, values: list[tuple[str, FloatArray]]) -> Figure
         if len(values) == 1:
             figure = Figure(figsize=(7.2, 5.4), layout="constrained")
             name, along = values[0]
-            _curves(figure, found, along, name.replace("_mm", " (mm)").replace("_deg", " (deg)"))
+            _curves(figure, found, along, _axis(name))
             return figure
         figure = Figure(figsize=(9.0, 4.0), layout="constrained")
-        (row_name, rows), (column_name, columns) = values
+        (column_name, columns), (row_name, rows) = values
         for axes, (what, unit, _part) in zip(figure.subplots(1, 2), PANELS, strict=True):
-            sizes = found.size("worst_case", what).reshape(len(rows), len(columns)) * 1e6
+            sizes = found.size("worst_case", what).reshape(len(columns), len(rows)).T * 1e6
             axes.grid(visible=False)
             axes.set_facecolor("#EFEFEF")
             picture = axes.pcolormesh(columns, rows, sizes, shading="nearest", cmap="cividis")
@@ -90,7 +90,7 @@ def map_figure(found: BudgetMap, values: list[tuple[str, FloatArray]]) -> Figure
             bar.set_label(f"worst case ({unit})")
             if np.isfinite(sizes).any():
                 worst = found.worst(what).index
-                axes.plot(columns[worst % len(columns)], rows[worst // len(columns)], "o", mfc="none",
+                axes.plot(columns[worst // len(rows)], rows[worst % len(rows)], "o", mfc="none",
                           mec=VERMILION, ms=11, mew=2.0, clip_on=False)  # fmt: skip
             axes.set_xlabel(_axis(column_name))
             axes.set_ylabel(_axis(row_name))

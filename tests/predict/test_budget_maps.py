@@ -1,0 +1,162 @@
+"""Budgets over poses and times, sources from files."""
+
+from __future__ import annotations
+
+import dataclasses
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import hexathermal as ht
+from hexathermal.errors import ArgumentError, FileFormatError, UnknownNameError
+from hexathermal.predict.budget_defaults import default_sources
+from hexathermal.predict.budget_files import read_sources
+from hexathermal.predict.budget_inputs import Plates
+from hexathermal.predict.budget_maps import budget_map, graded_temperatures, pose_grid
+from hexathermal.predict.sources import Source
+
+TEMPS = [25.0] * 6
+
+
+def test_a_map_holds_the_budgets_of_its_poses(reference: ht.Hexapod) -> None:
+    """Every place of a map is the budget of its pose; the worst is the largest, with its reason."""
+    poses = pose_grid(reference, x_mm=(-100, 100, 3), rz_deg=(-5, 5, 2))
+    found = budget_map(reference, poses, TEMPS, at_tool=[0, 0, 0.1])
+    for k, pose in enumerate(poses):
+        one = reference.error_budget(pose, TEMPS, at_tool=[0, 0, 0.1])
+        assert np.array_equal(found.remaining[k], one.remaining)
+        assert np.array_equal(found.worst_case[k], one.worst_case())
+    worst = found.worst("turn")
+    assert worst.value == found.size("worst_case", "turn").max()
+    assert worst.source in found.labels
+    assert worst.axis in worst.reason
+    assert np.allclose(found.shares.sum(axis=1), 1.0)
+
+
+def test_poses_out_of_reach_stay_with_their_reason(reference: ht.Hexapod) -> None:
+    """A pose out of stroke is NaN and told; a map of none but such is an error."""
+    found = budget_map(reference, pose_grid(reference, z_mm=(0, 400, 3)), TEMPS)
+    assert [k for k, _reason in found.refused] == [1, 2]
+    assert "out of stroke" in found.refused[0][1]
+    assert np.isnan(found.worst_case[1:]).all()
+    assert found.worst().index == 0
+    with pytest.raises(ArgumentError, match="out of stroke"):
+        budget_map(reference, pose_grid(reference, z_mm=(400, 500, 2)), TEMPS).worst()
+
+
+def test_a_day_follows_its_temperatures_and_plates(reference: ht.Hexapod) -> None:
+    """At one pose, drift grows with temperature; plates may differ from row to row."""
+    temps = np.linspace(20.0, 30.0, 5)[:, None] * np.ones(6)
+    day = budget_map(reference, reference.home, temps, plates=[Plates(20.0 + k, 20.0) for k in range(5)])
+    assert np.all(np.diff(day.size("uncorrected")) > 0.0)
+    assert day.worst().index == 4
+    alone = reference.error_budget(reference.home, temps[3], plates=Plates(23.0, 20.0))
+    assert np.array_equal(day.remaining[3], alone.remaining)
+
+
+def test_bias_that_rules_is_named(reference: ht.Hexapod) -> None:
+    """Where the bias is larger than the expanded uncertainty, the reason says so."""
+    few = [Source("tiny", "length", 1e-9)]
+    worst = budget_map(reference, reference.home, TEMPS, few).worst()
+    assert worst.mostly_bias
+    assert "bias that remains" in worst.reason
+
+
+def test_gradients_across_the_legs(reference: ht.Hexapod, two_plates: ht.Hexapod) -> None:
+    """A gradient along x warms each leg by its middle's x; the mean stays; the platform turns about y."""
+    temps = graded_temperatures(reference, 25.0, [4.0, 0.0, 0.0])
+    middles = 0.5 * (reference.platform_joints + reference.base_joints)[:, 0]
+    assert np.allclose(temps - 25.0, 4.0 * (middles - middles.mean()), atol=1e-12)
+    drift = reference.error_budget(reference.home, temps, []).uncorrected
+    assert abs(drift[4]) > 10.0 * abs(drift[3])
+    many = graded_temperatures(two_plates, 25.0, [4.0, 0.0, 0.0])
+    assert many.shape == (14,)
+    assert many[0] == many[1] == temps[0]
+    assert many[-1] == 25.0
+
+
+@pytest.mark.parametrize(
+    ("make", "kind", "words"),
+    [
+        (lambda m: pose_grid(m), ArgumentError, "at least one span"),
+        (lambda m: pose_grid(m, w_mm=(0, 1, 2)), UnknownNameError, "not known"),
+        (lambda m: pose_grid(m, x_mm=(0, 1, 0)), ArgumentError, "whole number"),
+        (lambda m: pose_grid(m, x_mm=(0, 1, 999), y_mm=(0, 1, 999)), ArgumentError, "more than"),
+        (lambda m: budget_map(m, np.stack([m.home] * 2), [TEMPS] * 3), ArgumentError, "pair up"),
+        (lambda m: budget_map(m, np.stack([m.home] * 2), TEMPS, plates=[Plates()] * 3), ArgumentError, "3 plates"),
+        (lambda m: budget_map(m, m.home, TEMPS).worst("twist"), UnknownNameError, "not known"),
+        (lambda m: budget_map(m, m.home, TEMPS).size("bias"), UnknownNameError, "not known"),
+        (lambda m: graded_temperatures(m, 25.0, [1.0]), ArgumentError, "shape"),
+    ],
+)  # fmt: skip
+def test_senseless_maps_are_refused(reference: ht.Hexapod, make, kind: type, words: str) -> None:
+    """Every senseless argument says what is wrong with it."""
+    with pytest.raises(kind, match=words):
+        make(reference)
+
+
+SOURCES = """\
+format = "hexathermal-sources/1"
+without = ["backlash"]
+
+[[source]]
+label = "fixture"
+quantity = "pose"
+half_width = [2e-6, 2e-6, 1e-6, 0, 0, 0]
+basis = "certificate"
+
+[[source]]
+label = "encoder"
+quantity = "length"
+standard = 2e-8
+dof = 7
+correlation = "common"
+"""
+
+
+def test_sources_of_a_file(tmp_path: Path, reference: ht.Hexapod) -> None:
+    """A file leaves default sources out, replaces them by label and adds its own."""
+    file = tmp_path / "sources.toml"
+    file.write_text(SOURCES)
+    found, known = read_sources(file, reference), default_sources(reference)
+    assert set(found.labels) == set(known.labels) - {"backlash"} | {"fixture"}
+    assert found["fixture"].distribution == "uniform"
+    assert found["encoder"].distribution == "t"
+    assert found["encoder"].correlation == "common"
+    file.write_text(SOURCES.replace('without = ["backlash"]', "defaults = false"))
+    assert read_sources(file, reference).labels == ("fixture", "encoder")
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "line", "words"),
+    [
+        ('"backlash"', '"backlsh"', 2, "not known"),
+        ('quantity = "length"', 'quantity = "lenght"', 10, "not known"),
+        ("standard = 2e-8", "standard = -2e-8", 10, "0 or more"),
+        ("standard = 2e-8", "", 10, "standard or half_width"),
+        ("dof = 7", "dofs = 7", 14, "unknown key"),
+        ('"common"', "3", 15, "must be a text"),
+        ('correlation = "common"', "matrix = [[1, 2], [2, 1]]", 10, "not positive semidefinite"),
+        ("hexathermal-sources/1", "hexathermal-sources/9", 1, "this version reads"),
+        ('label = "encoder"', 'label = "fixture"', 4, "unique"),
+    ],
+)
+def test_bad_sources_are_told_with_their_line(
+    tmp_path: Path, reference: ht.Hexapod, old: str, new: str, line: int, words: str
+) -> None:
+    """Each bad field of a file of sources is told with its line."""
+    file = tmp_path / "sources.toml"
+    file.write_text(SOURCES.replace(old, new))
+    with pytest.raises(FileFormatError, match=words) as caught:
+        read_sources(file, reference)
+    assert caught.value.problems[0].line == line
+
+
+def test_laws_with_different_sensors_have_independent_sources(reference: ht.Hexapod) -> None:
+    """Legs with different numbers of sensors get a budget; a source common to them is refused."""
+    laws = (ht.LegLaw(("a", "b"), [1e-6, 1e-6], [1e-6, 0.0]), *[ht.LegLaw("a", 2e-6, 1e-6)] * 5)
+    machine = dataclasses.replace(reference, thermal=ht.ThermalModel(laws))
+    assert machine.error_budget(machine.home, [25.0] * 7).uncertainty.all()
+    with pytest.raises(ArgumentError, match="different numbers of sensors"):
+        machine.error_budget(machine.home, [25.0] * 7, [Source("c", "coefficients", 1e-8, correlation="common")])

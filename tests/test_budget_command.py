@@ -1,0 +1,126 @@
+"""``hexathermal budget``: what it answers is what the library answers; wrong input is explained."""
+
+from __future__ import annotations
+
+import csv
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import hexathermal as ht
+from hexathermal import cli
+
+Said = pytest.CaptureFixture[str]
+HOME = ["budget", "--machine", "reference", "--pose", "0", "0", "0", "0", "0", "0"]
+WARM = [*HOME, "--temps", "25"]
+
+
+def test_json_is_the_budget_of_the_library(capsys: Said, reference: ht.Hexapod) -> None:
+    """--json - prints the library's budget and nothing else; commas and blanks part numbers alike."""
+    words = ["budget", "--machine", "reference", "--pose", "5", "-10", "12", "0", "1.5", "0", "--temps",
+             "25,24,26,25.5,23,22", "--at-tool", "0,0,120", "--frame", "object", "--json", "-"]  # fmt: skip
+    assert cli.main(words) == 0
+    said = json.loads(capsys.readouterr().out)["budget"]
+    pose = ht.pose_from_coordinates([5, -10, 12, 0, 1.5, 0], hexapod=reference)
+    own = reference.error_budget(pose, [25, 24, 26, 25.5, 23, 22], at_tool=[0, 0, 0.12], frame="object")
+    assert np.allclose(said["covariance"], own.covariance * 1e12, rtol=1e-12)
+    assert np.allclose(said["bias_remaining"], own.remaining * 1e6, rtol=1e-9, atol=1e-12)
+    assert [item["label"] for item in said["contributions"]] == [item.label for item in own.contributions]
+
+
+def test_tables_files_and_verdict(capsys: Said, tmp_path: Path) -> None:
+    """A budget with Monte Carlo says its verdict, what was assumed, and writes a table and a picture."""
+    out = tmp_path / "b"
+    few = ["--without", "base joint position", "platform joint position", "plate temperature"]
+    assert cli.main([*WARM, "--monte-carlo", *few, "--out", str(out)]) == 0
+    said = capsys.readouterr().out
+    for words in ("worst case", "law residual", "linear budget may be used", "No thermometer on the base", "Written"):
+        assert words in said
+    assert "base joint position" not in said
+    with (out / "budget.csv").open() as file:
+        rows = list(csv.DictReader(file))
+    squares = sum(float(row["z_um"]) ** 2 for row in rows if row["kind"] == "source")
+    assert squares == pytest.approx(float(rows[-1]["z_um"]) ** 2)
+    assert (out / "contributions.png").read_bytes().startswith(b"\x89PNG")
+    assert cli.main([*WARM, "--out", str(out)]) == 2
+    assert "already" in capsys.readouterr().err
+    assert cli.main([*WARM, "--out", str(out), "--force"]) == 0
+
+
+def test_map_tells_the_worst_pose(capsys: Said, tmp_path: Path) -> None:
+    """A map writes every pose, those out of reach with their reason, and names the worst."""
+    out = tmp_path / "m"
+    assert cli.main([*WARM, "--map", "x=-40:40:3", "z=0:400:2", "--out", str(out)]) == 0
+    said = capsys.readouterr().out
+    assert "Worst shift:" in said
+    assert "Out of reach: 3 of 6" in said
+    with (out / "map.csv").open() as file:
+        rows = list(csv.DictReader(file))
+    assert [row["refused"] == "" for row in rows] == [True, False] * 3
+    assert (out / "map.png").stat().st_size > 10_000
+
+
+def test_day_from_a_file_and_simulated(capsys: Said, tmp_path: Path) -> None:
+    """A file of temperatures is a day; so is the simulated one, with its plates' temperatures."""
+    names = ",".join(f"leg{i}_T1_degC" for i in range(1, 7))
+    table = tmp_path / "t.csv"
+    table.write_text(f"time_s,{names}\n" + "".join(f"{600 * k},{','.join([str(20 + k)] * 6)}\n" for k in range(4)))
+    out = tmp_path / "d"
+    assert cli.main([*HOME, "--temps", str(table), "--out", str(out)]) == 0
+    assert "Worst shift:" in capsys.readouterr().out
+    with (out / "day.csv").open() as file:
+        rows = list(csv.DictReader(file))
+    assert [float(row["time_s"]) for row in rows] == [0, 600, 1200, 1800]
+    assert (out / "day.png").exists()
+    assert cli.main([*HOME, "--day", "--json", "-"]) == 0
+    said = json.loads(capsys.readouterr().out)
+    assert len(said["day"]["rows"]) > 50
+    assert said["day"]["worst"]["shift"]["reason"]
+
+
+def test_gradients_and_plates(capsys: Said) -> None:
+    """Gradients and temperatures of plates change the bias as the library's do."""
+    words = [*WARM, "--plate-temps", "22", "21", "--leg-gradient", "2", "0", "0", "--base-gradient", "0", "3", "0"]
+    assert cli.main([*words, "--json", "-"]) == 0
+    said = json.loads(capsys.readouterr().out)["budget"]
+    assert max(said["temperatures_degC"]) > 25.1
+    assert abs(said["bias_remaining"][3]) > 1e-3
+
+
+@pytest.mark.parametrize(
+    ("words", "code", "message"),
+    [
+        (["--pose", "1", "2"], 2, "6 finite numbers"),
+        (["--pose", "1", "2", "3", "4", "5", "nan"], 2, "6 finite numbers"),
+        (["--temps", "1", "2"], 2, "one temperature"),
+        (["--temps", "none.csv"], 2, "not there"),
+        (["--temps", "90"], 3, "range of validity"),
+        (["--pose", "0", "0", "900", "0", "0", "0"], 4, "out of stroke"),
+        (["--machine", "rubin-camera"], 2, "no thermal law"),
+        (["--map", "x=1:2"], 2, "no span"),
+        (["--map", "x=0:1:2", "x=0:1:2"], 2, "twice"),
+        (["--map", "x=0:1:0"], 2, "whole number"),
+        (["--probability", "2"], 2, "probability"),
+        (["--without", "backlsh"], 2, "did you mean 'backlash'?"),
+        (["--frame", "user"], 2, "needs --user-frame"),
+        (["--at-tool", "1"], 2, "3 finite numbers"),
+        (["--sources", "none.toml"], 2, "no file of sources"),
+        (["--frame", "tool"], 2, "invalid choice"),
+    ],
+)  # fmt: skip
+def test_wrong_input_is_explained(words: list[str], code: int, message: str, capsys: Said) -> None:
+    """Wrong input ends with its exit code and one message; no traceback, nothing on stdout."""
+    given = list(WARM)
+    if words[0] in ("--pose", "--temps", "--machine"):
+        first = given.index(words[0])
+        last = next((k for k in range(first + 1, len(given)) if given[k].startswith("--")), len(given))
+        given[first:last] = words
+    else:
+        given += words
+    assert cli.main(given) == code
+    said = capsys.readouterr()
+    assert message in said.err
+    assert "Traceback" not in said.err
+    assert said.out == ""
