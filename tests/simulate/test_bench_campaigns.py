@@ -140,7 +140,10 @@ def test_a_campaign_looks_measured(tmp_path: Path, capsys: pytest.CaptureFixture
     assert np.array_equal(numbers[:, 0], np.arange(len(table)) * 20.0)
     assert set(numbers[:, 2]) == {0.0, 1.0}
     assert (numbers[0, 20:23] == 0.0).all()
-    assert len(json.loads(truth.read_text())["runs"]) == 2
+    told = json.loads(truth.read_text())
+    assert len(told["runs"]) == 2
+    assert set(told["laws"]["effective"]) == {f"T{k:02d}" for k in range(1, 18)}
+    assert told["laws"]["homogeneous"]["B_per_K"] == pytest.approx(Bench().leg.rod.scale_expansion)
     assert "run-02" in capsys.readouterr().out
 
 

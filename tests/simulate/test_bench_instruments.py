@@ -152,7 +152,7 @@ def test_index_of_air_has_the_published_sensitivities() -> None:
 
 
 def test_index_of_air_agrees_with_an_independent_equation() -> None:
-    """Birch and Downs here and Ciddor on the learning side differ by less than 1e-8, at 10 to 30 degC in any weather."""
+    """Birch and Downs here and Ciddor on the learning side differ by less than 1e-8, 10 to 30 degC, any weather."""
     temperature, pressure, humidity = np.meshgrid(
         np.linspace(10.0, 30.0, 9), np.linspace(8e4, 1.1e5, 7), np.linspace(0.0, 1.0, 5)
     )

@@ -110,7 +110,7 @@ def _bench(arguments: argparse.Namespace, progress: Progress) -> Answer:
     from hexathermal.predict.table_writing import written_whole
     from hexathermal.simulate.bench.bench import simulate_bench
     from hexathermal.simulate.bench.campaign_folder import check_folder, write_campaign
-    from hexathermal.simulate.bench.truth import bench_truth, run_summary, run_truth
+    from hexathermal.simulate.bench.truth import bench_truth, law_sums, run_summary, run_truth
 
     bench = _asked(arguments)
     check_folder(arguments.out, arguments.force)
@@ -119,6 +119,7 @@ def _bench(arguments: argparse.Namespace, progress: Progress) -> Answer:
     summaries: list[dict[str, Any]] = []
     truths: list[dict[str, Any]] = []
     figures: list[Path] = []
+    sums: list[Any] = []
 
     def runs() -> Iterator[BenchRun]:
         """Hand the runs on, and note what is said of them."""
@@ -127,6 +128,7 @@ def _bench(arguments: argparse.Namespace, progress: Progress) -> Answer:
             summaries.append(run_summary(made))
             if arguments.truth is not None:
                 truths.append(run_truth(made))
+                sums.extend([law_sums(bench, made)] * (made.role == "identification"))
             if arguments.plots is not None:
                 figures.append(_drawn(arguments.plots, bench, made))
             yield made
@@ -136,7 +138,8 @@ def _bench(arguments: argparse.Namespace, progress: Progress) -> Answer:
     extra = list(figures)
     if arguments.truth is not None:
         with written_whole(arguments.truth) as part:
-            part.write_text(json.dumps(bench_truth(bench, arguments.seed, truths)) + "\n", encoding="utf-8")
+            told = bench_truth(bench, arguments.seed, truths, sum(sums) if sums else None)
+            part.write_text(json.dumps(told) + "\n", encoding="utf-8")
         extra.append(arguments.truth)
     data = {"folder": str(arguments.out), "seed": arguments.seed, "interval_s": bench.interval,
             "index_compensated": bench.interferometers.index_compensated, "runs": summaries,
@@ -161,7 +164,7 @@ def _asked(arguments: argparse.Namespace) -> Bench:
 
 
 def _check_outside(arguments: argparse.Namespace) -> None:
-    """Refuse truth, plots and answer inside the campaign's folder, and files that would be overwritten, before any work."""
+    """Refuse truth, plots and answer inside the campaign's folder, and those that exist, before any work."""
     from hexathermal.predict.table_writing import target_of
 
     folder = arguments.out.resolve()

@@ -248,8 +248,8 @@ class Drive:
 
     speed: float = 0.002
     holding_power: float = 1.0
-    moving_power: float = 12.7
-    screw_torque: float = 1.05
+    moving_power: float = 13.0
+    screw_torque: float = 1.07
     screw_lead: float = 0.001
     rod_share: float = 0.35
 

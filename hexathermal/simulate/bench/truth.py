@@ -7,18 +7,62 @@ from typing import Any
 
 import numpy as np
 
+from hexathermal.poses import FloatArray
 from hexathermal.simulate.bench.bench import Bench, BenchRun, mounted
 
 FORMAT = "hexathermal-bench-truth/1"
 
 
-def bench_truth(bench: Bench, seed: int, runs: list[dict[str, Any]]) -> dict[str, Any]:
-    """Return the parameters, the instruments' constant errors and the runs of a campaign, ready for JSON; SI units."""
+def law_sums(bench: Bench, run: BenchRun) -> FloatArray:
+    """Return the normal equations of eq. 4 for each single thermometer, shape (s, 2, 3), from what truly happened.
+
+    Surface temperatures without any error of the thermocouples, growth without mechanics and lasers, settled rows,
+    zeroed at the run's first row. Sums of several runs add.
+    """
+    truth = run.truth
+    surfaces = np.column_stack([truth.history.surface(part, place) for _n, part, place in bench.thermocouples.places])
+    dT = (surfaces - surfaces[0])[truth.settled]
+    drift = (truth.growth - truth.growth[0])[truth.settled]
+    x = np.stack([bench.leg.retracted_length * dT, truth.q[truth.settled][:, None] * dT])
+    left = np.einsum("ins,jns->sij", x, x)
+    return np.asarray(np.concatenate([left, np.einsum("ins,n->si", x, drift)[..., None]], axis=-1))
+
+
+def _laws(bench: Bench, sums: FloatArray | None) -> dict[str, Any]:
+    """Return the laws that the truth obeys: exactly where the leg is warm all over, at best where it is not."""
+    leg = bench.leg
+    cold = np.zeros(leg.size)
+    retracted, out = (float(leg.growth(cold[None] + 1.0, np.array([q]), cold)[0]) for q in (0.0, 1e-3))
+    laws: dict[str, Any] = {
+        "homogeneous": {"A_per_K": retracted / leg.retracted_length, "B_per_K": (out - retracted) / 1e-3}
+    }
+    if sums is not None:
+        names = [name for name, _part, _place in bench.thermocouples.places]
+        found = {
+            name: np.linalg.lstsq(part[:, :2], part[:, 2])[0].tolist() for name, part in zip(names, sums, strict=True)
+        }
+        laws["effective"] = {name: {"A_per_K": a, "B_per_K": b} for name, (a, b) in found.items()}
+    return laws
+
+
+def bench_truth(bench: Bench, seed: int, runs: list[dict[str, Any]], sums: FloatArray | None = None) -> dict[str, Any]:
+    """Return what a campaign was made of, ready for JSON; SI units.
+
+    Parameters
+    ----------
+    bench : Bench
+    seed : int
+    runs : list of dict
+        See `run_truth`.
+    sums : array, shape (s, 2, 3), optional
+        Of the runs for identification, see `law_sums`; gives the coefficients that an errorless campaign would find.
+    """
     instruments = mounted(bench, seed)
     thermocouples, beams = instruments.thermocouples, instruments.interferometers
     return {
         "format": FORMAT,
         "seed": seed,
+        "laws": _laws(bench, sums),
         "parameters": asdict(bench),
         "thermocouples": {
             name: {"offset_K": float(offset), "gain": float(gain), "contact_error": float(contact)}
