@@ -131,7 +131,8 @@ def choose(ranked: RankedSets, grams: Grams) -> Choice:
     if found.pair:
         reason = f"the pair {' + '.join(double)} is better than the best single sensor {single[0]} by {how}"
     elif double:
-        reason = f"the single sensor {single[0]} is within uncertainty of the best pair {' + '.join(double)}, which gains {how}"
+        pair = " + ".join(double)
+        reason = f"the single sensor {single[0]} is within uncertainty of the best pair {pair}, which gains {how}"
     else:
         reason = "the best single sensor on runs left out; no pair's coefficients can be told apart"
     square = sum(float(rows) * one.rmse**2 for rows, one in zip(grams.rows, nested, strict=False))

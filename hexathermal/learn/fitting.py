@@ -51,7 +51,7 @@ class LawFit:
     least_squares : array, shape (p,)
         Ordinary least squares of the windows, weighted by their rows.
     robust : array, shape (p,)
-        Huber's estimate.
+        Huber's estimate of the windows; `least_squares` is its twin without robustness.
     by_run : array, shape (p, p)
         Covariance as the spread between runs shows it (cluster-robust, small-sample factor): a cross-check.
     reliability : float
@@ -272,18 +272,20 @@ def _balanced(model: FloatArray, by_run: FloatArray, runs: int) -> FloatArray:
 
 
 def _robust(X: Sequence[FloatArray], runs: Sequence[Windows], V: Sequence[FloatArray], b: FloatArray) -> FloatArray:
-    """Return Huber's estimate of the whitened windows."""
+    """Return Huber's estimate of the windows, each weighed by its own standard deviation.
+
+    Windows are not whitened: that would spread an outlier over its neighbours. The scale is the residuals' median.
+    """
     from scipy.optimize import least_squares as minimum
 
-    whitened = [
-        np.linalg.solve(np.linalg.cholesky(v), np.column_stack([x, run.drift]))
-        for x, v, run in zip(X, V, runs, strict=True)
-    ]
-    stacked = np.concatenate(whitened)
+    spread = np.sqrt(np.concatenate([np.diagonal(v) for v in V]))[:, None]
+    stacked = np.concatenate([np.column_stack([x, run.drift]) for x, run in zip(X, runs, strict=True)]) / spread
     size = np.sqrt((stacked[:, :-1] ** 2).sum(axis=0))
-    A, y = stacked[:, :-1] / size, stacked[:, -1]
-    found = minimum(lambda c: A @ c - y, b * size, jac=lambda _c: A, loss="huber", f_scale=HUBER)
-    return np.asarray(found.x / size)
+    A, y, c = stacked[:, :-1] / size, stacked[:, -1], b * size
+    for _round in range(3):
+        scale = max(1.4826 * float(np.median(np.abs(A @ c - y))), 1e-9)
+        c = minimum(lambda c: A @ c - y, c, jac=lambda _c: A, loss="huber", f_scale=HUBER * scale).x
+    return np.asarray(c / size)
 
 
 def _left_out(

@@ -17,13 +17,13 @@ import numpy as np
 import numpy.typing as npt
 
 from hexathermal.errors import ArgumentError
-from hexathermal.learn.campaign import Block
+from hexathermal.learn.campaign import Block, LegDimensions
 from hexathermal.poses import FloatArray
 
 Rows: TypeAlias = Callable[[], Iterable[Block]]
 """A function that gives the blocks of all runs anew, each time from the first row of the first run."""
 
-CHUNK_ROWS = 4096
+CHUNK_ROWS = 8192
 """Rows whose columns are made at a time: they stay in the processor's cache."""
 
 MOST_PATTERNS = 512
@@ -198,7 +198,8 @@ def _add_chunk(run: _RunSum, block: Block, part: slice, columns: Columns, buffer
     if columns.stroke and block.q is not None:
         np.multiply(dT, (block.q[part] - columns.centre)[:, None], out=Z[:, s : 2 * s])
     Z[:, -1] = drift
-    gram = Z.T @ Z
+    with np.errstate(invalid="ignore", over="ignore"):
+        gram = Z.T @ Z
     if np.isfinite(np.diagonal(gram)).all():
         run.add(bytes(s), gram, len(Z))
         return
@@ -253,8 +254,8 @@ def _chosen(runs: dict[str, _RunSum], columns: Columns) -> Grams:
     return Grams(columns, tuple(runs), np.array(matrices), np.array(counts), np.array(lost), left_out)
 
 
-def columns_for(sensors: Sequence[str], retracted_length: float | None, stroke: tuple[float, float] | None) -> Columns:
-    """Return the columns of a leg, or of a part without a stroke where `retracted_length` is None."""
-    if retracted_length is None or stroke is None:
+def columns_for(sensors: Sequence[str], leg: LegDimensions | None) -> Columns:
+    """Return the columns of a leg, or of a part without a stroke where `leg` is None."""
+    if leg is None:
         return Columns(tuple(sensors), False)
-    return Columns(tuple(sensors), True, 0.5 * (stroke[0] + stroke[1]), retracted_length)
+    return Columns(tuple(sensors), True, 0.5 * (leg.stroke[0] + leg.stroke[1]), leg.retracted_length)

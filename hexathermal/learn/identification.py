@@ -119,7 +119,7 @@ def identify(
     UnknownNameError
         A wanted sensor does not exist.
     """
-    columns = columns_for(sensors, leg and leg.retracted_length, leg and leg.stroke)
+    columns = columns_for(sensors, leg)
     wanted_names = None if isinstance(wanted, str) and wanted == AUTO else _names(wanted, columns)
     say = progress or (lambda _done, _total, _label: None)
     grams = gather(rows(), columns, lambda done: say(done, 0, "reading the rows"))
@@ -194,13 +194,13 @@ def _notes(grams: Grams, fit: LawFit, local: Sequence[str]) -> tuple[str, ...]:
         )
     if local:
         notes.append(
-            f"{', '.join(local)}: what the other sensors do not foretell is too large for an error of a thermometer and is "
-            "taken for heat; no slow bias of theirs could be told"
+            f"{', '.join(local)}: what the other sensors do not foretell is too large for a thermometer's "
+            "error and is taken for heat; no slow bias of theirs could be told"
         )
     if not fit.corrected:
         notes.append(
-            f"not corrected for errors of the thermometers: reliability {fit.reliability:.2f} is below {LEAST_RELIABILITY:g}; the doubt "
-            "is in the covariance"
+            f"not corrected for errors of the thermometers: reliability {fit.reliability:.2f} is below "
+            f"{LEAST_RELIABILITY:g}; the doubt is in the covariance"
         )
     if fit.method == ORDINARY:
         notes.append(
@@ -226,10 +226,11 @@ def _warnings(fit: LawFit, ranked: RankedSets, choice: Choice, grams: Grams, win
             f"{len(grams.runs)} run{'s' if len(grams.runs) > 1 else ''} for identification: uncertainties that rest on "
             "the spread between runs are weak; record at least 6"
         )
-    moved = np.abs(fit.robust - fit.coefficients) / np.sqrt(np.diagonal(fit.covariance))
-    if moved.max() > 2.0:
+    moved = np.abs(fit.robust - fit.least_squares) / np.sqrt(np.diagonal(fit.covariance))
+    if moved.max() > 3.0:
         warnings.append(
-            f"the robust fit differs by {moved.max():.1f} standard uncertainties: outliers pull the law; see 'check'"
+            f"the robust fit differs from least squares by {moved.max():.1f} standard uncertainties: few landings pull "
+            "the law; see 'hexathermal check'"
         )
     if windows.columns.stroke and windows.highest_q - windows.lowest_q < 1e-3:
         warnings.append("the rod hardly moved (q changed by less than 1 mm): A and B cannot be told apart")

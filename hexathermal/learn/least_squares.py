@@ -7,6 +7,7 @@ columns may be nearly dependent, and the yardstick against which the other is te
 from __future__ import annotations
 
 from dataclasses import dataclass
+from fractions import Fraction
 from typing import Any
 
 import numpy as np
@@ -67,6 +68,8 @@ def least_squares(X: npt.ArrayLike, y: npt.ArrayLike) -> Fit:
     ([1.0, 2.0], 0.0)
     """
     wide_X, wide_y = _wide(X), _wide(y)
+    if wide_X.dtype == object or wide_y.dtype == object:
+        wide_X, wide_y = (_exact(array) for array in (wide_X, wide_y))
     if wide_X.ndim != 2 or wide_y.shape != (len(wide_X),):
         raise ArgumentError(f"X has shape {wide_X.shape} and y {wide_y.shape}; expected (n, p) and (n,)")
     n, p = wide_X.shape
@@ -88,9 +91,8 @@ def least_squares(X: npt.ArrayLike, y: npt.ArrayLike) -> Fit:
             f"the columns depend on each other (condition number {condition:.1e}, allowed {LARGEST_CONDITION:g}): "
             "their coefficients cannot be told apart; leave a column out"
         )
-    zero = wide_y[:1] * 0
-    right = np.concatenate([wide_y[:, None], np.broadcast_to(zero, (n, p))], axis=1)
-    lower = np.concatenate([np.zeros((p, 1)), -np.eye(p)], axis=1) + (0 if wide_X.dtype == object else zero)
+    right = np.concatenate([wide_y[:, None], _like(wide_X, np.zeros((n, p)))], axis=1)
+    lower = _like(wide_X, np.concatenate([np.zeros((p, 1)), -np.eye(p)], axis=1))
     residual, solution = _refined(wide_X, scale, Q, R, right, lower)
     r = residual[:, 0]
     variance = float(r @ r) / (n - p) if n > p else np.nan
@@ -105,6 +107,18 @@ def _wide(values: npt.ArrayLike) -> Any:
     return array if array.dtype == object else array.astype(np.longdouble)
 
 
+def _exact(array: Any) -> Any:
+    """Return numbers as fractions."""
+    return np.array([Fraction(value) for value in array.ravel().tolist()], dtype=object).reshape(array.shape)
+
+
+def _like(wide: Any, values: FloatArray) -> Any:
+    """Return doubles in the arithmetic of `wide`; a fraction holds a double exactly."""
+    if wide.dtype != object:
+        return values.astype(wide.dtype)
+    return np.array([Fraction(float(value)) for value in values.ravel()], dtype=object).reshape(values.shape)
+
+
 def _refined(X: Any, scale: FloatArray, Q: FloatArray, R: FloatArray, f: Any, g: Any) -> tuple[Any, Any]:
     """Return ``r, b`` of ``r + X b = f, X' r = g`` for several right sides."""
     r, b = f * 0, g * 0
@@ -115,8 +129,8 @@ def _refined(X: Any, scale: FloatArray, Q: FloatArray, R: FloatArray, f: Any, g:
         h = np.linalg.solve(R.T, low)
         d = Q.T @ top
         step = np.linalg.solve(R, d - h) / scale[:, None]
-        r = r + (top - Q @ (d - h))
-        b = b + step
+        r = r + _like(X, top - Q @ (d - h))
+        b = b + _like(X, step)
         size = float(np.max(np.abs(step) / np.maximum(np.abs(b.astype(np.float64)), np.finfo(float).tiny)))
         if size < 1e-17 or size >= last:
             break

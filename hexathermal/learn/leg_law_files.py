@@ -149,7 +149,7 @@ def read_leg_law(path: str | Path) -> IdentifiedLaw:
         form.finish()
     if top.get("zero", "run") not in ZEROS:
         form.complain(("zero",), f"zero must be 'run' or 'campaign', found {top['zero']!r}")
-    parts = {key: form.table(top[key], (key,), f"law.{kind}" if key == "law" else key)
+    parts: dict[str, dict[str, Any]] = {key: form.table(top[key], (key,), f"law.{kind}" if key == "law" else key)
              for key in ("law", "range", "residual", "thermometers", "origin") if key in top}  # fmt: skip
     form.finish()
     for key in ("row_um", "landing_um", "slow_um", "offset_um"):

@@ -117,8 +117,8 @@ def physical_check(law: IdentifiedLaw, material: str | None = None) -> PhysicalC
         warnings.append(f"{said} is that of no common material: check the units, the sensors and q0")
     if max(abs(A), abs(B)) > HIGH_EXPANSION:
         warnings.append(
-            f"an expansion above {HIGH_EXPANSION * 1e6:g} um/m/K ({max(abs(A), abs(B)) * 1e6:.1f}): the model was proved "
-            "on metals only; high expansion may require another model"
+            f"an expansion above {HIGH_EXPANSION * 1e6:g} um/m/K ({max(abs(A), abs(B)) * 1e6:.1f}): the model was "
+            "proved on metals only; high expansion may require another model"
         )
     if A < -1.96 * u_A:
         warnings.append(f"{said}: a leg that shrinks when it warms; check the sign of the drift and of the beams")

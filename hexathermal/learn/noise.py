@@ -119,8 +119,8 @@ def estimated_noise(
 
     def objective(theta: npt.NDArray[np.float64]) -> float:
         guess = noise(theta)
-        value = (theta[3] / 1.0) ** 2
-        S, z, square = 0.0, 0.0, 0.0
+        value = float(theta[3] ** 2)
+        S, z, square = np.zeros((scale, scale)), np.zeros(scale), 0.0
         for run, x, known in zip(runs, X, fixed, strict=True):
             V = (known + guess.covariance(run)) / unit**2
             L = np.linalg.cholesky(V)

@@ -284,7 +284,7 @@ class _Residuals:
             for t in range(runs + 1):
                 self.laws[t, which, start + np.arange(K)[:, None]] = one.coefficients[t]
             start += K
-        self.bad = np.isnan(self.laws).any(axis=1)
+        self.bad: npt.NDArray[np.bool_] = np.asarray(np.isnan(self.laws).any(axis=1))
         self.laws = np.nan_to_num(self.laws)
         self.square, self.largest, self.absolute = (np.zeros((2, count)) for _ in range(3))
         self.drift = np.zeros(3)
@@ -313,12 +313,16 @@ class _Residuals:
     def criteria(self) -> tuple[Criteria, Criteria]:
         """Return the criteria of the fit, and of the runs left out."""
         n = max(self.rows, 1)
-        bad = np.stack([self.bad[0], self.bad[1:].any(axis=0) | (len(self.runs) < 2)])
+        alone = len(self.runs) < 2
+        bad = [self.bad[0], np.logical_or(self.bad[1:].any(axis=0), alone)]
         drift = (float(np.sqrt(self.drift[0] / n)), float(self.drift[1]), float(self.drift[2] / n))
 
         def one(k: int) -> Criteria:
-            arrays = (np.sqrt(self.square[k] / n), self.largest[k], self.absolute[k] / n)
-            return Criteria(*(np.where(bad[k], np.nan, array) for array in arrays), *drift)
+            rmse, linf, mean = (
+                np.where(bad[k], np.nan, values)
+                for values in (np.sqrt(self.square[k] / n), self.largest[k], self.absolute[k] / n)
+            )
+            return Criteria(rmse, linf, mean, *drift)
 
         return one(0), one(1)
 

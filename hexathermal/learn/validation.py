@@ -11,6 +11,7 @@ from dataclasses import dataclass, field
 from enum import Enum
 
 import numpy as np
+import numpy.typing as npt
 
 from hexathermal.errors import ArgumentError, UnknownNameError
 from hexathermal.learn.campaign import Block
@@ -84,8 +85,10 @@ class MotionGroup:
 
 @dataclass(frozen=True, eq=False)
 class RunCurves:
-    """A run as its figure shows it: time [s], q [m], dT of the law's sensors [K], measured, predicted drift and the
-    half-width of its 95 % interval [m]."""
+    """A run as its figure shows it: time [s], q [m], dT of the law's sensors [K], drift measured and predicted [m].
+
+    `half_width` is that of the 95 % prediction interval [m].
+    """
 
     run: str
     time: FloatArray
@@ -197,7 +200,7 @@ def _add(
     q: FloatArray | None,
     time: FloatArray,
     drift: FloatArray,
-    landing: FloatArray,
+    landing: npt.NDArray[np.int64],
 ) -> FloatArray:
     """Add rows to a run's sums; returns how many lie beyond the law's range of dT and of q."""
     predicted = law.predict(dT, q)

@@ -46,7 +46,7 @@ def matrices_figure(ranked: RankedSets) -> Figure:
             ticks = range(len(sensors))
             axes.set_xticks(ticks, sensors, rotation=90, fontsize=7.5)
             axes.set_yticks(ticks, sensors, fontsize=7.5)
-            axes.set_title(f"{what} of every pair; single sensors on the diagonal")
+            axes.set_title(f"{what}: pairs; singles on the diagonal")
             best = np.unravel_index(int(np.ma.argmin(values)), values.shape)
             for i, j in {(best[0], best[1]), (best[1], best[0])}:
                 axes.plot(j, i, "o", mfc="none", mec=RED, ms=9.0, mew=1.4)
@@ -100,9 +100,22 @@ def _named(axes: Axes, ranked: RankedSets, front: Sequence[int], x: Any, y: Any)
     """Write the names of the front's sets, one step up each time, so that they do not cover each other."""
     for k, point in enumerate(front):
         axes.annotate(
-            "–".join(ranked.names[point]), (x[point], y[point]), (8, 10 + 15 * (k % 3)), textcoords="offset points",
+            "–".join(ranked.names[point]), (x[point], y[point]), (10, 12 + 22 * (k % 3)), textcoords="offset points",
             fontsize=8.0, arrowprops={"arrowstyle": "-", "color": GREY, "lw": 0.6},
         )  # fmt: skip
+
+
+def _broken(curves: RunCurves) -> RunCurves:
+    """Return curves with a gap where rows are missing, so that no line runs across."""
+    step = np.diff(curves.time)
+    gaps = np.flatnonzero(step > 10.0 * np.median(step)) + 1 if len(step) else np.array([], dtype=np.int64)
+
+    def cut(values: Any) -> Any:
+        return np.insert(values, gaps, np.nan, axis=0)
+
+    q = None if curves.q is None else cut(curves.q)
+    return RunCurves(curves.run, cut(curves.time), q, *(cut(getattr(curves, name)) for name in (
+        "dT", "measured", "predicted", "half_width")))  # fmt: skip
 
 
 def validation_figure(found: Validation, curves: RunCurves, sensors: Sequence[str]) -> Figure:
@@ -117,6 +130,7 @@ def validation_figure(found: Validation, curves: RunCurves, sensors: Sequence[st
     with mpl.rc_context(STYLE):
         figure = Figure(figsize=(7.6, 6.0), layout="constrained")
         top, bottom = figure.subplots(2, 1, sharex=True, height_ratios=[1.0, 1.35])
+        curves = _broken(curves)
         hours = curves.time / 3600.0
         heat = top
         if curves.q is not None:

@@ -141,8 +141,8 @@ def identification_facts(found: Identification) -> dict[str, Any]:
         "kind": law.kind,
         "sensors": list(law.sensors),
         "coefficients": [
-            {"name": name, "value": value, "standard_uncertainty": u, "interval_95": [value - 1.96 * u, value + 1.96 * u],
-             "unit": unit, "uncorrected": fit.uncorrected[k] * 1e6, "least_squares": fit.least_squares[k] * 1e6,
+            {"name": name, "value": value, "standard_uncertainty": u,
+             "interval_95": [value - 1.96 * u, value + 1.96 * u], "unit": unit, "uncorrected": fit.uncorrected[k] * 1e6, "least_squares": fit.least_squares[k] * 1e6,
              "robust": fit.robust[k] * 1e6, "uncertainty_by_run": plain(np.sqrt(fit.by_run[k, k]) * 1e6)}
             for k, (name, value, u, unit) in enumerate(coefficient_rows(law))
         ],
@@ -169,7 +169,8 @@ def identification_facts(found: Identification) -> dict[str, Any]:
         "best_single_off_front_um": {"rmse": off[0] * 1e6, "linf": off[1] * 1e6},
         "physical": None if check is None else {
             "expansion_um_per_m_K": check.expansion * 1e6, "uncertainty": check.expansion_uncertainty * 1e6,
-            "rod_um_per_m_K": check.rod * 1e6, "rod_uncertainty": check.rod_uncertainty * 1e6, "like": list(check.like)},
+            "rod_um_per_m_K": check.rod * 1e6, "rod_uncertainty": check.rod_uncertainty * 1e6,
+            "like": list(check.like)},
         "notes": list(found.notes),
         "warnings": list(found.warnings),
     }  # fmt: skip

@@ -44,7 +44,7 @@ def add(commands: Any) -> None:
         "--reference", type=number, metavar="DEGC", help="reference temperature (default: the machine's own)"
     )
     one.add_argument("--margin", type=number, default=10.0, metavar="K",
-                     help="allowed beyond the temperatures that the law was fitted on (default: %(default)g)")  # fmt: skip
+                     help="allowed beyond the temperatures of the fit (default: %(default)g)")  # fmt: skip
     one.add_argument("--force", action="store_true", help="overwrite an existing machine file")
     add_json(one)
 
@@ -106,8 +106,8 @@ def _model(laws: list[IdentifiedLaw], hexapod: Hexapod, arguments: argparse.Name
         values = np.unique(old.reference_temperature_degC)
         if len(values) > 1:
             raise ArgumentError(
-                "the machine has a reference temperature for each of its sensors, and the law brings others: give one for "
-                "all with --reference DEGC"
+                "the machine has a reference temperature for each of its sensors, and the law brings others: give one "
+                "for all with --reference DEGC"
             )
         leg_reference = float(values[0])
     assert leg_reference is not None  # set above
@@ -136,8 +136,8 @@ def _doubts(laws: list[IdentifiedLaw], hexapod: Hexapod) -> list[str]:
         own = float(np.broadcast_to(q0, 6)[k])
         if abs(own - law.retracted_length) > 0.02 * law.retracted_length:
             warnings.append(
-                f"{whose}the machine's retracted length is {own * 1e3:g} mm, the law's {law.retracted_length * 1e3:g} mm: "
-                "A q0 dT is scaled with the machine's, which presumes the same build"
+                f"{whose}the machine's retracted length is {own * 1e3:g} mm, the law's "
+                f"{law.retracted_length * 1e3:g} mm: A q0 dT is scaled with the machine's, as for the same build"
             )
         if law.validity.q is not None and stroke is not None:
             low, high = np.broadcast_to(stroke, (6, 2))[k]

@@ -136,8 +136,7 @@ def _common(campaign: Campaign, found: Identification, arguments: argparse.Names
         other = load_campaign(place, needed=("identification",), progress=progress)
         if (other.leg is None) != (campaign.leg is None):
             raise ArgumentError(f"{place} is of kind {other.kind!r}, the first campaign of kind {campaign.kind!r}")
-        leg = other.leg
-        columns = columns_for(other.sensors, leg and leg.retracted_length, leg and leg.stroke)
+        columns = columns_for(other.sensors, other.leg)
         legs[f"{k + 2} ({other.title or other.folder.name})"] = gather(blocks_of(other, "identification"), columns)
     result = fit_common(legs, found.law.sensors)
     lines = [f"One law for {len(legs)} legs: {result.reason}."]
@@ -157,7 +156,7 @@ def _summary(campaign: Campaign, found: Identification) -> str:
     ]
     if choice.nested_rmse == choice.nested_rmse:
         lines.append(
-            f"The whole search on runs left out of it: RMSE {choice.nested_rmse * 1e6:.3f} um (what to expect of new runs)."
+            f"The whole search on runs left out of it: RMSE {choice.nested_rmse * 1e6:.3f} um (expected of new runs)."
         )
     off = ranked.off_front(ranked.best(1, left_out=False))
     lines.append(
