@@ -57,8 +57,8 @@ def run(arguments: argparse.Namespace, progress: Progress) -> Answer:
     campaign = load_campaign(arguments.campaign, needed=("validation",), progress=progress)
     if law.zero != campaign.zero:
         raise ArgumentError(
-            f"the law counts temperatures from the first row of the {law.zero}, this campaign "
-            f"(zero = {campaign.zero!r}) of the {campaign.zero}: they cannot be compared; set zero in campaign.toml as it was for the law"
+            f"the law counts temperatures from the first row of the {law.zero}, this campaign from that of the "
+            f"{campaign.zero}: they cannot be compared; set zero in campaign.toml as it was for the law"
         )
     progress(0, 0, "validating")
     found = validate(law, blocks_of(campaign, "validation"), campaign.sensors)
