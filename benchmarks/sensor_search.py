@@ -96,7 +96,10 @@ def _designs(blocks: list[Block], columns: Columns) -> tuple[FloatArray, FloatAr
 
 def _fitted_one_by_one(X: FloatArray, y: FloatArray, columns: Columns, fits: list[SetFits]) -> list[list[FloatArray]]:
     """Return the least-squares fit of every model on the rows."""
-    return [[np.linalg.lstsq(X[:, columns.of(one)], y, rcond=None)[0] for one in fit.sets] for fit in fits]
+    return [
+        [np.asarray(np.linalg.lstsq(X[:, columns.of(one)], y, rcond=None)[0], np.float64) for one in fit.sets]
+        for fit in fits
+    ]
 
 
 def measured_search(rows: int = ROWS, raw_rows: int = RAW_ROWS) -> SearchTimes:

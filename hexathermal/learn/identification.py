@@ -130,12 +130,7 @@ def identify(
     )
     say(0, 0, "fitting the law")
     choice = choose(ranked, grams) if wanted_names is None else given(wanted_names)
-    gone = [name for name in choice.sensors if name in grams.left_out]
-    if gone:
-        raise ArgumentError(
-            f"sensor {gone[0]} lacks {100.0 * grams.left_out[gone[0]]:.0f} % of a run's rows, allowed "
-            f"{100.0 * MOST_MISSING:g} %; choose another, or leave that run out"
-        )
+    _not_left_out(choice, grams)
     made = windows.made()
     errors = sensor_errors(made, grams.kept_mask, zero == "run")
     fit = fit_law(made, [columns.sensors.index(name) for name in choice.sensors], errors)
@@ -145,6 +140,16 @@ def identify(
     warnings = (*_warnings(fit, ranked, choice, grams, made), *(check.warnings if check else ()))
     profile = _profile(made, positions)
     return Identification(law, fit, ranked, choice, grams, check, notes, (*warnings, *([profile] if profile else [])))
+
+
+def _not_left_out(choice: Choice, grams: Grams) -> None:
+    """Refuse sensors that were left out for their gaps."""
+    gone = [name for name in choice.sensors if name in grams.left_out]
+    if gone:
+        raise ArgumentError(
+            f"sensor {gone[0]} lacks {100.0 * grams.left_out[gone[0]]:.0f} % of a run's rows, allowed "
+            f"{100.0 * MOST_MISSING:g} %; choose another, or leave that run out"
+        )
 
 
 def _names(wanted: str | Sequence[str], columns: Columns) -> tuple[str, ...]:
