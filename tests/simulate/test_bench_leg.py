@@ -187,6 +187,7 @@ def test_what_no_leg_can_do_is_refused() -> None:
     ("make", "text"),
     [
         (lambda: LegBody(length=-1.0), "LegBody.length"),
+        (lambda: Rod(cells=1), "Rod.cells"),
         (lambda: LegBody(inner_diameter=0.08), "inner_diameter < outer_diameter"),
         (lambda: Rod(inner_diameter=0.05), "inner_diameter < outer_diameter"),
         (lambda: Drive(rod_share=1.5), "rod_share"),

@@ -57,7 +57,7 @@ class WeatherStation:
     Attributes
     ----------
     temperature_noise, pressure_noise, humidity_noise : float [K], [Pa], [1]
-        Standard deviation of a reading. Engineering value.
+        Standard deviation of a reading; humidity is never read below 0 or above 1. Engineering value.
     temperature_offset, pressure_offset, humidity_offset : float [K], [Pa], [1]
         Standard deviation of its constant errors. Source: 0.2 K, 1 hPa, 6 % are the limits of a compensation unit.
     """

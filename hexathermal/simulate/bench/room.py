@@ -62,7 +62,8 @@ class Room:
     fronts : int
         Fronts in a run.
     humidity, humidity_level, humidity_change : float [1]
-        Mean, standard deviation of a run's level, and of its change over some hours. Engineering value.
+        Relative, held between 0.05 and 0.95: mean, standard deviation of a run's level, and of its change over some
+        hours. Engineering value.
     """
 
     temperature: float = 20.0
