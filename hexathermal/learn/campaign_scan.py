@@ -17,6 +17,7 @@ from hexathermal.learn.campaign import Campaign, RunFile
 from hexathermal.learn.campaign_columns import Column
 from hexathermal.learn.campaign_faults import Faults
 from hexathermal.learn.campaign_streams import RunTable
+from hexathermal.learn.cleaning_rules import jumping_ahead
 from hexathermal.poses import FloatArray
 
 LONGEST_GAP_ROWS = 10
@@ -65,6 +66,7 @@ class _Scan:
         self._blocks: dict[tuple[int, int], list[int]] = {}
         self._parts = [column.part for column in table.columns]
         self._latest, self._late, self._first_late = -np.inf, 0, -1
+        self._waiting = (np.zeros(0), np.zeros(0, dtype=np.int64))
         self._low, self._high = np.full(k, np.inf), np.full(k, -np.inf)
 
     def add(self, numbers: FloatArray) -> None:
@@ -104,13 +106,21 @@ class _Scan:
         if end - start >= LONGEST_GAP_ROWS:
             self._blocks.setdefault((start, end), []).append(k)
 
-    def _note_clock(self, time: FloatArray) -> None:
-        """Count the rows whose time is not after all before."""
-        known = np.where(np.isnan(time), -np.inf, time)
-        before = np.maximum.accumulate(np.concatenate([[self._latest], known]))
-        late = np.flatnonzero((known < before[:-1]) & np.isfinite(known))
+    def _note_clock(self, time: FloatArray, last: bool = False) -> None:
+        """Count the rows whose time is before that of an earlier row; the last row waits until the next is seen."""
+        time = np.concatenate([self._waiting[0], time])
+        rows = np.concatenate([self._waiting[1], np.arange(self.count, self.count + len(time) - len(self._waiting[1]))])
+        known = ~np.isnan(time)
+        time, rows = time[known], rows[known]
+        keep = ~jumping_ahead(time, self._latest)
+        if not last:
+            self._waiting = time[-1:], rows[-1:]
+            keep[-1:] = False
+        time, rows = time[keep], rows[keep]
+        before = np.maximum.accumulate(np.concatenate([[self._latest], time]))
+        late = rows[time < before[:-1]]
         if late.size and self._first_late < 0:
-            self._first_late = self.count + int(late[0])
+            self._first_late = int(late[0])
         self._late += late.size
         self._latest = float(before[-1])
 
@@ -124,6 +134,8 @@ class _Scan:
         """Note what only the whole table shows."""
         for k in np.flatnonzero(self._since >= 0):
             self._close(int(k), self.count)
+        if "time" in self._parts:
+            self._note_clock(np.zeros(0), last=True)
         if self.count == 1:
             self.faults.add(self.run.path, Problem(self.table.line(0), 1, "the table has one row, expected more"))
         self._finish_columns()
@@ -158,7 +170,7 @@ class _Scan:
         """Note values that can only be in another unit than the column's name says."""
         parts = np.array(self._parts)
         for k in np.flatnonzero(parts == "temperature"):
-            if self._low[k] > KELVIN and self._high[k] < 2.0 * KELVIN:
+            if KELVIN < self._low[k] <= self._high[k] < 2.0 * KELVIN:
                 span = f"{self._low[k]:g} to {self._high[k]:g}"
                 self._fault(0, int(k), f"{self.table.columns[k].name} reads {span}: kelvins? expected degrees Celsius")
         beams = np.flatnonzero(parts == "beam")

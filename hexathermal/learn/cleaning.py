@@ -39,6 +39,9 @@ BLOCK_ROWS = 16384
 OLDEST_WEATHER_S = 600.0
 """A missing reading of the weather is taken from the last one, if that is no older."""
 
+LARGEST_START_M = 1e-4
+"""A run that begins farther off the campaign's first row does not count from there."""
+
 INPUT_NOISES = 8.0
 """An input that changes by more than so many of its noises starts another stretch."""
 
@@ -158,6 +161,7 @@ class UsableBlocks(Iterator[Block]):
                 self._ledger.zero_time = float(sheet.time[0, 0])
                 zero = self._zero(sheet)
                 self._note_zero(sheet)
+                self._refuse_own_zero(sheet, zero)
             late = np.isnan(zero.heat) & ~np.isnan(sheet.heat).all(axis=0)
             if late.any():
                 zero = self._later_zero(zero, sheet, late)
@@ -193,6 +197,15 @@ class UsableBlocks(Iterator[Block]):
             flags = np.arange(len(sheet)) == 0
             reason = "the table's first row may not be used: temperatures and drift count from the first that may"
             self._ledger.note("zero", "row", NOTED, reason, flags, sheet.time[:, 0])
+
+    def _refuse_own_zero(self, sheet: Sheet, zero: Zero) -> None:
+        """Refuse a run whose beams count from its own first row in a campaign whose runs count from the first run."""
+        start = float(measured(sheet)[0]) - zero.drift
+        if sheet.beams.shape[1] and abs(start) > LARGEST_START_M:
+            raise ArgumentError(
+                f"run {self.run.name!r} begins {start * 1e3:.3f} mm off the first row of the campaign: its beams count "
+                'from its own first row; write zero = "run" in campaign.toml'
+            )
 
     def _index(self, sheet: Sheet) -> FloatArray:
         """Return the index of air of each row, 1 where the laser's electronics applied it."""

@@ -17,6 +17,7 @@ from hexathermal.learn.cleaning_rules import (
     Flags,
     Scales,
     codes_in,
+    jumping_ahead,
     scales_of,
     spikes_in,
     stuck_in,
@@ -41,7 +42,8 @@ def in_order(sheets: Iterator[Sheet], ledger: Ledger) -> Iterator[Sheet]:
         time = sheet.time[:, 0]
         missing = np.isnan(time)
         known = np.where(missing, -np.inf, time)
-        ahead = _jumping_ahead(known, latest)
+        ahead = np.zeros(len(time), dtype=bool)
+        ahead[~missing] = jumping_ahead(time[~missing], latest)
         known = np.where(ahead, -np.inf, known)
         before = np.maximum.accumulate(np.concatenate([[latest], known]))[:-1]
         # rows of the margin in front were seen already: their times are part of `latest`
@@ -68,15 +70,6 @@ def in_order(sheets: Iterator[Sheet], ledger: Ledger) -> Iterator[Sheet]:
                 ledger.first_time = float(kept.time[0, 0])
             ledger.last_time = latest
             yield kept
-
-
-def _jumping_ahead(time: FloatArray, latest: float) -> Flags:
-    """Return which single rows have a time after the next row's, which itself is after the row before."""
-    found = np.zeros(len(time), dtype=bool)
-    if len(time) > 1:
-        before = np.concatenate([[latest], time[:-1]])
-        found[:-1] = (time[:-1] > time[1:]) & (time[1:] > before[:-1]) & np.isfinite(time[:-1])
-    return found
 
 
 def studied(sheets: Iterator[Sheet]) -> tuple[list[Sheet], Iterator[Sheet]]:

@@ -212,6 +212,26 @@ def _standing_off(values: FloatArray, noise: FloatArray) -> Flags:
     return np.asarray(found)
 
 
+def jumping_ahead(time: FloatArray, latest: float) -> Flags:
+    """Return which rows have a time beyond the next row's, which itself is beyond the row before: one wrong time.
+
+    Parameters
+    ----------
+    time : array, shape (n,) [s]
+    latest : float [s]
+        Time of the row before the first.
+
+    Examples
+    --------
+    >>> jumping_ahead(np.array([0.0, 1.0, 99.0, 3.0, 4.0]), -np.inf).tolist()
+    [False, False, True, False, False]
+    """
+    found = np.zeros(len(time), dtype=bool)
+    before = np.concatenate([[latest], time[:-1]])[: len(time)]
+    found[:-1] = (time[:-1] > time[1:]) & (time[1:] > before[:-1])
+    return found
+
+
 def stuck_in(values: FloatArray, scales: Scales) -> Flags:
     """Return where columns are stuck, by `STUCK_RULE`; missing numbers end a stretch.
 

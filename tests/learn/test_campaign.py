@@ -1,0 +1,309 @@
+"""Campaigns read from their files: what is right is read exactly, what is wrong is listed, all of it, with its place."""
+
+from __future__ import annotations
+
+import warnings
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import pyarrow as pa
+import pyarrow.csv
+import pyarrow.parquet
+import pytest
+
+from hexathermal.errors import ArgumentError, FileFormatError, UnknownNameError
+from hexathermal.learn.campaign_dataset import fingerprint, read_run, save_campaign_netcdf
+from hexathermal.learn.campaign_faults import CampaignError
+from hexathermal.learn.campaign_files import load_campaign
+from hexathermal.learn.cleaning import used_run
+
+from .campaign_folders import SENSORS, Table, campaign_text, component_campaign, leg_campaign, leg_table, write_table
+
+
+def changed(folder: Path, old: str, new: str, count: int = 1) -> None:
+    """Replace a text in campaign.toml."""
+    file = folder / "campaign.toml"
+    text = file.read_text(encoding="utf-8")
+    assert old in text
+    file.write_text(text.replace(old, new, count), encoding="utf-8")
+
+
+def messages(folder: Path, **options: tuple[str, ...]) -> list[str]:
+    """Return the faults of a campaign as texts, file names without folders."""
+    with pytest.raises(CampaignError) as error:
+        load_campaign(folder, **options)  # type: ignore[arg-type]
+    return [f"{Path(file).name}:{p.line}:{p.column} {p.message}" for file, p in error.value.faults]
+
+
+def test_a_campaign_is_read_as_written(tmp_path: Path) -> None:
+    """Kind, dimensions, beams, runs and thermocouples are those of campaign.toml, in SI units."""
+    campaign = load_campaign(leg_campaign(tmp_path))
+    assert (campaign.kind, campaign.title, campaign.zero) == ("leg", "small bench", "run")
+    assert campaign.leg is not None
+    assert campaign.leg.retracted_length == 0.6
+    assert campaign.leg.stroke == (0.0, 0.25)
+    assert campaign.beams is not None
+    assert campaign.beams.dead_path == 0.7
+    assert np.allclose(campaign.beams.azimuths, np.radians([0.0, 120.0, 240.0]))
+    assert campaign.sensors == SENSORS
+    assert campaign.thermocouples[3].position == 0.15
+    assert [run.name for run in campaign.runs_of("validation")] == ["c"]
+    assert load_campaign(tmp_path / "campaign.toml").sensors == SENSORS
+
+
+def test_all_faults_of_all_files_come_in_one_error(tmp_path: Path) -> None:
+    """Faults of campaign.toml and of every table stand in one message, with file, line and column."""
+
+    def edit(table: Table) -> Table:
+        names = {"T02_degC": "T02_K", "beam1_mm": "beam1_um", "q_mm": "q_m"}
+        return {names.get(name, name): values for name, values in table.items()}
+
+    leg_campaign(tmp_path, edit=edit)
+    (tmp_path / "runs" / "b.csv").unlink()
+    lines = (tmp_path / "runs" / "c.csv").read_text().splitlines()
+    fields = lines[7].split(",")
+    lines[7] = ",".join(["x1", *fields[1:]])
+    (tmp_path / "runs" / "c.csv").write_text("\n".join(lines) + "\n")
+    changed(tmp_path, "stroke_mm = [0.0, 250.0]", "stroke_mm = [250.0, 0.0]")
+    changed(tmp_path, 'role = "validation"', 'role = "validaton"')
+    changed(tmp_path, "title", "titel")
+    found = messages(tmp_path)
+    wanted = [
+        "campaign.toml:3:1 unknown key 'titel'",
+        "campaign.toml:8:1 leg.stroke_mm must be [low, high] with low < high",
+        "did you mean 'validation'?",
+        "a.csv:1:2 column q_mm is missing; 'q_m' has another unit",
+        "a.csv:1:5 column T02_degC is missing; 'T02_K' has another unit",
+        "a.csv:1:8 column beam1_mm is missing; 'beam1_um' has another unit",
+        "b.csv:1:1 the table is not there",
+        "c.csv:8:1 time_s is 'x1', expected a number",
+    ]
+    assert len(found) == len(wanted)
+    for text in wanted:
+        assert any(text in line for line in found), text
+
+
+def short_rows(table: Table) -> Table | None:
+    """Empty a column from the middle to the end."""
+    table["T03_degC"][300:] = np.nan
+    return None
+
+
+def lost_block(table: Table) -> Table | None:
+    """Empty a block of all columns but the time."""
+    for name in table:
+        if name != "time_s":
+            table[name][100:150] = np.nan
+    return None
+
+
+def backwards(table: Table) -> Table:
+    """Turn all rows round."""
+    return {name: values[::-1] for name, values in table.items()}
+
+
+def one_row(table: Table) -> Table:
+    """Leave one row."""
+    return {name: values[:1] for name, values in table.items()}
+
+
+def kelvins(table: Table) -> Table | None:
+    """Write kelvins under the name of degrees Celsius."""
+    table["T01_degC"] += 273.15
+    return None
+
+
+def metres(table: Table) -> Table | None:
+    """Write metres under the name of millimetres."""
+    table["q_mm"] *= 1e-3
+    return None
+
+
+def no_beam(table: Table) -> Table | None:
+    """Empty a beam."""
+    table["beam2_mm"][:] = np.nan
+    return None
+
+
+def odd_flag(table: Table) -> Table | None:
+    """Write a number that is no flag."""
+    table["settled"][33] = 2.0
+    return None
+
+
+@pytest.mark.parametrize(
+    ("edit", "wanted"),
+    [
+        (short_rows, "a.csv:302:6 column T03_degC holds no number from line 302 to the end of the table (300 rows)"),
+        (lost_block, "a.csv:102:2 columns q_mm, settled, T01_degC"),
+        (backwards, "a.csv:4:1 time_s goes back: 598 of 600 rows"),
+        (one_row, "a.csv:2:1 the table has one row"),
+        (kelvins, "a.csv:2:4 T01_degC reads 293"),
+        (metres, "while q_mm moves over"),
+        (no_beam, "a.csv:2:9 beam2_mm holds no number in any of 600 rows"),
+        (odd_flag, "a.csv:35:3 settled is 2, expected 1 at rest"),
+    ],
+    ids=lambda item: item.__name__ if callable(item) else "",
+)
+def test_a_damaged_table_is_refused_with_its_place(
+    tmp_path: Path, edit: Callable[[Table], Table | None], wanted: str
+) -> None:
+    """What no cleaning can make good without guessing is a fault."""
+    found = messages(leg_campaign(tmp_path, edit=edit))
+    assert any(wanted in line for line in found), found
+
+
+def test_rows_that_end_early_are_counted_and_located(tmp_path: Path) -> None:
+    """A column lost half-way: the first rows are listed, the rest counted."""
+    leg_campaign(tmp_path)
+    file = tmp_path / "runs" / "a.csv"
+    lines = file.read_text().splitlines()
+    file.write_text("\n".join([*lines[:301], *(line.rpartition(",")[0] for line in lines[301:])]) + "\n")
+    found = messages(tmp_path)
+    assert any(line.startswith("a.csv:302:13 found 12 fields, expected 13") for line in found)
+    assert any("and 295 more of this kind" in line for line in found)
+
+
+def test_no_validation_run_is_a_fault_only_where_one_is_needed(tmp_path: Path) -> None:
+    """A campaign without a validation run can be read, but not where a validation run is asked for."""
+    leg_campaign(tmp_path, validation=False)
+    assert len(load_campaign(tmp_path).runs) == 2
+    assert "there is no validation run" in messages(tmp_path, needed=("validation",))[0]
+
+
+def test_faults_can_be_accepted_by_name(tmp_path: Path) -> None:
+    """[cleaning] accept turns lost blocks and a clock that runs back into rows that are left out and counted."""
+
+    def edit(table: Table) -> Table | None:
+        table["T03_degC"][300:] = np.nan
+        table["time_s"][100:150] = table["time_s"][100:150][::-1].copy()
+        return None
+
+    leg_campaign(tmp_path, edit=edit)
+    assert len(messages(tmp_path)) == 2
+    with (tmp_path / "campaign.toml").open("a") as file:
+        file.write('[cleaning]\naccept = ["missing-blocks", "clock-disorder"]\n')
+    block, record = used_run(load_campaign(tmp_path), "a")
+    assert record.count("missing", "T03_degC") >= 290
+    assert record.count("clock disorder") + record.count("clock jump") == 49
+    assert np.isnan(block.dT[-1, 2])
+
+
+def test_repeated_names_and_files_are_faults(tmp_path: Path) -> None:
+    """A name twice, a table used twice, a name of [columns] that is none: each is said."""
+    leg_campaign(tmp_path)
+    changed(tmp_path, 'name = "T02"', 'name = "T01"')
+    changed(tmp_path, 'file = "runs/b.csv"', 'file = "runs/a.csv"')
+    with (tmp_path / "campaign.toml").open("a") as file:
+        file.write('[columns]\nT03_degc = "temp 3"\n')
+    found = "\n".join(messages(tmp_path))
+    assert "name 'T01' is there twice in [[thermocouples]]" in found
+    assert "is the table of run 'a' already" in found
+    assert "did you mean 'T03_degC'?" in found
+
+
+def test_a_folder_without_campaign_is_refused(tmp_path: Path) -> None:
+    """No folder, no campaign.toml, no TOML, no text: an error of the package, with what to give instead."""
+    with pytest.raises(ArgumentError, match="no campaign at"):
+        load_campaign(tmp_path)
+    (tmp_path / "campaign.toml").write_text('format = "x')
+    with pytest.raises(FileFormatError, match="not valid TOML"):
+        load_campaign(tmp_path)
+    (tmp_path / "campaign.toml").write_bytes(b"\xff\xfe")
+    with pytest.raises(FileFormatError, match="UTF-8"):
+        load_campaign(tmp_path)
+
+
+@pytest.mark.parametrize("ending", ["csv", "parquet"])
+def test_own_names_and_parquet_give_the_same_rows(tmp_path: Path, ending: str) -> None:
+    """A table with own column names, as CSV or Parquet, gives the rows of the plain one; unknown columns are kept."""
+    table = leg_table(5)
+    write_table(tmp_path / "plain" / "runs" / "a.csv", table)
+    (tmp_path / "plain" / "campaign.toml").write_text(campaign_text({"a": "identification"}))
+    own = {"q_mm": "Position (mm)", "time_s": "t", "T01_degC": "Kanal 1"}
+    other: Table = {own.get(name, name): values for name, values in table.items()} | {"motor_W": table["time_s"] * 0.5}
+    write_table(tmp_path / "own" / "runs" / "a.csv", other)
+    text = campaign_text({"a": "identification"}) + "[columns]\n"
+    text += "".join(f'{name} = "{mine}"\n' for name, mine in own.items())
+    if ending == "parquet":
+        source = tmp_path / "own" / "runs" / "a.csv"
+        pa.parquet.write_table(pa.csv.read_csv(source), source.with_suffix(".parquet"))
+        text = text.replace("runs/a.csv", "runs/a.parquet")
+    (tmp_path / "own" / "campaign.toml").write_text(text)
+    campaigns = [load_campaign(tmp_path / name) for name in ("plain", "own")]
+    (one, _), (two, _) = (used_run(campaign, "a") for campaign in campaigns)
+    assert np.array_equal(one.dT, two.dT)
+    assert np.array_equal(one.drift, two.drift)
+    data = read_run(campaigns[1], "a")
+    assert data.attrs["unknown_columns"] == "motor_W"
+    assert np.array_equal(data["motor_W"], table["time_s"] * 0.5)
+
+
+def test_a_dataset_holds_the_table_as_recorded(tmp_path: Path) -> None:
+    """Every number of the table is in the dataset, in SI units with its unit named; nothing is left out."""
+    table = leg_table(0)
+    table["T01_degC"][5], table["T02_degC"][6] = -180.0, np.nan
+    leg_campaign(tmp_path, edit=lambda _table: table)
+    data = read_run(load_campaign(tmp_path), "a")
+    assert data["temperature"].sel(thermocouple="T01")[5] == -180.0
+    assert np.isnan(data["temperature"].sel(thermocouple="T02")[6])
+    assert np.allclose(data["q"], table["q_mm"] * 1e-3, rtol=1e-15)
+    assert np.allclose(data["air_pressure"], table["air_pressure_hPa"] * 100.0)
+    units = {name: data[name].attrs["units"] for name in ("temperature", "beam", "q", "air_pressure", "time")}
+    assert units == {"temperature": "degree_Celsius", "beam": "m", "q": "m", "air_pressure": "Pa", "time": "s"}
+    assert data["air_temperature"].attrs["standard_name"] == "air_temperature"
+    assert data.attrs["Conventions"].startswith("CF-")
+    assert str(tmp_path) not in str(data.attrs)
+    with pytest.raises(UnknownNameError, match="there are: a, b, c"):
+        read_run(load_campaign(tmp_path), "d")
+
+
+def test_netcdf_gives_back_every_run(tmp_path: Path) -> None:
+    """A saved campaign is opened by xarray group by group and is what was read; an existing file is kept."""
+    xr = pytest.importorskip("xarray")
+    pytest.importorskip("h5py", reason="h5py is not installed")
+    campaign = load_campaign(component_campaign(tmp_path))
+    file = save_campaign_netcdf(campaign, tmp_path / "all.nc")
+    for run in campaign.runs:
+        with warnings.catch_warnings():
+            warnings.simplefilter("error")
+            with xr.open_dataset(file, group=run.name, engine="h5netcdf") as opened:
+                assert opened.identical(read_run(campaign, run))
+    with xr.open_dataset(file, engine="h5netcdf") as top:
+        assert top.attrs["fingerprint_sha256"] == fingerprint(campaign)
+    with pytest.raises(ArgumentError, match="exists already"):
+        save_campaign_netcdf(campaign, file)
+
+
+def test_the_fingerprint_is_that_of_the_contents(tmp_path: Path) -> None:
+    """A copied campaign has the same fingerprint, one changed digit another."""
+    one = fingerprint(load_campaign(leg_campaign(tmp_path / "one")))
+    assert fingerprint(load_campaign(leg_campaign(tmp_path / "two"))) == one
+    file = tmp_path / "two" / "runs" / "c.csv"
+    text = file.read_text()
+    file.write_text(text[:-2] + ("1" if text[-2] != "1" else "2") + "\n")
+    assert fingerprint(load_campaign(tmp_path / "two")) != one
+
+
+def test_a_campaign_of_a_whole_machine_is_read(tmp_path: Path) -> None:
+    """Kind hexapod: thermometers are found in the header, poses and strokes come in SI units; the machine must exist."""
+    pose = [
+        f"{axis}_{unit}" for axis, unit in zip(("x", "y", "z", "rx", "ry", "rz"), ["mm"] * 3 + ["deg"] * 3, strict=True)
+    ]
+    names = ["time_s", *pose, *(f"leg{k}_q_mm" for k in range(1, 7)), *(f"leg{k}_T1_degC" for k in range(1, 7)),
+             "platform_T1_degC", "air_temperature_degC", *(f"measured_{name}" for name in pose)]  # fmt: skip
+    write_table(tmp_path / "a.csv", {name: np.arange(5.0) + k for k, name in enumerate(names)})
+    text = 'format = "hexathermal-campaign/1"\nkind = "hexapod"\nhexapod = "machine"\n'
+    text += '[[runs]]\nname = "a"\nfile = "a.csv"\nrole = "identification"\n'
+    (tmp_path / "campaign.toml").write_text(text)
+    assert "there is no machine file" in messages(tmp_path)[0]
+    (tmp_path / "machine").mkdir()
+    (tmp_path / "machine" / "hexapod.toml").write_text("")
+    campaign = load_campaign(tmp_path)
+    assert campaign.sensors == (*(f"leg{k}_T1" for k in range(1, 7)), "platform_T1")
+    data = read_run(campaign, "a")
+    assert data["leg_q"].shape == (5, 6)
+    assert np.allclose(data["measured_rz"], np.radians(np.arange(5.0) + len(names) - 1))
+    with pytest.raises(ArgumentError, match="measures poses"):
+        used_run(campaign, "a")

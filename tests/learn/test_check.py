@@ -1,0 +1,176 @@
+"""Checks of a campaign: numbers that are known come out, what cannot be told apart is said, the command answers."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from hexathermal.cli import main
+from hexathermal.learn.campaign_files import load_campaign
+from hexathermal.learn.check import CampaignCheck, check_campaign
+from hexathermal.learn.check_words import as_data, cycles, told_apart, warnings_of
+
+from .campaign_folders import Q0_M, SENSORS, Table, component_campaign, leg_campaign, leg_table
+
+SHARED = Path(__file__).resolve().parents[3] / "shared"
+
+
+def checked(folder: Path, **options: object) -> CampaignCheck:
+    """Return the check of a small campaign."""
+    return check_campaign(load_campaign(leg_campaign(folder, **options)))  # type: ignore[arg-type]
+
+
+def test_noise_and_ranges_are_those_put_in(tmp_path: Path) -> None:
+    """Noise of 50 mK and 30 nm a beam (17 nm of the mean) is found within 15 %; ranges are those of the tables."""
+    check = checked(tmp_path)
+    assert np.allclose(check.sensor_noise, 0.05, rtol=0.15)
+    assert np.allclose([run.drift_noise for run in check.runs], 30e-9 / np.sqrt(3.0), rtol=0.15)
+    table = leg_table(0)
+    settled = table["settled"] == 1.0
+    assert np.isclose(check.runs[0].highest_degC[0], table["T01_degC"][settled].max())
+    assert np.isclose(check.runs[0].lowest_degC[3], table["T04_degC"][settled].min())
+    assert check.runs[0].landings == 24
+    assert check.runs[0].record.duration == 599 * 20.0
+
+
+def test_told_apart_is_what_least_squares_says(tmp_path: Path) -> None:
+    """Cosine and uncertainties are those of the columns q0 dT and q dT, one independent reading a landing."""
+    from hexathermal.learn.cleaning import used_run
+
+    check = checked(tmp_path)
+    blocks = [used_run(check.campaign, run)[0] for run in check.campaign.runs_of("identification")]
+    dT = np.concatenate([block.dT[:, 1] for block in blocks])
+    q = np.concatenate([block.q for block in blocks if block.q is not None])
+    columns = np.column_stack([Q0_M * dT, q * dT])
+    share = sum(int(block.landing[-1]) + 1 for block in blocks) / len(dT)
+    covariance = np.linalg.inv(share * columns.T @ columns)
+    item = check.separability[1]
+    norms = np.linalg.norm(columns, axis=0)
+    assert np.isclose(item.r, columns[:, 0] @ columns[:, 1] / norms.prod())
+    assert np.allclose([item.std_A, item.std_B], np.sqrt(np.diag(covariance)))
+    assert told_apart(item).startswith("told apart")
+
+
+def test_heating_at_one_place_only_confounds_the_coefficients(tmp_path: Path) -> None:
+    """A leg that is warm at one q only: A and B cannot be told apart, and what to do is said."""
+
+    def edit(table: Table) -> None:
+        shift = 120.0 + 0.1 * table["q_mm"] - table["q_mm"]
+        table["q_mm"] += shift
+        for beam in (1, 2, 3):
+            table[f"beam{beam}_mm"] += shift - shift[0]
+
+    folder = leg_campaign(tmp_path, edit=edit, validation=False)
+    text = (folder / "campaign.toml").read_text().replace('name = "b"\nfile = "runs/b.csv"\nrole = "identification"',
+                                                          'name = "b"\nfile = "runs/b.csv"\nrole = "validation"')  # fmt: skip
+    (folder / "campaign.toml").write_text(text)
+    check = check_campaign(load_campaign(folder))
+    assert all(item.r > 0.99 for item in check.separability)
+    assert told_apart(check.separability[0]).startswith("cannot be told apart")
+    assert any("run it hot at fixed q" in text for text in warnings_of(check))
+
+
+def test_sensors_that_say_the_same_are_named(tmp_path: Path) -> None:
+    """A copy of a sensor has a correlation near 1 and a large variance inflation; an own one has neither."""
+
+    def edit(table: Table) -> None:
+        rng = np.random.default_rng(9)
+        table["T02_degC"] = table["T01_degC"] + 1e-3 * rng.standard_normal(600)
+        table["T04_degC"] = 20.0 + 2.0 * np.sin(table["time_s"] / 900.0) + 0.05 * rng.standard_normal(600)
+
+    check = check_campaign(load_campaign(leg_campaign(tmp_path, edit=edit, validation=False)), None)
+    alone = check_campaign(load_campaign(leg_campaign(tmp_path / "other", validation=False)))
+    assert check.inflation[1] > alone.inflation[1]
+    assert np.allclose(check.correlation, check.correlation.T)
+    assert np.allclose(np.diag(check.correlation), 1.0)
+    assert np.isclose(check.condition, np.linalg.cond(check.correlation) ** 0.5)
+
+
+def test_a_dead_sensor_does_not_hide_the_others(tmp_path: Path) -> None:
+    """A channel without a value is not known; everything is still said of the others, and the record names it."""
+
+    def edit(table: Table) -> None:
+        table["T02_degC"][:] = -180.0
+
+    folder = leg_campaign(tmp_path, edit=edit, validation=False)
+    text = (folder / "campaign.toml").read_text()
+    (folder / "campaign.toml").write_text(text[: text.index('[[runs]]\nname = "b"')])
+    check = check_campaign(load_campaign(folder))
+    assert np.isnan(check.sensor_noise[1])
+    assert np.isfinite(check.inflation[[0, 2, 3]]).all()
+    said = " ".join(warnings_of(check))
+    assert "no validation run" in said
+    assert "a, T02_degC: dead channel" in said
+    json.dumps(as_data(check), allow_nan=False)
+
+
+def test_a_cycle_of_the_room_is_seen(tmp_path: Path) -> None:
+    """A sensor that swings by 1 K every 20 minutes is named with period and amplitude; the others are not."""
+    folder = component_campaign(tmp_path, rows=800)
+    for name in ("a", "b"):
+        file = folder / "runs" / f"{name}.csv"
+        head, *lines = file.read_text().splitlines()
+        k = head.split(",").index("T1_degC")
+        rng, rows = np.random.default_rng(1), [line.split(",") for line in lines]
+        for row in rows:
+            row[k] = repr(21.0 + np.sin(2.0 * np.pi * float(row[0]) / 1200.0) + 0.01 * rng.standard_normal())
+        file.write_text("\n".join([head, *(",".join(row) for row in rows)]) + "\n")
+    (found,) = cycles(check_campaign(load_campaign(folder)))
+    assert found.sensor == "T1"
+    assert abs(found.period - 1200.0) < 100.0
+    assert abs(found.amplitude - 1.0) < 0.1
+
+
+def test_the_command_prints_and_writes(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """Tables on stdout, warnings on stderr, pictures, JSON and NetCDF in their places."""
+    pytest.importorskip("h5py", reason="h5py is not installed")
+    leg_campaign(tmp_path / "bench", validation=False)
+    code = main(["check", str(tmp_path / "bench"), "--plots", str(tmp_path / "plots"), "--ranges",
+                 "--json", str(tmp_path / "check.json"), "--netcdf", str(tmp_path / "bench.nc")])  # fmt: skip
+    printed = capsys.readouterr()
+    assert code == 0, printed.err
+    assert "small bench (kind leg): 2 runs" in printed.out
+    for sensor in SENSORS:
+        assert sensor in printed.out
+    assert "warning: no validation run" in printed.err
+    names = {file.name for file in (tmp_path / "plots").iterdir()}
+    assert {"noise.png", "collinearity.svg", "coverage.png", "run-a.png", "run-b.svg"} <= names
+    data = json.loads((tmp_path / "check.json").read_text())
+    assert data["format"] == "hexathermal-check/1"
+    assert len(data["sensors"]) == len(SENSORS)
+    assert (tmp_path / "bench.nc").stat().st_size > 10_000
+
+
+def test_the_command_lists_all_faults_and_no_traceback(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """A damaged campaign: exit code 3, every fault with its place on stderr, nothing else."""
+    leg_campaign(tmp_path)
+    (tmp_path / "runs" / "a.csv").unlink()
+    (tmp_path / "runs" / "b.csv").write_text("time_s,q_m\n0,1\n")
+    assert main(["check", str(tmp_path)]) == 3
+    printed = capsys.readouterr()
+    assert not printed.out
+    assert "a.csv, line 1, column 1: the table is not there" in printed.err
+    assert "'q_m' has another unit" in printed.err
+    assert "Traceback" not in printed.err
+    assert main(["check", str(tmp_path / "nowhere")]) == 2
+    assert "no campaign at" in capsys.readouterr().err
+
+
+@pytest.mark.skipif(not (SHARED / "measured").is_dir(), reason="the measured campaigns are not beside the checkout")
+def test_the_measured_machine_tools_are_seen_as_they_are(capsys: pytest.CaptureFixture[str]) -> None:
+    """T16 is the noisy thermometer, near 0.1 K; T04 swings with the room, every 20 to 30 minutes by 0.4 K or more."""
+    for name in ("machine-tool-ch1", "machine-tool-ch2"):
+        assert main(["check", str(SHARED / "measured" / name), "--json", "-"]) == 0
+        printed = capsys.readouterr()
+        data = json.loads(printed.out)
+        noise = {item["name"]: item["noise_K"] for item in data["sensors"]}
+        assert 0.07 < noise.pop("T16") < 0.13
+        assert max(noise.values()) < 0.03
+        assert "T16: noise 0." in printed.err
+        (cycle,) = data["cycles"]
+        assert cycle["sensor"] == "T04"
+        assert 20.0 < cycle["period_min"] < 30.0
+        assert cycle["amplitude_K"] > 0.4

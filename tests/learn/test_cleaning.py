@@ -1,0 +1,292 @@
+"""Cleaning: every kind of damage is found, counted and named; sound rows are untouched; blocks do not matter."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from hexathermal.errors import ArgumentError
+from hexathermal.learn.campaign import Block, joined
+from hexathermal.learn.campaign_files import load_campaign
+from hexathermal.learn.cleaning import usable_blocks, used_run
+from hexathermal.learn.cleaning_record import CleaningRecord
+
+from .campaign_folders import A_PER_K, B_PER_K, Q0_M, Table, component_campaign, leg_campaign
+
+SHARED = Path(__file__).resolve().parents[3] / "shared"
+
+
+def cleaned(folder: Path, edit: Callable[[Table], Table | None] = lambda table: None) -> tuple[Block, CleaningRecord]:
+    """Return the first run of a campaign whose first table was altered."""
+    return used_run(load_campaign(leg_campaign(folder, edit=edit)), "a")
+
+
+def test_a_sound_run_loses_only_rows_that_are_not_settled(tmp_path: Path) -> None:
+    """Drift is the mean of the beams less q, temperatures count from the first row, nothing settled is left out."""
+    kept: dict[str, Table] = {}
+    block, record = cleaned(tmp_path, lambda table: kept.setdefault("table", table))
+    table = kept["table"]
+    settled = table["settled"] == 1.0
+    assert [step.step for step in record.steps] == ["not settled"]
+    assert record.count("not settled") == (~settled).sum() == record.rows - record.used
+    beams = np.mean([table[f"beam{k}_mm"] for k in (1, 2, 3)], axis=0)
+    assert np.allclose(block.drift, 1e-3 * (beams - (table["q_mm"] - table["q_mm"][0]))[settled], atol=1e-15)
+    assert np.allclose(block.dT[:, 0], (table["T01_degC"] - table["T01_degC"][0])[settled], atol=1e-12)
+    assert np.array_equal(block.time, table["time_s"][settled])
+    assert block.landing.max() + 1 == 600 // 25
+    assert block.q is not None
+    assert np.unique(np.round(block.q[block.landing == 3], 6)).size == 1
+
+
+@pytest.mark.parametrize("rows", [1, 7, 100, 10_000])
+def test_the_size_of_blocks_changes_nothing(tmp_path: Path, rows: int) -> None:
+    """Blocks hold at most the rows asked for, and together are the run, bit for bit."""
+
+    def edit(table: Table) -> None:
+        table["T02_degC"][[50, 51, 400]] += 3.0
+        table["beam1_mm"][330:] += 0.01
+
+    campaign = load_campaign(leg_campaign(tmp_path, edit=edit))
+    whole, record = used_run(campaign, "a")
+    stream = usable_blocks(campaign, "a", rows=rows)
+    blocks = list(stream)
+    assert {len(block) for block in blocks[:-1]} <= {rows}
+    together = joined(blocks)
+    for name in ("time", "dT", "drift", "q", "landing", "air"):
+        assert np.array_equal(getattr(together, name), getattr(whole, name), equal_nan=True)
+    assert stream.record == record
+
+
+def test_long_runs_come_as_many_blocks_with_damage_at_their_seams(tmp_path: Path) -> None:
+    """A run of several pieces: spikes and a step at the seams of the pieces are found as anywhere else."""
+    spikes, step = [8191, 8192, 16384, 25000], 16900
+
+    def edit(table: Table) -> None:
+        table["T01_degC"][spikes] += 3.0
+        table["beam3_mm"][step:] -= 0.05
+
+    campaign = load_campaign(leg_campaign(tmp_path, edit=edit, rows=26_000, validation=False), scan=False)
+    stream = usable_blocks(campaign, "a", rows=5000)
+    blocks = list(stream)
+    assert max(map(len, blocks)) == 5000
+    assert stream.record.count("spike", "T01_degC") == len(spikes)
+    assert stream.record.count("beam step", "beam3_mm") == 1
+    block = joined(blocks)
+    assert block.q is not None
+    law = (A_PER_K * Q0_M + B_PER_K * block.q) * block.dT[:, 0]
+    assert np.nanmax(np.abs(block.drift - law)) < 0.9e-6  # noise of 0.05 K makes 0.6 um at most
+
+
+def test_channels_are_cleaned_one_by_one(tmp_path: Path) -> None:
+    """Missing codes, spikes, stuck and dead channels become NaN there and only there, with their counts."""
+
+    def edit(table: Table) -> None:
+        table["T01_degC"][[100, 101, 400]] += 2.0
+        table["T02_degC"][200:230] = -180.0
+        table["T03_degC"][300:360] = table["T03_degC"][300]
+        table["T04_degC"][:] = 9999.0
+
+    block, record = cleaned(tmp_path, edit)
+    clean, _ = cleaned(tmp_path / "clean")
+    assert record.count("spike", "T01_degC") == 3
+    assert record.count("missing code", "T02_degC") == 30
+    assert record.count("stuck", "T03_degC") == 60
+    assert record.count("dead channel", "T04_degC") == 600
+    assert np.isnan(block.dT[:, 3]).all()
+    lost = np.isnan(block.dT[:, :3])
+    times = block.time / 20.0
+    assert set(times[lost[:, 0]]) == {100.0, 101.0, 400.0} & set(times)
+    assert np.array_equal(np.where(lost, 0.0, block.dT[:, :3]), np.where(lost, 0.0, clean.dT[:, :3]))
+    assert np.array_equal(block.drift, clean.drift)
+
+
+@pytest.mark.parametrize("size_um", [2.0, 30.0, 1000.0, -7.0])
+@pytest.mark.parametrize("row", [110, 330, 402])
+def test_a_beam_that_loses_count_is_put_back(tmp_path: Path, size_um: float, row: int) -> None:
+    """A step of one beam, at rest or during a movement, is found once and the drift is right behind it."""
+
+    def edit(table: Table) -> None:
+        table["beam2_mm"][row:] += size_um * 1e-3
+
+    block, record = cleaned(tmp_path, edit)
+    clean, _ = cleaned(tmp_path / "clean")
+    assert record.count("beam step", "beam2_mm") == 1
+    assert record.used == 554
+    assert np.abs(block.drift - clean.drift).max() < 0.05e-6
+
+
+def test_a_tilt_is_no_step_of_a_beam(tmp_path: Path) -> None:
+    """A lasting tilt moves one beam one way and the others the other: it is noted, not taken back."""
+
+    def edit(table: Table) -> None:
+        table["beam1_mm"][330:] += 0.004
+        table["beam2_mm"][330:] -= 0.002
+        table["beam3_mm"][330:] -= 0.002
+
+    block, record = cleaned(tmp_path, edit)
+    clean, _ = cleaned(tmp_path / "clean")
+    assert record.count("beam step") == 0
+    assert record.count("tilt or step") == 1
+    assert np.allclose(block.drift, clean.drift, atol=1e-12)
+
+
+def test_bad_rows_of_the_beams_are_left_out(tmp_path: Path) -> None:
+    """A spike of one beam, of all, a missing reading: that row goes, the others stay; all beams lost end the run."""
+
+    def edit(table: Table) -> None:
+        table["beam1_mm"][111] += 0.003
+        for beam in (1, 2, 3):
+            table[f"beam{beam}_mm"][212] += 0.004
+            table[f"beam{beam}_mm"][510:] += 1.0
+        table["beam2_mm"][313] = np.nan
+
+    block, record = cleaned(tmp_path, edit)
+    assert record.count("beam spike", "beam1_mm") == 1
+    assert record.count("drift spike") == 1
+    assert record.count("no drift") == 1
+    assert record.count("beams lost") > 50
+    assert block.time[-1] == 20.0 * 509
+    assert not {111.0, 212.0, 313.0} & set(block.time / 20.0)
+
+
+def test_the_clock_is_put_in_order(tmp_path: Path) -> None:
+    """Duplicates, rows out of order, a time that jumps ahead and one that is missing go; a gap is noted."""
+
+    def edit(table: Table) -> Table:
+        table["time_s"][105] = 1e6
+        table["time_s"][107] = np.nan
+        order = np.concatenate([np.arange(200), [198, 199], np.arange(200, 400), np.arange(440, 600)])
+        return {name: values[order] for name, values in table.items()}
+
+    block, record = cleaned(tmp_path, edit)
+    assert record.count("clock jump") == 1
+    assert record.count("no time") == 1
+    assert record.count("clock disorder") + record.count("duplicate") == 2
+    assert record.count("gap") == 1
+    assert (np.diff(block.time) > 0.0).all()
+
+
+def test_the_zero_is_the_first_row_that_may_be_used(tmp_path: Path) -> None:
+    """Where the first row is not settled, or a channel has no value there, the next one counts, and it is said."""
+
+    def edit(table: Table) -> None:
+        table["settled"][0] = 0.0
+        table["T02_degC"][:4] = -180.0
+
+    block, record = cleaned(tmp_path, edit)
+    assert block.time[0] == 20.0
+    assert block.drift[0] == 0.0
+    assert record.zero_time == 20.0
+    assert {step.channel for step in record.steps if step.step == "zero"} == {"row", "T02_degC"}
+    first = np.flatnonzero(np.isfinite(block.dT[:, 1]))[0]
+    assert block.dT[first, 1] == 0.0
+
+
+def test_beams_are_corrected_for_the_air_only_where_the_laser_did_not(tmp_path: Path) -> None:
+    """A pressure front of 20 hPa on 0.7 m of dead path makes 3.8 um and more; the correction takes them off."""
+
+    def edit(table: Table) -> None:
+        front = 20.0 * np.arange(600) / 600
+        table["air_pressure_hPa"] = 1000.0 + front
+        table["air_temperature_degC"] = np.full(600, 20.0)
+        table["air_humidity_percent"] = np.full(600, 45.0)
+        for beam in (1, 2, 3):
+            table[f"beam{beam}_mm"] = table[f"beam{beam}_mm"] + 0.268e-6 * front * (700.0 + table["q_mm"])
+
+    clean, _ = cleaned(tmp_path / "clean")
+    left, _ = cleaned(tmp_path / "left", edit)
+    corrected, _ = used_run(load_campaign(leg_campaign(tmp_path / "corrected", edit=edit, compensated=False)), "a")
+    assert np.abs(left.drift - clean.drift).max() > 3.5e-6
+    assert np.abs(corrected.drift - clean.drift).max() < 0.1e-6
+
+
+def test_short_gaps_of_the_weather_are_bridged_and_long_ones_cost_rows(tmp_path: Path) -> None:
+    """Without compensation a row needs the weather: one 600 s old is taken, and said; an older one is not."""
+
+    def edit(table: Table) -> None:
+        table["air_pressure_hPa"][100:105] = 9999.0
+        table["air_pressure_hPa"][300:360] = 9999.0
+
+    _, record = used_run(load_campaign(leg_campaign(tmp_path, edit=edit, compensated=False)), "a")
+    assert record.count("weather held", "air_pressure_hPa") > 20
+    assert 20 <= record.count("no weather") <= 30
+
+
+def test_a_component_counts_from_the_first_row_of_the_campaign(tmp_path: Path) -> None:
+    """zero = "campaign": the second run keeps its offsets from the first; stretches end where the input changes."""
+    campaign = load_campaign(component_campaign(tmp_path))
+    first, _ = used_run(campaign, "a")
+    second, _ = used_run(campaign, "b")
+    assert first.q is None
+    assert first.drift[0] == 0.0
+    assert abs(second.drift[0] - 8e-6) < 0.2e-6
+    assert abs(second.dT[0, 0] - 2.0) < 0.1
+    assert first.landing.max() == 1
+
+
+def test_beams_that_count_from_each_run_do_not_fit_a_campaign_that_counts_from_the_first(tmp_path: Path) -> None:
+    """zero = "campaign" with beams that start at 0 in a run at another q would be a drift of millimetres: refused."""
+
+    def edit(table: Table) -> None:
+        table["q_mm"] += 30.0
+
+    campaign = load_campaign(leg_campaign(tmp_path, edit=edit, zero="campaign"))
+    assert used_run(campaign, "a")[0].drift[0] == 0.0
+    with pytest.raises(ArgumentError, match='write zero = "run"'):
+        used_run(campaign, "b")
+
+
+def test_nothing_usable_is_said_with_the_reasons(tmp_path: Path) -> None:
+    """A run without one settled row: the error gives the count and the reason."""
+
+    def edit(table: Table) -> None:
+        table["settled"][:] = 0.0
+
+    with pytest.raises(ArgumentError, match="600 not settled"):
+        cleaned(tmp_path, edit)
+
+
+def test_the_record_is_plain_data(tmp_path: Path) -> None:
+    """A record can be written as JSON, every step with its reason."""
+    import json
+
+    _, record = cleaned(tmp_path)
+    data = json.loads(json.dumps(record.as_data(), allow_nan=False))
+    assert data["rows"] == 600
+    assert all(step["reason"] for step in data["steps"])
+
+
+@pytest.mark.skipif(not (SHARED / "open-campaigns").is_dir(), reason="the open campaigns are not beside the checkout")
+def test_hardly_a_row_of_sound_campaigns_is_left_out() -> None:
+    """Of 14 campaigns without damage no temperature and no more than one row in 2000 is left out."""
+    rows = lost = 0
+    for folder in sorted((SHARED / "open-campaigns").glob("leg-*")):
+        campaign = load_campaign(folder, scan=False)
+        for run in campaign.runs:
+            _, record = used_run(campaign, run)
+            rows += record.used
+            others = [step for step in record.steps if step.step != "not settled"]
+            lost += sum(step.count for step in others)
+            assert {step.step for step in others} <= {"drift spike"}
+    assert lost < rows / 2000
+
+
+@pytest.mark.skipif(not (SHARED / "measured").is_dir(), reason="the measured campaigns are not beside the checkout")
+@pytest.mark.parametrize("name", ["machine-tool-ch1", "machine-tool-ch2"])
+def test_the_spikes_of_a_measured_thermometer_are_found(name: str) -> None:
+    """T16's spikes of 1 to 3 K are found, among them the largest; of the other channels 1 row in 500 at most goes."""
+    campaign = load_campaign(SHARED / "measured" / name)
+    count, largest = 0, 0.0
+    others = [sensor for sensor in campaign.sensors if sensor != "T16"]
+    for run in campaign.runs:
+        block, record = used_run(campaign, run)
+        count += record.count("spike", "T16_degC")
+        assert record.used >= 0.99 * record.rows
+        step = np.abs(np.diff(block.dT[:, campaign.sensors.index("T16")], 2))
+        largest = max(largest, float(np.nanmax(step)))
+        assert all(record.count("spike", f"{sensor}_degC") <= record.rows / 500 for sensor in others)
+    assert count >= 15
+    assert largest < 2.5
