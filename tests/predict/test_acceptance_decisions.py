@@ -126,6 +126,14 @@ def test_probability_of_a_quantity_that_cannot_be_negative(rng: np.random.Genera
     assert conformance_probability(0.3, 0.5, upper=0.9) == pytest.approx((draws <= 0.9).mean(), abs=0.004)
 
 
+def test_improbable_conformity_keeps_its_digits() -> None:
+    """Ten standard uncertainties outside a zone, on either side, p = 7.6199e-24: no difference of ones."""
+    for side in (1.0, -1.0):
+        limits = sorted((0.0, side))
+        p = conformance_probability(-10.0 * side, 1.0, lower=limits[0], upper=limits[1])
+        assert p == pytest.approx(7.6199e-24, rel=1e-4)
+
+
 def test_cut_at_zero_matters_only_near_zero() -> None:
     """Far above zero the cut changes nothing; a lower limit at zero then is no limit."""
     assert conformance_probability(9.0, 0.5, upper=9.5, nonnegative=True) == pytest.approx(

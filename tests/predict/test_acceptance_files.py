@@ -11,7 +11,14 @@ import pytest
 
 from hexathermal.errors import ArgumentError, FileFormatError
 from hexathermal.poses import Frames
-from hexathermal.predict.acceptance import PASS, Acceptance, accept, read_measured_poses, read_specification
+from hexathermal.predict.acceptance import (
+    PASS,
+    Acceptance,
+    accept,
+    pose_accuracy,
+    read_measured_poses,
+    read_specification,
+)
 
 POSE = "x_mm,y_mm,z_mm,rx_deg,ry_deg,rz_deg"
 MEASURED = ",".join(f"measured_{name}" for name in POSE.split(","))
@@ -128,6 +135,53 @@ def test_a_record_with_gaps_does_not_pass(tmp_path: Path) -> None:
     said = [judged(tmp_path, grouped(), f"[limits]\nETVE_x_um = {{upper = {top}, window_s = 600}}\n") for top in (9, 1)]
     assert [found.verdict for found in said] == ["not decided", "fail"]
     assert "gaps" in said[0].results[0].decision.note
+
+
+def test_uncertainty_of_repeatability_is_a_bound(tmp_path: Path, rng: np.random.Generator) -> None:
+    """Noise u of each coordinate scatters RP of n visits by u sqrt(1/n + 9/(n-1)) at most, which a line nears."""
+    found = judged(tmp_path, grouped(), "[limits]\nRP_um = 5\n")
+    assert found.results[0].decision.uncertainty == pytest.approx(0.2e-6 * np.sqrt(0.5 + 9.0))
+    for count, least in ((2, 0.1), (4, 0.1), (10, 0.8), (30, 0.8)):
+        places = np.broadcast_to(np.eye(4), (500, count, 4, 4)).copy()
+        places[:, :, :3, 3] = rng.normal(size=(500, count, 3)) + [[20.0 * k, 0, 0] for k in range(count)]
+        scatter = float(np.std([pose_accuracy(each, np.eye(4)).RP for each in places]))
+        bound = np.sqrt(1.0 / count + 9.0 / (count - 1))
+        assert least * bound < scatter < 1.1 * bound
+
+
+def test_each_pose_has_its_own_uncertainty_and_limits_their_poses(tmp_path: Path) -> None:
+    """The largest uncertainty of a pose's own rows counts; a limit for one pose says nothing of another."""
+    rows = [(f"{u}", pose, "0,0,0,0,0,0", "0.001,0,0,0,0,0") for pose, u in
+            (("A", 0.1), ("A", 0.2), ("B", 0.4), ("B", 0.3))]  # fmt: skip
+    table = visits(*rows, header=f"u_position_um,{HEADER}")  # type: ignore[arg-type]
+    found = judged(tmp_path, table, "[limits]\nAP_um = [{upper = 5}, {upper = 9, poses = ['B']}]\n")
+    assert [(item.pose, item.decision.uncertainty) for item in found.results] == [
+        ("A", pytest.approx(0.2e-6)), ("B", pytest.approx(0.4e-6)), ("B", pytest.approx(0.4e-6)),
+    ]  # fmt: skip
+
+
+def test_rule_probability_and_factor_of_the_file_decide(tmp_path: Path) -> None:
+    """AP = 2 um, u = 0.1 um, limit 2.1 um: pass at 80 % or with k = 1 alone; a limit's word outweighs the top's."""
+    for top, limit, verdict in (
+        ("", "{upper = 2.1, u = 0.1}", "not decided"),
+        ("probability = 0.8\n", "{upper = 2.1, u = 0.1}", PASS),
+        ("probability = 0.8\n", "{upper = 2.1, u = 0.1, probability = 0.9}", "not decided"),
+        ("rule = 'u-rule'\n", "{upper = 2.1, u = 0.1}", "not decided"),
+        ("rule = 'u-rule'\ncoverage_factor = 1\n", "{upper = 2.1, u = 0.1}", PASS),
+        ("rule = 'u-rule'\n", "{upper = 2.1, u = 0.1, k = 1}", PASS),
+        ("rule = 'u-rule'\n", "{upper = 2.1, rule = 'simple'}", PASS),
+    ):
+        assert judged(tmp_path, TWO, f"{top}[limits]\nAP_um = {limit}\n").verdict == verdict, (top, limit)
+
+
+def test_turns_of_a_turned_pose_over_time(tmp_path: Path) -> None:
+    """At a pose turned by (10, 20, 30) degrees, 0, 2 and 6 urad of rz are an ETVE of 6, d60 of 2 and dt of 6 urad."""
+    at = [f"0,0,0,10,20,{30 + np.degrees(turn * 1e-6):.12f}" for turn in (0, 2, 6, 1)]
+    rows = [(f"{k * 3600}", "A", "0,0,0,10,20,30", answer) for k, answer in enumerate(at)]
+    table = visits(*rows, header=f"time_s,{HEADER}")  # type: ignore[arg-type]
+    limits = "[limits]\nETVE_rx_urad = 9\nETVE_rz_urad = 9\nd60_rz_urad = 9\ndt_rz_urad = 9\n"
+    found = judged(tmp_path, table, f"rule = 'simple'\nwarm_up_s = 7200\n{limits}")
+    np.testing.assert_allclose(values(found), [0, 6, 2, 6], atol=1e-6)
 
 
 def test_letters_are_read_as_axes_only_where_they_are_told(tmp_path: Path) -> None:

@@ -96,6 +96,7 @@ def test_cooling_is_left_out_where_the_end_of_warming_is_given() -> None:
     times, x = [0.0, 1800.0, 7200.0, 9000.0], [0.0, -1.0, 4.0, 0.0]
     found = warm_up_distortion(times, x, end=7200.0)
     assert (found.d_t, found.range_t) == (4.0, 5.0)
+    assert (found.d_60, found.range_60) == (pytest.approx(2.0 / 3.0), pytest.approx(5.0 / 3.0))
     assert warm_up_distortion(times, x).d_t == 0.0
 
 

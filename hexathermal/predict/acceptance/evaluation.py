@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from typing import Any
@@ -200,12 +201,7 @@ def _decided(
     """Return the decisions about one limit at all its poses."""
     for pose in limit.poses or measured.pose_names:
         for found in _values(limit, specification, measured, accuracies, pose):
-            u = limit.uncertainty
-            if u is None:
-                column = measured.u_rotation if limit.quantity.unit == "urad" else measured.u_position
-                per_group = max(len(found.rows) // max(1, len(set(measured.groups))), 2)
-                count = per_group if limit.quantity.family == DRIFT else len(found.rows)
-                u = None if column is None else float(column[found.rows].max()) * limit.quantity.sensitivity(count)
+            u = _from_rows(limit, measured, found) if limit.uncertainty is None else limit.uncertainty
             decision = decide(
                 found.value, u, lower=limit.lower, upper=limit.upper, rule=limit.rule, probability=limit.probability,
                 coverage_factor=limit.coverage_factor, nonnegative=limit.nonnegative,
@@ -214,6 +210,15 @@ def _decided(
                 note = "the record has gaps in which the machine may have moved further"
                 decision = replace(decision, verdict=NOT_DECIDED, statement=NOT_DECIDED, note=note)
             yield Result(limit, pose, found.group, len(found.rows), decision, found.detail)
+
+
+def _from_rows(limit: Limit, measured: MeasuredPoses, found: _Value) -> float | None:
+    """Return the standard uncertainty of a value from those of its rows, or None where they tell none."""
+    column = measured.u_rotation if limit.quantity.unit == "urad" else measured.u_position
+    if column is None:
+        return None
+    fewest = min(Counter(measured.groups[row] for row in found.rows).values())
+    return float(column[found.rows].max()) * limit.quantity.sensitivity(fewest)
 
 
 def _values(

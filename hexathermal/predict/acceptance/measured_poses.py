@@ -173,7 +173,7 @@ def _text(value: Any) -> str:
 def _named(commands: FloatArray) -> list[str]:
     """Return names P1, P2 .. of equal commands, in the order of the file."""
     names: dict[tuple[float, ...], str] = {}
-    return [names.setdefault(tuple(six), f"P{len(names) + 1}") for six in (commands + 0.0).tolist()]
+    return [names.setdefault(tuple(six), f"P{len(names) + 1}") for six in commands.tolist()]
 
 
 def _contradictions(stream: TableStream, poses: list[str], commands: FloatArray) -> Iterator[Problem]:

@@ -54,9 +54,10 @@ class Quantity:
         """Return how many times the standard uncertainty of a measured coordinate the quantity may be uncertain.
 
         A bound, whichever part of it the measurements have in common: a mean is taken as fully common (1), a
-        difference as independent (sqrt 2), a repeatability from n visits as ``sqrt(1 / n + 9 / (2 (n - 1)))``.
+        difference as independent (sqrt 2).  ``RP = mean l + 3 S`` of n independent visits changes by ``1 / n +
+        3 (l_j - mean l) / ((n - 1) S)`` with each distance, together by at most ``sqrt(1 / n + 9 / (n - 1))``.
         """
-        spread = math.sqrt(1.0 / count + 4.5 / (count - 1)) if count > 1 else math.inf
+        spread = math.sqrt(1.0 / count + 9.0 / (count - 1)) if count > 1 else math.inf
         factor = spread if "RP" in self.name else 1.0
         return factor if self.family == ACCURACY else math.sqrt(2.0) * factor
 
