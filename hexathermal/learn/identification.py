@@ -108,10 +108,6 @@ def identify(
         Range of temperatures met.
     progress : function, optional
 
-    Returns
-    -------
-    Identification
-
     Raises
     ------
     ArgumentError
@@ -122,24 +118,32 @@ def identify(
     columns = columns_for(sensors, leg)
     wanted_names = None if isinstance(wanted, str) and wanted == AUTO else _names(wanted, columns)
     say = progress or (lambda _done, _total, _label: None)
-    grams = gather(rows(), columns, lambda done: say(done, 0, "reading the rows"))
-    total = int((grams.rows + grams.rows_left_out).sum())
-    windows = WindowCollector(columns, grams.kept_mask)
-    ranked = rank_sets(
-        windows.passing(rows()), grams, sizes, lambda done: say(done, total, "comparing sets of sensors")
-    )
+    grams, windows, ranked = _searched(rows, columns, sizes, say)
     say(0, 0, "fitting the law")
     choice = choose(ranked, grams) if wanted_names is None else given(wanted_names)
     _not_left_out(choice, grams)
     made = windows.made()
     errors = sensor_errors(made, grams.kept_mask, zero == "run")
-    fit = fit_law(made, [columns.sensors.index(name) for name in choice.sensors], errors)
+    fit = fit_law(made, [sensors.index(name) for name in choice.sensors], errors)
     law = _law(made, fit, choice, leg, zero, origin or Origin(), degC)
     check = physical_check(law, material)
     notes = _notes(grams, fit, [name for k, name in enumerate(columns.sensors) if k in errors.local])
     warnings = (*_warnings(fit, ranked, choice, grams, made), *(check.warnings if check else ()))
     profile = _profile(made, positions)
     return Identification(law, fit, ranked, choice, grams, check, notes, (*warnings, *([profile] if profile else [])))
+
+
+def _searched(
+    rows: Rows, columns: Columns, sizes: Sequence[int], say: Passing
+) -> tuple[Grams, WindowCollector, RankedSets]:
+    """Return what two passes over the rows gather: products, windows, and the ranked sets."""
+    grams = gather(rows(), columns, lambda done: say(done, 0, "reading the rows"))
+    total = int((grams.rows + grams.rows_left_out).sum())
+    windows = WindowCollector(columns, grams.kept_mask)
+    ranked = rank_sets(
+        windows.passing(rows()), grams, sizes, lambda done: say(done, total, "comparing sets of sensors")
+    )
+    return grams, windows, ranked
 
 
 def _not_left_out(choice: Choice, grams: Grams) -> None:
