@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, Unpack
 
 import numpy as np
 import numpy.typing as npt
@@ -18,7 +18,7 @@ from hexathermal.errors import ArgumentError, UnknownNameError
 from hexathermal.kinematics.inverse import inverse_kinematics
 from hexathermal.machine.hexapod import Hexapod
 from hexathermal.machine.thermal import TemperaturesLike, frozen, refreeze
-from hexathermal.poses import FloatArray, Frames, PoseLike, finite_array
+from hexathermal.poses import FloatArray, PoseLike, finite_array
 from hexathermal.predict.budget_defaults import default_sources
 from hexathermal.predict.budget_gum import (
     Contribution,
@@ -29,7 +29,7 @@ from hexathermal.predict.budget_gum import (
     region_factor,
     total,
 )
-from hexathermal.predict.budget_inputs import Plates, Situation, situation
+from hexathermal.predict.budget_inputs import Situation, View, situation
 from hexathermal.predict.sources import Source, Sources
 
 AXES = ("x", "y", "z", "rx", "ry", "rz")
@@ -212,13 +212,7 @@ def error_budget(
     pose: PoseLike,
     temps: TemperaturesLike,
     sources: Iterable[Source] | None = None,
-    *,
-    correction: bool = True,
-    frame: str = "machine",
-    frames: Frames | None = None,
-    at_tool: npt.ArrayLike | None = None,
-    plates: Plates | None = None,
-    air_degC: float | None = None,
+    **view: Unpack[View],
 ) -> Budget:
     """Return how far off a warm machine stands at a pose, which cause weighs most, and what correction leaves.
 
@@ -268,11 +262,7 @@ def error_budget(
     >>> bool(abs(budget.shares.sum(axis=0) - 1.0).max() < 1e-12)              # contributions add up
     True
     """
-    here = situation(
-        hexapod, pose, temps, correction=correction, frame=frame, frames=frames, at_tool=at_tool, plates=plates,
-        air_degC=air_degC,
-    )  # fmt: skip
-    return budget_of(here, checked_sources(hexapod, sources), frame, correction)
+    return budget_of(situation(hexapod, pose, temps, **view), checked_sources(hexapod, sources))
 
 
 def checked_sources(hexapod: Hexapod, sources: Iterable[Source] | None) -> Sources:
@@ -286,7 +276,7 @@ def checked_sources(hexapod: Hexapod, sources: Iterable[Source] | None) -> Sourc
     return Sources(tuple(sources))
 
 
-def budget_of(here: Situation, sources: Sources, frame: str, correction: bool) -> Budget:
+def budget_of(here: Situation, sources: Sources) -> Budget:
     """Return the budget of a situation."""
     rates = here.rates()
     parts = [_contribution(here, source, rates) for source in sources]
@@ -296,10 +286,10 @@ def budget_of(here: Situation, sources: Sources, frame: str, correction: bool) -
     ordered = tuple(parts[k] for k in sorted(range(len(parts)), key=lambda k: -weight[k]))
     remaining = here.errors()[0]
     nominal = inverse_kinematics(here.hexapod, here.pose)
-    drift = here.errors(told=nominal)[0] if correction else remaining
+    drift = here.errors(told=nominal)[0] if here.correction else remaining
     return Budget(
-        here.hexapod.name, frame, frozen(here.arm), frozen(here.pose), frozen(here.temps), correction, frozen(drift),
-        frozen(remaining), frozen(covariance), ordered, frozen(effective_dof(parts, 6)), joint_dof(parts, 6),
+        here.hexapod.name, here.frame, frozen(here.arm), frozen(here.pose), frozen(here.temps), here.correction,
+        frozen(drift), frozen(remaining), frozen(covariance), ordered, frozen(effective_dof(parts, 6)), joint_dof(parts, 6),
     )  # fmt: skip
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from functools import cache
 from types import ModuleType
+from typing import TypedDict
 
 import numpy as np
 import numpy.typing as npt
@@ -23,6 +24,19 @@ from hexathermal.predict.sources import Source
 from hexathermal.predict.temperatures import active_model, check_temperatures, temperature_array
 
 FRAMES = ("machine", "user", "object")
+
+
+class View(TypedDict, total=False):
+    """How a machine is driven and looked at: keywords that all budgets share, see `error_budget`."""
+
+    correction: bool
+    frame: str
+    frames: Frames | None
+    at_tool: npt.ArrayLike | None
+    plates: Plates | None
+    air_degC: float | None
+
+
 PARTS = ("platform", "base")
 
 
@@ -91,6 +105,8 @@ class Situation:
         Turns base axes into those of the budget's frame.
     arm : array, shape (3,) [m]
         The point of the budget, from the platform's origin, in platform axes.
+    correction : bool
+    frame : str
     """
 
     hexapod: Hexapod
@@ -102,6 +118,8 @@ class Situation:
     plates: FloatArray
     axes: FloatArray
     arm: FloatArray
+    correction: bool
+    frame: str
     _numbers: FloatArray = field(repr=False)
 
     @property
@@ -271,7 +289,20 @@ def situation(
     axes, arm = axes_and_arm(frame, frames, at_tool, wanted)
     rows = _plate_rows(hexapod, readings, plates or Plates())
     numbers = pose_numbers(hexapod, wanted, axes, arm)
-    return Situation(hexapod, wanted, readings, told, readings - reference, readings - air, rows, axes, arm, numbers)
+    return Situation(
+        hexapod,
+        wanted,
+        readings,
+        told,
+        readings - reference,
+        readings - air,
+        rows,
+        axes,
+        arm,
+        correction,
+        frame,
+        numbers,
+    )
 
 
 def refuse_singular(hexapod: Hexapod, pose: FloatArray) -> None:

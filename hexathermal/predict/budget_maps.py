@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, Unpack
 
 import numpy as np
 import numpy.typing as npt
@@ -12,9 +12,9 @@ import numpy.typing as npt
 from hexathermal.errors import ArgumentError, KinematicsError, UnknownNameError
 from hexathermal.machine.hexapod import Hexapod
 from hexathermal.machine.thermal import TemperaturesLike, frozen, refreeze
-from hexathermal.poses import FloatArray, Frames, PoseLike, finite_array, pose_array, pose_from_coordinates
-from hexathermal.predict.budget import AXES, Budget, error_budget
-from hexathermal.predict.budget_inputs import Plates
+from hexathermal.poses import FloatArray, PoseLike, finite_array, pose_array, pose_from_coordinates
+from hexathermal.predict.budget import AXES, Budget, checked_sources, error_budget
+from hexathermal.predict.budget_inputs import Plates, View
 from hexathermal.predict.sources import Source
 from hexathermal.predict.temperatures import active_model, temperature_array
 
@@ -145,13 +145,10 @@ def budget_map(
     sources: Iterable[Source] | None = None,
     *,
     probability: float = 0.95,
-    plates: Plates | Iterable[Plates] | None = None,
-    correction: bool = True,
-    frame: str = "machine",
-    frames: Frames | None = None,
-    at_tool: npt.ArrayLike | None = None,
-    air_degC: npt.ArrayLike | None = None,
+    each_plates: Sequence[Plates] | None = None,
+    each_air_degC: npt.ArrayLike | None = None,
     progress: Callable[[int, int], None] | None = None,
+    **view: Unpack[View],
 ) -> BudgetMap:
     """Return budgets at many poses, at many sets of temperatures, or at pairs of both.
 
@@ -165,23 +162,17 @@ def budget_map(
         A grid (`pose_grid`), a path, or one pose for a day.
     temps : array, shape (N, n) or (n,) [degC], or mapping
         Broadcast against the poses.
-    sources, correction, frame, frames, at_tool
+    sources, and keywords of `View`
         As in `hexathermal.predict.budget.error_budget`.
-    plates, air_degC
-        One for all, or one for each place.
+    each_plates, each_air_degC
+        Plates and air of each place, in place of `plates` and `air_degC` for all.
     progress : callable, optional
         ``progress(done, total)``.
 
-    Returns
-    -------
-    BudgetMap
-
     Raises
     ------
-    ArgumentError
-        Shapes that do not fit each other.
-    HexathermalError
-        As `error_budget`, save for poses that cannot be reached.
+    ArgumentError, HexathermalError
+        Shapes that do not fit each other; as `error_budget`, save for poses that cannot be reached.
 
     Examples
     --------
@@ -192,26 +183,33 @@ def budget_map(
     True
     """
     flat, hot = _paired(hexapod, poses, temps)
-    count = len(flat)
-    warm = _each(plates, count, Plates, "plates")
-    air: list[Any] = [None] * count
-    if air_degC is not None:
-        air = np.broadcast_to(finite_array(air_degC, (), "air_degC"), (count,)).tolist()
-    chosen = None if sources is None else tuple(sources)
+    chosen = checked_sources(hexapod, sources)
+    views = _views(view, len(flat), each_plates, each_air_degC)
     budgets: list[Budget | None] = []
     refused = []
-    for k in range(count):
+    for k, own in enumerate(views):
         try:
-            budgets.append(
-                error_budget(hexapod, flat[k], hot[k], chosen, correction=correction, frame=frame, frames=frames,
-                             at_tool=at_tool, plates=warm[k], air_degC=air[k])
-            )  # fmt: skip
+            budgets.append(error_budget(hexapod, flat[k], hot[k], chosen, **own))
         except KinematicsError as error:
             budgets.append(None)
             refused.append((k, str(error)))
         if progress is not None:
-            progress(k + 1, count)
-    return _gathered(budgets, flat, hot, tuple(refused), probability, frame)
+            progress(k + 1, len(flat))
+    return _gathered(budgets, flat, hot, tuple(refused), probability, view.get("frame", "machine"))
+
+
+def _views(view: View, count: int, plates: Sequence[Plates] | None, air: npt.ArrayLike | None) -> list[View]:
+    """Return the keywords of each place."""
+    views = [view.copy() for _ in range(count)]
+    if plates is not None:
+        if len(plates) != count:
+            raise ArgumentError(f"{len(plates)} plates for {count} places; give as many")
+        for own, value in zip(views, plates, strict=True):
+            own["plates"] = value
+    if air is not None:
+        for own, value in zip(views, finite_array(air, (count,), "each_air_degC").tolist(), strict=True):
+            own["air_degC"] = value
+    return views
 
 
 def _paired(hexapod: Hexapod, poses: PoseLike, temps: TemperaturesLike) -> tuple[FloatArray, FloatArray]:
@@ -226,16 +224,6 @@ def _paired(hexapod: Hexapod, poses: PoseLike, temps: TemperaturesLike) -> tuple
             f"{len(flat)} poses and {len(hot)} sets of temperatures do not pair up; give one or as many"
         )
     return np.broadcast_to(flat, (count, 4, 4)), np.broadcast_to(hot, (count, hot.shape[1]))
-
-
-def _each(given: Any, count: int, kind: type, what: str) -> list[Any]:
-    """Return one value for each place."""
-    if given is None or isinstance(given, kind):
-        return [given] * count
-    many = list(given)
-    if len(many) != count:
-        raise ArgumentError(f"{len(many)} {what} for {count} places; give one or as many")
-    return many
 
 
 def _gathered(

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, Unpack
 
 import numpy as np
 import numpy.typing as npt
@@ -22,8 +22,8 @@ from hexathermal.poses import FloatArray, Frames, PoseLike, finite_array, pose_a
 from hexathermal.predict.budget import AXES, Budget, budget_of, checked_sources
 from hexathermal.predict.budget_gum import checked_probability
 from hexathermal.predict.budget_inputs import (
-    Plates,
     Situation,
+    View,
     axes_and_arm,
     chord_errors,
     pose_numbers,
@@ -35,7 +35,7 @@ from hexathermal.predict.sources import Source, Sources
 SEQUENCE = 10_000
 """Draws of a sequence (JCGM 101, 7.9.4: at least 1e4, and 100 / (1 - p))."""
 
-SLICE = 5_000
+SLICE = 2_000
 """Draws that are worked on together: a row of deviations has some 100 numbers."""
 
 MOST_DRAWS = 20_000_000
@@ -136,13 +136,8 @@ def monte_carlo(
     least_draws: int = 100_000,
     most_draws: int = 4_000_000,
     seed: int = 1,
-    correction: bool = True,
-    frame: str = "machine",
-    frames: Frames | None = None,
-    at_tool: npt.ArrayLike | None = None,
-    plates: Plates | None = None,
-    air_degC: float | None = None,
     progress: Callable[[int, int], None] | None = None,
+    **view: Unpack[View],
 ) -> Simulation:
     """Return the error budget by simulation, with a verdict on the linear one.
 
@@ -151,7 +146,7 @@ def monte_carlo(
 
     Parameters
     ----------
-    hexapod, pose, temps, sources, correction, frame, frames, at_tool, plates, air_degC
+    hexapod, pose, temps, sources, and keywords of `View`
         As in `hexathermal.predict.budget.error_budget`.
     probability : float
     tolerance : float or array, shape (6,), optional [m, rad]
@@ -172,12 +167,10 @@ def monte_carlo(
 
     Raises
     ------
-    ArgumentError
-        Senseless tolerance, digits or numbers of draws.
     NotConvergedError
         A draw is too far off for the branch of the pose to be certain.
-    HexathermalError
-        As `error_budget`.
+    ArgumentError, HexathermalError
+        Senseless tolerance, digits or numbers of draws; as `error_budget`.
 
     Examples
     --------
@@ -190,35 +183,47 @@ def monte_carlo(
     length = max(SEQUENCE, int(np.ceil(100.0 / (1.0 - p))))
     least, most = _draws(least_draws, most_draws, length)
     generator = np.random.default_rng(_seed(seed))
-    here = situation(
-        hexapod, pose, temps, correction=correction, frame=frame, frames=frames, at_tool=at_tool, plates=plates,
-        air_degC=air_degC,
-    )  # fmt: skip
-    chosen = checked_sources(hexapod, sources)
-    budget = budget_of(here, chosen, frame, correction)
+    here, chosen = situation(hexapod, pose, temps, **view), checked_sources(hexapod, sources)
+    budget = budget_of(here, chosen)
     delta = _tolerance(tolerance, digits, budget.uncertainty)
-    draw = Drawn(here, chosen)
+    told = progress or (lambda _done, _most: None)
+    errors, found = _until_stable(Drawn(here, chosen), generator, p, delta, (length, least, most), told)
+    return _simulation(budget, errors, found, delta, p, seed)
+
+
+def _until_stable(
+    draw: Drawn,
+    generator: np.random.Generator,
+    p: float,
+    delta: FloatArray,
+    counts: tuple[int, int, int],
+    progress: Callable[[int, int], None],
+) -> tuple[FloatArray, list[FloatArray]]:
+    """Return drawn errors and the results of each sequence; `counts`: length of one, least and most draws."""
+    length, least, most = counts
     errors: list[FloatArray] = []
     found: list[FloatArray] = []
     while True:
         errors.append(draw(length, generator))
         found.append(_summary(errors[-1], p))
         done = len(found) * length
-        if progress is not None:
-            progress(done, most)
-        scatter = _scatter(found)
-        stable = bool((scatter <= STABLE_PART * delta).all())
+        progress(done, most)
+        stable = bool((_scatter(found) <= STABLE_PART * delta).all())
         if done + length > most or (stable and done >= least):
-            break
-    everything = np.concatenate(errors)
-    mean, uncertainty, low, high = _summary(everything, p)
-    expanded = budget.expanded(p)
+            return np.concatenate(errors), found
+
+
+def _simulation(
+    budget: Budget, errors: FloatArray, found: list[FloatArray], delta: FloatArray, p: float, seed: int
+) -> Simulation:
+    """Return what all draws say, held against the linear budget."""
+    mean, uncertainty, low, high = _summary(errors, p)
+    expanded, scatter = budget.expanded(p), _scatter(found)
     differences = np.abs(np.array([budget.remaining - expanded - low, budget.remaining + expanded - high]))
-    centred = everything - mean
     return Simulation(
-        budget, len(everything), len(found), seed, p, frozen(mean), frozen(uncertainty),
-        frozen(centred.T @ centred / (len(everything) - 1)), frozen(low), frozen(high), frozen(delta),
-        frozen(scatter), stable, frozen(differences),
+        budget, len(errors), len(found), seed, p, frozen(mean), frozen(uncertainty), frozen(np.cov(errors.T)),
+        frozen(low), frozen(high), frozen(delta), frozen(scatter), bool((scatter <= STABLE_PART * delta).all()),
+        frozen(differences),
     )  # fmt: skip
 
 
@@ -230,16 +235,19 @@ class Drawn:
         self.factors = [here.factors(source)[0] for source in sources]
 
     def deviations(self, count: int, generator: np.random.Generator) -> FloatArray:
-        """Return drawn deviations (count, size + 6); the last six are the pose's own."""
-        out = np.zeros((count, self.here.size + 6))
+        """Return drawn deviations (size + 6, count), one row a number; the last six are the pose's own."""
+        out = np.zeros((self.here.size + 6, count))
         for source, factors in zip(self.sources, self.factors, strict=True):
             rows = np.flatnonzero(factors.any(axis=1))
             if rows.size:
-                z = variables(source, (count, factors.shape[1]), generator)
+                z = variables(source, (factors.shape[1], count), generator)
                 used = slice(rows[0], rows[-1] + 1)
                 own = factors[used]
-                alone = own.shape[0] == own.shape[1] and np.count_nonzero(own - np.diag(np.diag(own))) == 0
-                out[:, used] += z * np.diag(own) if alone else z @ own.T
+                if own.shape[0] == own.shape[1] and np.count_nonzero(own - np.diag(np.diag(own))) == 0:
+                    z *= np.diag(own)[:, None]
+                    out[used] += z
+                else:
+                    out[used] += own @ z
         return out
 
     def __call__(self, count: int, generator: np.random.Generator) -> FloatArray:
@@ -248,7 +256,7 @@ class Drawn:
         for first in range(0, count, SLICE):
             x = self.deviations(min(SLICE, count - first), generator)
             own = self.here.size
-            out[first : first + SLICE] = self.here.errors(np.ascontiguousarray(x[:, :own])) + x[:, own:]
+            out[first : first + SLICE] = self.here.errors(np.ascontiguousarray(x[:own].T)) + x[own:].T
         return out
 
 
@@ -290,7 +298,7 @@ def drawn_errors(
 
 
 def variables(source: Source, shape: tuple[int, int], generator: np.random.Generator) -> FloatArray:
-    """Return draws (count, r) of a source's own variables, in units of its standard uncertainty.
+    """Return draws (r, count) of a source's own variables, in units of its standard uncertainty.
 
     Bounded distributions have unit variance; t is scaled, not standardized (JCGM 101, 6.4.9.2), and correlated numbers
     share one chi-square.
@@ -303,7 +311,7 @@ def variables(source: Source, shape: tuple[int, int], generator: np.random.Gener
         return np.asarray(2.0**0.5 * np.sin(generator.uniform(-np.pi, np.pi, shape)))
     z = generator.standard_normal(shape)
     if source.distribution == "t":
-        own = (shape[0], 1) if source.joint else shape
+        own = (1, shape[1]) if source.joint else shape
         z /= np.sqrt(generator.chisquare(source.dof, own) / source.dof)
     return z
 

@@ -133,11 +133,14 @@ class Report:
     def add_day(self, progress: Progress) -> None:
         """Add budgets of one pose over many temperatures."""
         request = self.request
-        plates = request.plates
+        view = dict(request.settings)
+        if isinstance(request.plates, list):
+            view |= {"each_plates": request.plates, "each_air_degC": request.air_degC}
+        else:
+            view |= {"plates": request.plates, "air_degC": request.air_degC}
         found = budget_map(
             request.hexapod, request.pose, request.temps, request.sources, probability=request.probability,
-            plates=plates, air_degC=request.air_degC, progress=lambda done, total: progress(done, total, "day"),
-            **request.settings,
+            progress=lambda done, total: progress(done, total, "day"), **view,
         )  # fmt: skip
         coordinates = coordinates_of(found, request.convention, request.hexapod)
         time_s = np.arange(float(len(found.poses))) if request.time_s is None else request.time_s

@@ -48,7 +48,7 @@ def test_poses_out_of_reach_stay_with_their_reason(reference: ht.Hexapod) -> Non
 def test_a_day_follows_its_temperatures_and_plates(reference: ht.Hexapod) -> None:
     """At one pose, drift grows with temperature; plates may differ from row to row."""
     temps = np.linspace(20.0, 30.0, 5)[:, None] * np.ones(6)
-    day = budget_map(reference, reference.home, temps, plates=[Plates(20.0 + k, 20.0) for k in range(5)])
+    day = budget_map(reference, reference.home, temps, each_plates=[Plates(20.0 + k, 20.0) for k in range(5)])
     assert np.all(np.diff(day.size("uncorrected")) > 0.0)
     assert day.worst().index == 4
     alone = reference.error_budget(reference.home, temps[3], plates=Plates(23.0, 20.0))
@@ -84,7 +84,7 @@ def test_gradients_across_the_legs(reference: ht.Hexapod, two_plates: ht.Hexapod
         (lambda m: pose_grid(m, x_mm=(0, 1, 0)), ArgumentError, "whole number"),
         (lambda m: pose_grid(m, x_mm=(0, 1, 999), y_mm=(0, 1, 999)), ArgumentError, "more than"),
         (lambda m: budget_map(m, np.stack([m.home] * 2), [TEMPS] * 3), ArgumentError, "pair up"),
-        (lambda m: budget_map(m, np.stack([m.home] * 2), TEMPS, plates=[Plates()] * 3), ArgumentError, "3 plates"),
+        (lambda m: budget_map(m, np.stack([m.home] * 2), TEMPS, each_plates=[Plates()] * 3), ArgumentError, "3 plates"),
         (lambda m: budget_map(m, m.home, TEMPS).worst("twist"), UnknownNameError, "not known"),
         (lambda m: budget_map(m, m.home, TEMPS).size("bias"), UnknownNameError, "not known"),
         (lambda m: graded_temperatures(m, 25.0, [1.0]), ArgumentError, "shape"),

@@ -17,7 +17,7 @@ TEMPS = [25.0, 24.0, 26.0, 25.5, 23.0, 22.0]
 
 def test_four_uniform_inputs_of_jcgm_101(rng) -> None:
     """JCGM 101, 9.2.3: the sum of four uniform inputs of unit variance has u = 2 and a 95 % interval of +-3.88."""
-    y = variables(Source("x", "length", 1.0, "uniform"), (1_000_000, 4), rng).sum(axis=1, keepdims=True)
+    y = variables(Source("x", "length", 1.0, "uniform"), (4, 1_000_000), rng).sum(axis=0)[:, None]
     low, high = shortest_interval(y, 0.95)
     assert y.std() == pytest.approx(2.0, abs=0.01)
     assert low[0] == pytest.approx(-3.88, abs=0.04)
@@ -35,7 +35,7 @@ def test_shortest_interval_of_a_skew_distribution(rng) -> None:
 def test_distributions_have_the_variance_they_say(name: str, rng) -> None:
     """Every distribution is centred, and of unit variance; t of nu / (nu - 2)."""
     source = Source("x", "length", 1.0, name, dof=12.0 if name == "t" else np.inf)
-    z = variables(source, (200_000, 2), rng)
+    z = variables(source, (2, 200_000), rng).T
     assert np.abs(z.mean(axis=0)).max() < 0.01
     assert z.var(axis=0) == pytest.approx(np.full(2, 1.2 if name == "t" else 1.0), rel=0.03)
     width = {"uniform": 3, "triangular": 6, "arcsine": 2}.get(name)
@@ -81,10 +81,18 @@ def test_linear_budget_may_not_be_used_for_a_uniform_source_alone(reference: ht.
 
 
 def test_bent_kinematics_shift_the_mean(reference: ht.Hexapod) -> None:
-    """Millimetres on the legs bend the answer: the mean moves from the linear one, as second derivatives say."""
-    sources = [Source("loose", "length", 1e-3)]
-    found = monte_carlo(reference, reference.home, [20.0] * 6, sources, most_draws=200_000, least_draws=200_000)
-    assert np.abs(found.mean - found.budget.remaining)[2] > 5.0 * found.uncertainty[2] / np.sqrt(found.draws)
+    """Millimetres on the legs bend the answer: the mean moves by half the sum of second derivatives, as it must."""
+    s = 1.5e-3
+    found = monte_carlo(
+        reference, reference.home, [20.0] * 6, [Source("loose", "length", s)], most_draws=200_000, least_draws=200_000
+    )
+    here = situation(reference, reference.home, [20.0] * 6)
+    x = np.zeros((12, here.size))
+    x[:, here.blocks("length")[0]] = s * np.vstack([np.eye(6), -np.eye(6)])
+    wanted = 0.5 * (here.errors(x).sum(axis=0) - 12.0 * here.errors()[0])[2]
+    scatter = found.uncertainty[2] / np.sqrt(found.draws)
+    assert abs(wanted) > 5.0 * scatter
+    assert found.mean[2] - found.budget.remaining[2] == pytest.approx(wanted, abs=4.0 * scatter)
 
 
 def test_a_tolerance_that_is_not_met_is_not_decided(reference: ht.Hexapod) -> None:
