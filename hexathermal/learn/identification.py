@@ -99,9 +99,9 @@ def identify(
     zero : str
         What temperatures count from, ``"run"`` or ``"campaign"``.
     origin : Origin, optional
-        Campaign's title and fingerprint; runs and method are filled in.
+        Title and fingerprint; runs and method are filled in.
     material : str, optional
-        Of the fixed part, for the physical check.
+        Of the fixed part, for the check.
     positions : sequence of float or None [m]
         Of the sensors along the leg.
     degC : (float, float), optional
@@ -113,15 +113,12 @@ def identify(
     ArgumentError
         No rows, or too few; columns that depend on each other; a wanted sensor was left out for its gaps.
     UnknownNameError
-        A wanted sensor does not exist.
+        No such sensor or material.
     """
     columns = columns_for(sensors, leg)
     wanted_names = None if isinstance(wanted, str) and wanted == AUTO else _names(wanted, columns)
-    say = progress or (lambda _done, _total, _label: None)
-    grams, windows, ranked = _searched(rows, columns, sizes, say)
-    say(0, 0, "fitting the law")
-    choice = choose(ranked, grams) if wanted_names is None else given(wanted_names)
-    _not_left_out(choice, grams)
+    grams, windows, ranked = _searched(rows, columns, sizes, progress or (lambda _done, _total, _label: None))
+    choice = _choice(ranked, grams, wanted_names)
     made = windows.made()
     errors = sensor_errors(made, grams.kept_mask, zero == "run")
     fit = fit_law(made, [sensors.index(name) for name in choice.sensors], errors)
@@ -129,8 +126,8 @@ def identify(
     check = physical_check(law, material)
     notes = _notes(grams, fit, [name for k, name in enumerate(columns.sensors) if k in errors.local])
     warnings = (*_warnings(fit, ranked, choice, grams, made), *(check.warnings if check else ()))
-    profile = _profile(made, positions)
-    return Identification(law, fit, ranked, choice, grams, check, notes, (*warnings, *([profile] if profile else [])))
+    warnings += _profile(made, positions)
+    return Identification(law, fit, ranked, choice, grams, check, notes, warnings)
 
 
 def _searched(
@@ -143,17 +140,20 @@ def _searched(
     ranked = rank_sets(
         windows.passing(rows()), grams, sizes, lambda done: say(done, total, "comparing sets of sensors")
     )
+    say(0, 0, "fitting the law")
     return grams, windows, ranked
 
 
-def _not_left_out(choice: Choice, grams: Grams) -> None:
-    """Refuse sensors that were left out for their gaps."""
+def _choice(ranked: RankedSets, grams: Grams, names: tuple[str, ...] | None) -> Choice:
+    """Return the choice, or what was asked for; sensors that were left out for their gaps are refused."""
+    choice = choose(ranked, grams) if names is None else given(names)
     gone = [name for name in choice.sensors if name in grams.left_out]
     if gone:
         raise ArgumentError(
             f"sensor {gone[0]} lacks {100.0 * grams.left_out[gone[0]]:.0f} % of a run's rows, allowed "
             f"{100.0 * MOST_MISSING:g} %; choose another, or leave that run out"
         )
+    return choice
 
 
 def _names(wanted: str | Sequence[str], columns: Columns) -> tuple[str, ...]:
@@ -246,10 +246,11 @@ def _warnings(fit: LawFit, ranked: RankedSets, choice: Choice, grams: Grams, win
     return tuple(warnings)
 
 
-def _profile(windows: WindowSet, positions: Sequence[float | None]) -> str:
+def _profile(windows: WindowSet, positions: Sequence[float | None]) -> tuple[str, ...]:
     """Return the warning about the temperatures along the leg."""
     chosen = [k for k, x in enumerate(positions) if x is not None]
     if len(chosen) < 4:
-        return ""
+        return ()
     profiles = np.concatenate([run.X[:, chosen] for run in windows.runs])
-    return profile_warning(np.array([positions[k] for k in chosen], dtype=np.float64), profiles)
+    said = profile_warning(np.array([positions[k] for k in chosen], dtype=np.float64), profiles)
+    return (said,) if said else ()
