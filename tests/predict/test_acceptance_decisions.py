@@ -214,6 +214,21 @@ def test_senseless_questions_are_refused(change: dict[str, float], words: str) -
         decide(**fields)  # type: ignore[arg-type]
 
 
+@pytest.mark.parametrize("u", [1e-320, 1e-200, 1e-30, 1e-13])
+@pytest.mark.parametrize("limits", [{"upper": 1.0}, {"lower": -1.0}, {"lower": -1.0, "upper": 1.0}, {"upper": 1e300}])
+def test_tiny_uncertainties_leave_the_limits_themselves(u: float, limits: dict[str, float]) -> None:
+    """Where the guard band is lost in rounding, what lies inside passes, and what lies outside fails."""
+    assert decide(0.5, u, **limits).verdict == PASS
+    assert decide(1.5e301 if "upper" in limits else -2.0, u, **limits).verdict == FAIL
+
+
+@pytest.mark.parametrize("unit", [1e-310, 1e-150, 1e150])
+def test_extreme_units_are_decided_too(unit: float) -> None:
+    """Numbers near the ends of what a double holds are decided, never a failed search."""
+    assert decide(1.28 * unit, 0.13 * unit, upper=1.5 * unit).verdict == PASS
+    assert decide(0.0, 0.13 * unit, upper=0.0).verdict == NOT_DECIDED
+
+
 def test_unknown_rules_list_the_known_ones() -> None:
     """A misspelled rule is refused, and names are found whatever their letters' case."""
     with pytest.raises(UnknownNameError, match="ilac-g8") as caught:

@@ -224,6 +224,7 @@ def test_few_visits_and_unused_columns_are_told(tmp_path: Path) -> None:
         (TWO.replace("measured_ry_deg", "ry2"), 1, 1, "measured_ry_deg"),
         (TWO.replace("pose", "cycle").replace("A", "1"), 3, 1, "there already, on line 2"),
         (TWO.replace("pose", "u_position_um").replace("A", "0"), 2, 1, "expected above 0"),
+        (TWO.replace("0.003", "1e200"), 3, 8, "expected within"),
         (HEADER + "\n", 1, 1, "no rows"),
     ],
 )
@@ -327,7 +328,9 @@ def test_all_bad_fields_come_together(tmp_path: Path) -> None:
         (TWO, "dAP_um = {upper = 1, u = 0.1}", "at least two groups"),
         (TWO, "ETVE_x_um = {upper = 1, u = 0.1}", "add the column time_s"),
         (TWO, "d60_x_um = {within = 1, u = 0.1}", "add the column time_s"),
-        (TWO.rsplit("A", 1)[0], "AP_um = {upper = 1, u = 0.1}", "found 1 measured visit"),
+        (TWO.rsplit("A", 1)[0], "AP_um = {upper = 1, u = 0.1}", "pose A has 1 visit; expected at least 2"),
+        (grouped().replace("warm,A", "warm,B"), "dAP_um = 5", "pose A was visited in group cold only"),
+        (grouped().rsplit("1800", 1)[0], "dAP_um = 5", "pose A, group warm has 1 visit"),
         (grouped(), "d60_x_um = 5", "at least 3600"),
         (grouped(), "ETVE_x_um = {upper = 5, window_s = 9999}", "longer than the record"),
     ],

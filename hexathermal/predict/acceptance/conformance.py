@@ -16,6 +16,13 @@ FURTHEST = 8.0
 """Standard uncertainties by which the estimate of a quantity that cannot be negative may lie below 0."""
 
 
+NO_GUARD = 1e-12
+"""Standard uncertainties below this part of the limits have a guard band that is lost in rounding."""
+
+SMALLEST = 1e-300
+"""Tolerance of a search that no number is below."""
+
+
 def conformance_probability(
     value: float,
     uncertainty: float,
@@ -87,6 +94,8 @@ def acceptance_by_probability(
     low, high = -math.inf if lower is None else lower, math.inf if upper is None else upper
     if nonnegative:
         low = max(low, 0.0)
+    if u < NO_GUARD * max(abs(limit) for limit in (lower, upper) if limit is not None):
+        return (low, high), 1.0
     if math.isinf(high):
         return (_crossing(p, wanted, low - FURTHEST * u, low + FURTHEST * u, u, start), math.inf), 1.0
     if math.isinf(low) or (nonnegative and low == 0.0):
@@ -108,7 +117,8 @@ def _crossing(p: Callable[[float], float], wanted: float, out: float, inside: fl
     out = max(out, start)
     if p(out) >= wanted:
         return out
-    return float(brentq(lambda y: p(y) - wanted, out, inside, xtol=1e-13 * max(abs(out), abs(inside), u), rtol=1e-14))
+    tolerance = max(SMALLEST, 1e-13 * max(abs(out), abs(inside), u))
+    return float(brentq(lambda y: p(y) - wanted, out, inside, xtol=tolerance, rtol=1e-14))
 
 
 def zone_of(value: float, lower: float | None, upper: float | None) -> tuple[float, float]:

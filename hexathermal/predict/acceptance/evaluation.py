@@ -233,8 +233,7 @@ def _values(
     if quantity.family == ACCURACY:
         for group in dict.fromkeys(measured.groups[row] for row in rows):
             own = measured.rows(pose, group)
-            if len(own) < 2:
-                pose_accuracy(measured.measured[own], measured.commanded[own[0]])
+            _check_visits(measured, accuracies, pose, group)
             yield _Value(accuracy_values(accuracies[pose, group])[quantity.name], own, group)
     elif quantity.family == DRIFT:
         yield _drift(limit, measured, accuracies, pose)
@@ -249,13 +248,25 @@ def _values(
             yield _Value(value, rows, detail=f"warming for {found.end:g} s")
 
 
+def _check_visits(
+    measured: MeasuredPoses, accuracies: dict[tuple[str, str], PoseAccuracy], pose: str, group: str
+) -> None:
+    """Refuse a pose that was visited too few times."""
+    if (pose, group) not in accuracies:
+        count = len(measured.rows(pose, group))
+        raise ArgumentError(
+            f"{_where(pose, group)} has {count} visit{'s' * (count != 1)}; expected at least 2, ISO 9283 asks for "
+            f"{ASKED_CYCLES} (rows of one pose have the same name in column pose, or the same command)"
+        )
+
+
 def _drift(limit: Limit, measured: MeasuredPoses, accuracies: dict[tuple[str, str], PoseAccuracy], pose: str) -> _Value:
     """Return the drift of a pose over its groups."""
     groups = list(dict.fromkeys(measured.groups[row] for row in measured.rows(pose)))
     for group in groups:
-        if (pose, group) not in accuracies:
-            own = measured.rows(pose, group)
-            pose_accuracy(measured.measured[own], measured.commanded[own[0]])
+        _check_visits(measured, accuracies, pose, group)
+    if len(groups) < 2:
+        raise ArgumentError(f"pose {pose} was visited in group {groups[0]} only; drift needs a later group")
     drift = pose_drift([accuracies[pose, group] for group in groups])
     worst = drift.worst.get(limit.quantity.name)
     detail = "" if worst is None else f"largest in group {groups[worst]}, counted from group {groups[0]}"

@@ -18,6 +18,9 @@ MEASURED_COLUMNS = tuple(f"measured_{name}" for name in POSE_COLUMNS)
 LABELS = ("pose", "group", "cycle")
 UNCERTAINTIES = ("u_position_um", "u_rotation_urad")
 
+LARGEST = 1e9
+"""Size of any number of the table, in its own unit."""
+
 MOST_PROBLEMS = 20
 """Of the rows are listed; a file that is wrong throughout would fill the screen."""
 
@@ -106,7 +109,7 @@ def read_measured_poses(path: str | Path, convention: str = "fixed-xyz", frames:
     poses = labels.get("pose") or _named(commands)
     groups = labels.get("group") or [""] * len(poses)
     problems = [*_contradictions(stream, poses, commands), *_doubles(stream, poses, groups, labels.get("cycle"))]
-    problems += _not_positive(stream, column)
+    problems += [*_not_positive(stream, column), *_too_large(stream, column)]
     if problems:
         raise _all_of(stream, problems)
     commanded, measured = (pose_from_coordinates(six, convention) for six in (commands, answers))
@@ -207,6 +210,13 @@ def _not_positive(stream: TableStream, column: dict[str, FloatArray]) -> Iterato
         for row in np.flatnonzero(column.get(name, np.ones(1)) <= 0.0):
             found = float(column[name][row])
             yield _at(stream, int(row), name, f"{name} is {found!r}, expected above 0: no measurement is exact")
+
+
+def _too_large(stream: TableStream, column: dict[str, FloatArray]) -> Iterator[Problem]:
+    """Return rows with a coordinate that no machine has."""
+    for name, values in column.items():
+        for row in np.flatnonzero(np.abs(values) > LARGEST):
+            yield _at(stream, int(row), name, f"{name} is {float(values[row])!r}, expected within +-{LARGEST:g}")
 
 
 def _at(stream: TableStream, row: int, name: str, message: str) -> Problem:
