@@ -169,6 +169,16 @@ def _with_positions(campaign: Campaign, data: Any) -> Any:
     return data.assign_coords(position=("thermocouple", position, {"long_name": words, "units": "m"}))
 
 
+def refuse_netcdf(out: Path, overwrite: bool) -> None:
+    """Refuse a NetCDF file that must not or cannot be written, before any work is done."""
+    if out.suffix != ".nc":
+        raise ArgumentError(f"cannot write {out}: the name of a NetCDF file ends in .nc")
+    if out.exists() and not overwrite:
+        raise ArgumentError(f"{out} exists already; give another name, or ask for it to be overwritten (--force)")
+    if not out.parent.is_dir():
+        raise ArgumentError(f"cannot write {out}: there is no folder {out.parent}; create it first")
+
+
 def save_campaign_netcdf(
     campaign: Campaign, path: str | Path, *, overwrite: bool = False, progress: Progress | None = None
 ) -> Path:
@@ -196,12 +206,7 @@ def save_campaign_netcdf(
     from hexathermal.predict.table_writing import written_whole
 
     out = Path(path)
-    if out.suffix != ".nc":
-        raise ArgumentError(f"cannot write {out}: the name of a NetCDF file ends in .nc")
-    if out.exists() and not overwrite:
-        raise ArgumentError(f"{out} exists already; give another name, or ask for it to be overwritten")
-    if not out.parent.is_dir():
-        raise ArgumentError(f"cannot write {out}: there is no folder {out.parent}; create it first")
+    refuse_netcdf(out, overwrite)
     count = len(campaign.runs)
     with written_whole(out) as part:
         top = xr.Dataset(attrs={"Conventions": CONVENTIONS, "title": campaign.title or "campaign without a title",

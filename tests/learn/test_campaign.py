@@ -1,4 +1,4 @@
-"""Campaigns read from their files: what is right is read exactly, what is wrong is listed, all of it, with its place."""
+"""Campaigns read from their files: what is right is read exactly, what is wrong is listed, all of it, with places."""
 
 from __future__ import annotations
 
@@ -287,7 +287,7 @@ def test_the_fingerprint_is_that_of_the_contents(tmp_path: Path) -> None:
 
 
 def test_a_campaign_of_a_whole_machine_is_read(tmp_path: Path) -> None:
-    """Kind hexapod: thermometers are found in the header, poses and strokes come in SI units; the machine must exist."""
+    """Kind hexapod: thermometers are found in the header, poses and strokes are in SI units; the machine must exist."""
     pose = [
         f"{axis}_{unit}" for axis, unit in zip(("x", "y", "z", "rx", "ry", "rz"), ["mm"] * 3 + ["deg"] * 3, strict=True)
     ]

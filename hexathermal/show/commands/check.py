@@ -54,9 +54,11 @@ def add(commands: Any) -> None:
 
 def run(arguments: argparse.Namespace, progress: Progress) -> Answer:
     """Check a campaign."""
-    from hexathermal.learn.campaign_dataset import save_campaign_netcdf
+    from hexathermal.learn.campaign_dataset import refuse_netcdf, save_campaign_netcdf
     from hexathermal.learn.campaign_files import load_campaign
 
+    if arguments.netcdf is not None:
+        refuse_netcdf(arguments.netcdf, arguments.force)
     campaign = load_campaign(arguments.campaign, progress=progress)
     if campaign.kind == "hexapod":
         if arguments.plots is not None:
