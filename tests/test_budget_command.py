@@ -20,11 +20,11 @@ WARM = [*HOME, "--temps", "25"]
 def test_json_is_the_budget_of_the_library(capsys: Said, reference: ht.Hexapod) -> None:
     """--json - prints the library's budget and nothing else; commas and blanks part numbers alike."""
     words = ["budget", "--machine", "reference", "--pose", "5", "-10", "12", "0", "1.5", "0", "--temps",
-             "25,24,26,25.5,23,22", "--at-tool", "0,0,120", "--frame", "object", "--json", "-"]  # fmt: skip
+             "25,24,26,25.5,23,22", "--at-tool", "-5,0,120", "--frame", "object", "--json", "-"]  # fmt: skip
     assert cli.main(words) == 0
     said = json.loads(capsys.readouterr().out)["budget"]
     pose = ht.pose_from_coordinates([5, -10, 12, 0, 1.5, 0], hexapod=reference)
-    own = reference.error_budget(pose, [25, 24, 26, 25.5, 23, 22], at_tool=[0, 0, 0.12], frame="object")
+    own = reference.error_budget(pose, [25, 24, 26, 25.5, 23, 22], at_tool=[-0.005, 0, 0.12], frame="object")
     assert np.allclose(said["covariance"], own.covariance * 1e12, rtol=1e-12)
     assert np.allclose(said["bias_remaining"], own.remaining * 1e6, rtol=1e-9, atol=1e-12)
     assert [item["label"] for item in said["contributions"]] == [item.label for item in own.contributions]

@@ -145,6 +145,12 @@ def length_rates(both, told, dT, lag, plates, R, units, steps, out):
 
 
 @formula
+def nine(f, k):
+    """Return nine numbers of an array."""
+    return (f[k], f[k + 1], f[k + 2], f[k + 3], f[k + 4], f[k + 5], f[k + 6], f[k + 7], f[k + 8])
+
+
+@formula
 def thirty_six(f, k):
     """Return 36 numbers of an array."""
     return (
@@ -228,7 +234,7 @@ def largest(s):
 @formula
 def joints_into_block(f, joints, k, s, j):
     """Copy the joints of one machine, seen from the centroids and in base axes."""
-    R = (f[85], f[86], f[87], f[88], f[89], f[90], f[91], f[92], f[93])
+    R = nine(f, D_ROTATION)
     for i in range(0, 18, 3):
         v = (joints[k, i] - f[D_CENTRE], joints[k, i + 1] - f[D_CENTRE + 1], joints[k, i + 2] - f[D_CENTRE + 2])
         w = rotate(R, v)
@@ -241,7 +247,7 @@ def joints_into_block(f, joints, k, s, j):
 def errors_of_block(f, s):
     """Turn a block's motions into errors: shift of the point and rotation vector, in the axes asked for."""
     arm = triple(f, D_ARM)
-    F = (f[75], f[76], f[77], f[78], f[79], f[80], f[81], f[82], f[83])
+    F = nine(f, D_AXES)
     for j in range(BLOCK):
         v = (s[3 * BLOCK + j], s[4 * BLOCK + j], s[5 * BLOCK + j])
         w = 2.0 * s[6 * BLOCK + j]

@@ -289,7 +289,8 @@ def budget_of(here: Situation, sources: Sources) -> Budget:
     drift = here.errors(told=nominal)[0] if here.correction else remaining
     return Budget(
         here.hexapod.name, here.frame, frozen(here.arm), frozen(here.pose), frozen(here.temps), here.correction,
-        frozen(drift), frozen(remaining), frozen(covariance), ordered, frozen(effective_dof(parts, 6)), joint_dof(parts, 6),
+        frozen(drift), frozen(remaining), frozen(covariance), ordered,
+        frozen(effective_dof(parts, 6)), joint_dof(parts, 6),
     )  # fmt: skip
 
 

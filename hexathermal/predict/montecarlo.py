@@ -157,13 +157,8 @@ def monte_carlo(
     least_draws, most_draws : int
         Where the tolerance is not met after `most_draws`, `Simulation.stable` is False and the verdict says so.
     seed : int
-        The same seed gives the same draws.
     progress : callable, optional
         ``progress(done, most)``.
-
-    Returns
-    -------
-    Simulation
 
     Raises
     ------
@@ -176,7 +171,8 @@ def monte_carlo(
     --------
     >>> import hexathermal as ht
     >>> hexapod = ht.load_hexapod("reference")
-    >>> monte_carlo(hexapod, hexapod.home, [25.0] * 6).linear_may_be_used
+    >>> few = [Source("residual", "length", 0.35e-6)]
+    >>> monte_carlo(hexapod, hexapod.home, [25.0] * 6, few).linear_may_be_used
     True
     """
     p = checked_probability(probability)

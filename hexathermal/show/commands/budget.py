@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import re
 from pathlib import Path
 from typing import Any
 
@@ -18,8 +19,7 @@ remain, as a 6-D covariance of one point (the tool) in one frame, with every sou
 """
 
 EPILOG = f"""\
-numbers may be parted by blanks or commas: --pose 5 0 12 0 1.5 0, --at-tool 0,0,120 (--at-tool=-5,0,120 where the first
-one is negative and commas part them).
+numbers may be parted by blanks or commas: --pose 5 0 12 0 1.5 0, --at-tool 0,0,120.
 
 --temps    one temperature for all thermometers, or one for each in the order of 'hexathermal show-machine', degC;
            or a CSV or Parquet file with a column NAME_degC for each: one row, or a day (time_s is optional)
@@ -47,6 +47,8 @@ def add(commands: Any) -> None:
     """Declare the command."""
     budget = commands.add_parser("budget", help="how far off a warm machine is, and why", description=BUDGET,
                                  epilog=EPILOG, **STYLE)  # fmt: skip
+    # so that argparse takes -5,0,120 for numbers, not for an option
+    budget._negative_number_matcher = re.compile(r"-[\d.][\d.,eE+-]*$")
     budget.add_argument("--machine", required=True, **MACHINE)
     budget.add_argument("--pose", required=True, nargs="+", metavar="V", help="x y z rx ry rz from home, mm and deg")
     heat = budget.add_mutually_exclusive_group(required=True)
