@@ -61,7 +61,7 @@ def error_code(argv: list[str], code: int) -> int:
     return code if code in (0, 130) else int(getattr(module, "ERROR_CODE", code))
 
 
-ORDER = ("demo", "simulate", "check", "identify", "validate", "apply")
+ORDER = ("demo", "simulate", "check", "identify", "validate", "apply", "budget", "accept")
 """Commands in the order of the work; others follow by name."""
 
 
