@@ -27,12 +27,6 @@ LEAST_RELIABILITY = 0.6
 DOUBT_OF_CORRECTION = 0.2
 """Standard uncertainty of that correction, as a part of it: the slow bias is an upper estimate."""
 
-GENERALISED, ORDINARY = "generalised least squares", "ordinary least squares"
-"""Ways of weighting windows: by the inverse of their covariance, or by their rows."""
-
-WORSE = 1.0
-"""Mean square error on runs left out that generalised least squares may have, over that of ordinary."""
-
 HUBER = 1.345
 """Residuals beyond so many standard deviations count less; 95 % efficient where they are normal (Huber 1981)."""
 
@@ -58,8 +52,9 @@ class LawFit:
         Part of the columns' weakest direction that is temperature, not error; 1 is perfect.
     corrected : bool
         Whether the correction was made.
-    method : str
-        `GENERALISED`, or `ORDINARY` where that predicts runs left out better.
+    generalised : array, shape (p,)
+        Generalised least squares, which weighs fast changes most. Where the law holds, it agrees within uncertainty;
+        where a sensor lags or heat hides, it errs more than ordinary least squares, which is therefore the law.
     noise : ResidualNoise
     errors : SensorErrors
     factor : float
@@ -79,7 +74,7 @@ class LawFit:
     by_run: FloatArray
     reliability: float
     corrected: bool
-    method: str
+    generalised: FloatArray
     noise: ResidualNoise
     errors: SensorErrors
     factor: float
@@ -112,19 +107,15 @@ def fit_law(windows: WindowSet, sensors: Sequence[int], errors: SensorErrors) ->
     weights = np.sqrt(np.concatenate([run.rows for run in runs]))
     plain = np.linalg.lstsq(stacked * weights[:, None], y * weights, rcond=None)[0]
     noise, V = _noise(windows, X, own, plain)
-    candidates = {
-        GENERALISED: _estimate(windows, X, V, [_inverse(v) for v in V], own),
-        ORDINARY: _estimate(windows, X, V, [np.diag(run.rows) for run in runs], own),
-    }
-    method = _better(candidates, runs)
-    found = candidates[method]
+    found = _estimate(windows, X, V, [np.diag(run.rows) for run in runs], own)
+    generalised = _estimate(windows, X, V, [_inverse(v) for v in V], own).b
     b, covariance, by_run = found.b, found.covariance, found.by_run
     covariance = _balanced(covariance, by_run, len(runs))
     robust = _robust(X, runs, V, b)
     M = columns.law_matrix(len(b))
     return LawFit(
         tuple(sensors), M @ b, M @ covariance @ M.T, M @ found.uncorrected, M @ plain, M @ robust, M @ by_run @ M.T,
-        found.reliability, found.corrected, method, noise, own, prediction_factor(found.z), found.left_out, found.z,
+        found.reliability, found.corrected, M @ generalised, noise, own, prediction_factor(found.z), found.left_out, found.z,
     )  # fmt: skip
 
 
@@ -179,22 +170,6 @@ def _estimate(
         b, uncorrected, _covariance(parts, corrected, b - uncorrected), _by_run(parts, corrected, b),
         reliability, corrected, left_out, z,
     )  # fmt: skip
-
-
-def _better(candidates: dict[str, _Estimate], runs: Sequence[Windows]) -> str:
-    """Return the way of weighting: generalised least squares, unless it predicts runs left out clearly worse.
-
-    Where the law misses part of the physics, generalised least squares fits what is left of fast changes, and the law
-    as a predictor suffers: plain least squares is then the better law, and its covariance still that of the noise.
-    """
-    if len(runs) < 2:
-        return GENERALISED
-
-    def square(name: str) -> float:
-        pairs = zip(candidates[name].left_out, runs, strict=True)
-        return sum(float(run.rows @ e**2) for e, run in pairs)
-
-    return GENERALISED if square(GENERALISED) <= WORSE * square(ORDINARY) else ORDINARY
 
 
 def _enough(X: Sequence[FloatArray], windows: WindowSet) -> None:

@@ -14,7 +14,7 @@ import numpy as np
 from hexathermal.errors import ArgumentError, UnknownNameError
 from hexathermal.learn.campaign import LegDimensions
 from hexathermal.learn.choice import Choice, choose, given
-from hexathermal.learn.fitting import LEAST_RELIABILITY, ORDINARY, LawFit, fit_law
+from hexathermal.learn.fitting import LEAST_RELIABILITY, LawFit, fit_law
 from hexathermal.learn.gram import MOST_MISSING, Columns, Grams, Rows, columns_for, gather
 from hexathermal.learn.law import IdentifiedLaw, Origin, Validity
 from hexathermal.learn.materials import PhysicalCheck, physical_check, profile_warning
@@ -29,8 +29,11 @@ Passing = Callable[[int, int, str], None]
 COLLINEAR_CONDITION, COLLINEAR_VIF = 30.0, 30.0
 """Above, the coefficients of a pair are large, opposite and badly known, though their sum may be well known."""
 
+LARGEST_DISAGREEMENT = 3.0
+"""Standard uncertainties by which generalised and ordinary least squares may differ unmentioned."""
+
 METHOD = (
-    "{} of windows; noise of rows, landings, a slow process and run offsets by restricted "
+    "least squares of windows; covariance from noise of rows, landings, a slow process and run offsets by restricted "
     "likelihood; corrected for errors of the thermometers"
 )
 
@@ -186,7 +189,7 @@ def _law(
         "component" if leg is None else "leg", choice.sensors, fit.coefficients, fit.covariance,
         None if leg is None else leg.retracted_length, None if leg is None else leg.stroke, zero,
         Validity(dT, q, degC), fit.noise, fit.errors, fit.factor,
-        Origin(origin.title, origin.fingerprint, runs, origin.method or METHOD.format(fit.method)),
+        Origin(origin.title, origin.fingerprint, runs, origin.method or METHOD),
     )  # fmt: skip
 
 
@@ -211,10 +214,11 @@ def _notes(grams: Grams, fit: LawFit, local: Sequence[str]) -> tuple[str, ...]:
             f"not corrected for errors of the thermometers: reliability {fit.reliability:.2f} is below "
             f"{LEAST_RELIABILITY:g}; the doubt is in the covariance"
         )
-    if fit.method == ORDINARY:
+    apart = np.abs(fit.generalised - fit.coefficients) / np.sqrt(np.diagonal(fit.covariance))
+    if apart.max() > LARGEST_DISAGREEMENT:
         notes.append(
-            "weights: ordinary least squares, since generalised predicts runs left out worse: the law misses part of "
-            "what happens on this part"
+            f"fast and slow changes tell laws that differ by {apart.max():.1f} standard uncertainties: the law misses part "
+            "of what happens (lag, hidden heat, another sensor); its uncertainty holds for runs like these"
         )
     return tuple(notes)
 

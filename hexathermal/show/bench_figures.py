@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from hexathermal.show.figures import _STYLE, BLACK, BLUE, GREY, PURPLE, VERMILION
+from hexathermal.show.figures import BLACK, BLUE, GREY, PURPLE, STYLE, VERMILION
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -32,7 +32,7 @@ def run_figure(bench: Bench, run: BenchRun) -> Figure:
     import matplotlib as mpl
     from matplotlib.figure import Figure
 
-    with mpl.rc_context(_STYLE):
+    with mpl.rc_context(STYLE):
         figure = Figure(figsize=(7.2, 7.2), layout="constrained")
         motion, heat, drift = figure.subplots(3, 1, sharex=True, height_ratios=[0.8, 1.25, 1.0])
         hours = run.time / 3600.0

@@ -9,7 +9,7 @@ import numpy as np
 from hexathermal.poses import FloatArray
 from hexathermal.predict.budget import AXES, Budget
 from hexathermal.predict.budget_maps import BudgetMap
-from hexathermal.show.figures import _STYLE, BLACK, BLUE, GREEN, GREY, PURPLE, VERMILION
+from hexathermal.show.figures import BLACK, BLUE, GREEN, GREY, PURPLE, STYLE, VERMILION
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -31,7 +31,7 @@ def contributions_figure(budget: Budget, probability: float = 0.95) -> Figure:
     import matplotlib as mpl
     from matplotlib.figure import Figure
 
-    with mpl.rc_context(_STYLE):
+    with mpl.rc_context(STYLE):
         figure = Figure(figsize=(8.4, 4.4), layout="constrained")
         panels = figure.subplots(1, 2)
         names = [item.label for item in budget.contributions[:SHOWN]]
@@ -73,7 +73,7 @@ def map_figure(found: BudgetMap, values: list[tuple[str, FloatArray]]) -> Figure
     import matplotlib as mpl
     from matplotlib.figure import Figure
 
-    with mpl.rc_context(_STYLE):
+    with mpl.rc_context(STYLE):
         if len(values) == 1:
             figure = Figure(figsize=(7.2, 5.4), layout="constrained")
             name, along = values[0]
@@ -111,7 +111,7 @@ def day_figure(found: BudgetMap, time_s: FloatArray) -> Figure:
     import matplotlib as mpl
     from matplotlib.figure import Figure
 
-    with mpl.rc_context(_STYLE):
+    with mpl.rc_context(STYLE):
         figure = Figure(figsize=(7.2, 7.0), layout="constrained")
         _curves(figure, found, np.asarray(time_s) / 3600.0, "time (h)", temps=True)
     return figure

@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from hexathermal.learn.check import CampaignCheck, RunCheck
-from hexathermal.show.figures import _STYLE as STYLE
 from hexathermal.show.figures import BLACK, BLUE, GREY, PURPLE, VERMILION
+from hexathermal.show.figures import STYLE as STYLE
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

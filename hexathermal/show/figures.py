@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 VERMILION, BLUE, GREEN, PURPLE, BLACK, GREY = "#D55E00", "#0072B2", "#009E73", "#A6427E", "#1A1A1A", "#6E6E6E"
 FORMATS = (".png", ".svg", ".pdf")
 
-_STYLE: Any = {
+STYLE: Any = {
     "font.size": 9.0,
     "axes.titlesize": 9.5,
     "axes.titlelocation": "left",
@@ -38,6 +38,7 @@ _STYLE: Any = {
     "legend.frameon": False,
     "svg.fonttype": "none",
 }
+"""The look of every figure."""
 
 
 def day_figure(result: Demonstration) -> Figure:
@@ -55,7 +56,7 @@ def day_figure(result: Demonstration) -> Figure:
     import matplotlib as mpl
     from matplotlib.figure import Figure
 
-    with mpl.rc_context(_STYLE):
+    with mpl.rc_context(STYLE):
         figure = Figure(figsize=(7.2, 7.4), layout="constrained")
         heat, shift, turn = figure.subplots(3, 1, sharex=True, height_ratios=[1.25, 1.0, 1.0])
         hours = result.truth.time / HOUR_S

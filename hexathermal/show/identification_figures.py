@@ -10,8 +10,8 @@ import numpy as np
 
 from hexathermal.learn.selection import RankedSets
 from hexathermal.learn.validation import RunCurves, Validation
-from hexathermal.show.figures import _STYLE as STYLE
 from hexathermal.show.figures import BLACK, BLUE, GREEN, GREY, save_figure
+from hexathermal.show.figures import STYLE as STYLE
 from hexathermal.show.identification_tables import matrix_of
 
 if TYPE_CHECKING:
