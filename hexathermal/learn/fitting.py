@@ -115,7 +115,8 @@ def fit_law(windows: WindowSet, sensors: Sequence[int], errors: SensorErrors) ->
     M = columns.law_matrix(len(b))
     return LawFit(
         tuple(sensors), M @ b, M @ covariance @ M.T, M @ found.uncorrected, M @ plain, M @ robust, M @ by_run @ M.T,
-        found.reliability, found.corrected, M @ generalised, noise, own, prediction_factor(found.z), found.left_out, found.z,
+        found.reliability, found.corrected, M @ generalised, noise, own, prediction_factor(found.z),
+        found.left_out, found.z,
     )  # fmt: skip
 
 

@@ -217,8 +217,8 @@ def _notes(grams: Grams, fit: LawFit, local: Sequence[str]) -> tuple[str, ...]:
     apart = np.abs(fit.generalised - fit.coefficients) / np.sqrt(np.diagonal(fit.covariance))
     if apart.max() > LARGEST_DISAGREEMENT:
         notes.append(
-            f"fast and slow changes tell laws that differ by {apart.max():.1f} standard uncertainties: the law misses part "
-            "of what happens (lag, hidden heat, another sensor); its uncertainty holds for runs like these"
+            f"fast and slow changes tell laws that differ by {apart.max():.1f} standard uncertainties: the law misses "
+            "part of what happens (lag, hidden heat, another sensor); its uncertainty holds for runs like these"
         )
     return tuple(notes)
 

@@ -143,7 +143,8 @@ def identification_facts(found: Identification) -> dict[str, Any]:
         "coefficients": [
             {"name": name, "value": value, "standard_uncertainty": u,
              "interval_95": [value - 1.96 * u, value + 1.96 * u], "unit": unit,
-             "generalised": fit.generalised[k] * 1e6, "uncorrected": fit.uncorrected[k] * 1e6, "least_squares": fit.least_squares[k] * 1e6,
+             "generalised": fit.generalised[k] * 1e6,
+             "uncorrected": fit.uncorrected[k] * 1e6, "least_squares": fit.least_squares[k] * 1e6,
              "robust": fit.robust[k] * 1e6, "uncertainty_by_run": plain(np.sqrt(fit.by_run[k, k]) * 1e6)}
             for k, (name, value, u, unit) in enumerate(coefficient_rows(law))
         ],
