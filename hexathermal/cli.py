@@ -1,4 +1,4 @@
-"""The command line: ``hexathermal demo | correct | machines | show-machine | warm-up``. The only file that prints.
+"""The command line: reads the arguments, runs a command, prints its answer. The only file that prints.
 
 Results go to stdout, progress and errors to stderr. What each command accepts stands in `hexathermal.show.usage`.
 """

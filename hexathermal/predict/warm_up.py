@@ -12,6 +12,7 @@ from hexathermal.kinematics.jacobian import condition_number
 from hexathermal.machine.hexapod import Hexapod
 from hexathermal.machine.library import load_hexapod
 from hexathermal.machine.thermal import PlateLaw, ThermalModel
+from hexathermal.predict.montecarlo import drawn_errors
 
 Step = tuple[str, Callable[[], Any]]
 
@@ -47,4 +48,6 @@ def steps() -> Iterator[Step]:
     yield "poses from lengths, with notes", lambda: hexapod.solve_forward(np.repeat(lengths[None], 70, axis=0), many)
     yield "corrected poses", lambda: hexapod.corrected_pose(many, warm)
     yield "where a warm platform stands", lambda: plates.predicted_pose(lengths, hot)
+    yield "error budget", lambda: plates.error_budget(one, hot)
+    yield "draws around a pose", lambda: drawn_errors(hexapod, one, np.repeat(lengths[None], 70, axis=0))
     yield "all postures", lambda: hexapod.assembly_modes(lengths)

@@ -18,7 +18,8 @@ def _others(convention: str) -> str:
 
 TOP = """\
 A Gough-Stewart hexapod drifts when its legs warm up. hexathermal tells which leg lengths to command so that the
-platform stands where it should: pose and temperatures in, corrected leg lengths out.
+platform stands where it should: pose and temperatures in, corrected leg lengths out. It learns the law of a leg from
+measurements, tells what is left, and decides whether a machine passes.
 """
 
 TOP_EPILOG = f"""\
@@ -27,6 +28,9 @@ first steps:
   hexathermal machines                   the machines that come with the package
   hexathermal show-machine reference     all that is known of one machine
   hexathermal correct --help             correct your own trajectories
+  hexathermal simulate bench --help      a virtual test bench; then check, identify, validate, apply
+  hexathermal budget --help              how far off a warm machine is, why, and what correction leaves
+  hexathermal accept --help              does a measured machine meet its specification?
   hexathermal warm-up                    compile everything now ({COMPILE_TIME}), so that later calls are quick
 
 {EXIT_CODES}"""
