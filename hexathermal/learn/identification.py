@@ -118,13 +118,16 @@ def identify(
     UnknownNameError
         No such sensor or material.
     """
+    from threadpoolctl import threadpool_limits
+
     columns = columns_for(sensors, leg)
     wanted_names = None if isinstance(wanted, str) and wanted == AUTO else _names(wanted, columns)
     grams, windows, ranked = _searched(rows, columns, sizes, progress or (lambda _done, _total, _label: None))
     choice = _choice(ranked, grams, wanted_names)
     made = windows.made()
     errors = sensor_errors(made, grams.kept_mask, zero == "run")
-    fit = fit_law(made, [sensors.index(name) for name in choice.sensors], errors)
+    with threadpool_limits(limits=1):  # many small matrices: more threads wait for each other
+        fit = fit_law(made, [sensors.index(name) for name in choice.sensors], errors)
     law = _law(made, fit, choice, leg, zero, origin or Origin(), degC)
     check = physical_check(law, material)
     notes = _notes(grams, fit, [name for k, name in enumerate(columns.sensors) if k in errors.local])

@@ -84,3 +84,18 @@ def test_wrong_input_is_one_message(campaign: Path, tmp_path: Path, capsys: pyte
         err = capsys.readouterr().err
         assert said in err, (arguments, err)
         assert "Traceback" not in err
+
+
+def test_legs_that_are_alike_get_one_law(campaign: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """--common writes a law fitted to the runs of all legs where one serves all: twice the runs, less uncertainty."""
+    own, common = tmp_path / "own.json", tmp_path / "common.json"
+    assert main(["identify", str(campaign), "--sensors", "T07", "--json", str(own)]) == 0
+    law = tmp_path / "leg.toml"
+    words = ["--sensors", "T07", "--common", str(campaign), "--out", str(law), "--json", str(common)]
+    assert main(["identify", str(campaign), *words]) == 0
+    one, two = (json.loads(file.read_text(encoding="utf-8")) for file in (own, common))
+    assert two["common_law_written"]
+    assert len(two["runs"]) == 2 * len(one["runs"])
+    for alone, shared in zip(one["coefficients"], two["coefficients"], strict=True):
+        assert shared["standard_uncertainty"] < alone["standard_uncertainty"]
+    assert "one law serves all legs" in capsys.readouterr().out

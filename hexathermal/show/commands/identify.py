@@ -5,6 +5,7 @@ from __future__ import annotations
 import argparse
 import json
 from collections.abc import Iterator
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -27,7 +28,8 @@ its uncertainty and its range. Runs for validation are not touched.
 
 EPILOG = f"""\
 --sensors auto takes one sensor, unless the best pair is better on runs left out by more than its uncertainty.
---common asks whether other legs can share the law: one law for all against one each, on runs left out.
+--common asks whether other legs can share the law: one law for all against one each, on runs left out. If it serves
+all, the law that is written is fitted to the runs of all legs; else it is that of the first campaign.
 
 files of --report DIR:
   sets.csv                      every set of sensors: RMSE, largest and mean residual, reductions, fitted and left out
@@ -74,9 +76,11 @@ def run(arguments: argparse.Namespace, progress: Progress) -> Answer:
     campaign = load_campaign(arguments.campaign, needed=("identification",), progress=progress)
     found = identified(campaign, arguments, progress)
     facts = identification_facts(found)
-    shared = _common(campaign, found, arguments, progress) if arguments.common else ""
-    if shared:
-        facts["common"] = shared
+    shared = ""
+    if arguments.common:
+        shared, pooled = _common(campaign, found, arguments, progress)
+        found = pooled or found
+        facts = identification_facts(found) | {"common": shared, "common_law_written": pooled is not None}
     written = [] if arguments.out is None else [write_leg_law(found.law, arguments.out)]
     if arguments.report is not None:
         progress(0, 0, "drawing")
@@ -125,25 +129,62 @@ def identified(campaign: Campaign, arguments: argparse.Namespace, progress: Prog
     )  # fmt: skip
 
 
-def _common(campaign: Campaign, found: Identification, arguments: argparse.Namespace, progress: Progress) -> str:
-    """Return whether several legs can share a law."""
+def _common(
+    campaign: Campaign, found: Identification, arguments: argparse.Namespace, progress: Progress
+) -> tuple[str, Identification | None]:
+    """Return in words whether several legs can share a law, and that law where they can."""
     from hexathermal.learn.campaign_files import load_campaign
     from hexathermal.learn.common import fit_common
     from hexathermal.learn.gram import columns_for, gather
 
-    legs = {f"1 ({campaign.title or campaign.folder.name})": found.grams}
-    for k, place in enumerate(arguments.common):
+    campaigns = [campaign]
+    for place in arguments.common:
         other = load_campaign(place, needed=("identification",), progress=progress)
-        if (other.leg is None) != (campaign.leg is None):
-            raise ArgumentError(f"{place} is of kind {other.kind!r}, the first campaign of kind {campaign.kind!r}")
-        columns = columns_for(other.sensors, other.leg)
-        legs[f"{k + 2} ({other.title or other.folder.name})"] = gather(blocks_of(other, "identification"), columns)
+        if other.leg != campaign.leg:
+            raise ArgumentError(
+                f"{place} is of another kind, retracted length or stroke than {campaign.folder}: no common law"
+            )
+        campaigns.append(other)
+    names = [f"{k + 1} ({one.title or one.folder.name})" for k, one in enumerate(campaigns)]
+    legs = {names[0]: found.grams}
+    for name, other in zip(names[1:], campaigns[1:], strict=True):
+        legs[name] = gather(blocks_of(other, "identification"), columns_for(other.sensors, other.leg))
     result = fit_common(legs, found.law.sensors)
     lines = [f"One law for {len(legs)} legs: {result.reason}."]
     lines += [f"  {name}: RMSE left out {common * 1e6:.3f} um with the common law, {own * 1e6:.3f} um with its own"
               for name, (common, own) in result.by_leg.items()]  # fmt: skip
-    lines.append("  common coefficients (least squares): " + ", ".join(f"{value * 1e6:.4f}" for value in result.common))
-    return "\n".join(lines)
+    if not result.use_common:
+        lines.append(f"  the law above is that of leg {names[0]}; identify the other legs one by one")
+        return "\n".join(lines), None
+    lines.append("  the law above is fitted to the runs of all legs")
+    return "\n".join(lines), _pooled(campaigns, names, found.law.sensors, arguments, progress)
+
+
+def _pooled(
+    campaigns: list[Campaign], names: list[str], sensors: tuple[str, ...], arguments: argparse.Namespace,
+    progress: Progress,
+) -> Identification:  # fmt: skip
+    """Return the law of given sensors, fitted to the runs of several legs."""
+    import hashlib
+
+    from hexathermal.learn.campaign_dataset import fingerprint
+    from hexathermal.learn.identification import identify
+    from hexathermal.learn.law import Origin
+
+    shared = [name for name in campaigns[0].sensors if all(name in one.sensors for one in campaigns)]
+
+    def rows() -> Iterator[Block]:
+        for name, one in zip(names, campaigns, strict=True):
+            columns = [one.sensors.index(sensor) for sensor in shared]
+            for block in blocks_of(one, "identification"):
+                run = replace(block.run, name=f"{name}/{block.run.name}")
+                yield replace(block, run=run, dT=block.dT[:, columns])
+
+    together = hashlib.sha256("".join(map(fingerprint, campaigns)).encode()).hexdigest()
+    title = ", ".join(one.title or one.folder.name for one in campaigns)
+    origin = Origin(title, together)
+    return identify(rows, shared, campaigns[0].leg, wanted=sensors, zero=campaigns[0].zero, origin=origin,
+                    material=arguments.material, progress=progress)  # fmt: skip
 
 
 def _summary(campaign: Campaign, found: Identification) -> str:
