@@ -16,6 +16,7 @@ from benchmarks.contenders import entered
 from benchmarks.draws import draw_bar, draw_times
 from benchmarks.fresh_processes import MEMORY_METHODS, import_times, memory
 from benchmarks.measuring import measured
+from benchmarks.sensor_search import measured_search, search_bars
 
 POSES, QUICK_POSES = 1_000_000, 100_000
 
@@ -36,6 +37,8 @@ def run(poses: int, console: Console) -> report.Outcome:
         measurements = measured(case, contenders, status.update)
         status.update("draws around a pose")
         draws = draw_times(case, poses)
+        status.update("search for sensors")
+        search = measured_search(poses)
         status.update("imports")
         imports = import_times()
         status.update("memory")
@@ -44,6 +47,7 @@ def run(poses: int, console: Console) -> report.Outcome:
     bars = [
         *speed_bars(measurements, missing),
         draw_bar(draws),
+        *search_bars(search),
         error_bar(measurements),
         *other_bars(imports, memories, "needs Linux (/proc/self/clear_refs)"),
     ]
