@@ -6,7 +6,7 @@ import numpy as np
 
 from hexathermal.poses import FloatArray
 
-SCALES = tuple(0.025 * k for k in range(1, 61))
+SCALES = tuple(0.05 * k for k in range(1, 21))
 """Shifts as parts of the machine's size, and turns in rad, that are looked at."""
 
 DIRECTIONS = 240

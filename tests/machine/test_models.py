@@ -124,7 +124,7 @@ def test_the_wheel_holds_the_models() -> None:
     """models/ is put into the wheel as hexathermal/models, where the library looks for it."""
     with (ROOT / "pyproject.toml").open("rb") as file:
         wheel = tomllib.load(file)["tool"]["hatch"]["build"]["targets"]["wheel"]
-    assert wheel["force-include"] == {"models": "hexathermal/models"}
+    assert wheel["force-include"]["models"] == "hexathermal/models"
 
 
 PAPER = {"A": 1.99e-6, "B": 1.09e-6, "stroke": 0.25}
