@@ -9,6 +9,9 @@
 (6,)
 """
 
+from importlib import import_module
+from typing import TYPE_CHECKING, Any
+
 from hexathermal.errors import HexathermalError
 from hexathermal.kinematics.forward import ForwardResult, ForwardStatus
 from hexathermal.machine import ports as _ports
@@ -21,25 +24,109 @@ from hexathermal.poses import Frames, coordinates_from_pose, pose_from_coordinat
 from hexathermal.predict import answers as _answers
 from hexathermal.predict.one_call import corrected_leg_lengths
 
+if TYPE_CHECKING:
+    from hexathermal.learn.air import refractive_index
+    from hexathermal.learn.campaign import Campaign
+    from hexathermal.learn.campaign_dataset import read_run, save_campaign_netcdf
+    from hexathermal.learn.campaign_files import load_campaign
+    from hexathermal.learn.check import check_campaign
+    from hexathermal.learn.cleaning import usable_blocks, used_run
+    from hexathermal.learn.common import fit_common
+    from hexathermal.learn.identification import Identification, identify
+    from hexathermal.learn.law import IdentifiedLaw
+    from hexathermal.learn.leg_law_files import read_leg_law, write_leg_law
+    from hexathermal.learn.validation import Validation, validate
+    from hexathermal.predict.budget import Budget
+    from hexathermal.predict.budget_defaults import default_sources
+    from hexathermal.predict.budget_inputs import Plates
+    from hexathermal.predict.budget_maps import budget_map, pose_grid
+    from hexathermal.predict.montecarlo import monte_carlo
+    from hexathermal.predict.sources import Source, Sources
+
 _ports.install(Hexapod, _answers)
 
 __version__ = "0.1.0"
 
+_LATER = {
+    "Budget": "hexathermal.predict.budget",
+    "Campaign": "hexathermal.learn.campaign",
+    "Identification": "hexathermal.learn.identification",
+    "IdentifiedLaw": "hexathermal.learn.law",
+    "Plates": "hexathermal.predict.budget_inputs",
+    "Source": "hexathermal.predict.sources",
+    "Sources": "hexathermal.predict.sources",
+    "Validation": "hexathermal.learn.validation",
+    "budget_map": "hexathermal.predict.budget_maps",
+    "check_campaign": "hexathermal.learn.check",
+    "default_sources": "hexathermal.predict.budget_defaults",
+    "fit_common": "hexathermal.learn.common",
+    "identify": "hexathermal.learn.identification",
+    "load_campaign": "hexathermal.learn.campaign_files",
+    "monte_carlo": "hexathermal.predict.montecarlo",
+    "pose_grid": "hexathermal.predict.budget_maps",
+    "read_leg_law": "hexathermal.learn.leg_law_files",
+    "read_run": "hexathermal.learn.campaign_dataset",
+    "refractive_index": "hexathermal.learn.air",
+    "save_campaign_netcdf": "hexathermal.learn.campaign_dataset",
+    "usable_blocks": "hexathermal.learn.cleaning",
+    "used_run": "hexathermal.learn.cleaning",
+    "validate": "hexathermal.learn.validation",
+    "write_leg_law": "hexathermal.learn.leg_law_files",
+}
+"""Names that are imported on first use: what stands behind them loads SciPy, PyArrow or xarray."""
+
 __all__ = [
     "Bodies",
+    "Budget",
+    "Campaign",
     "ForwardResult",
     "ForwardStatus",
     "Frames",
     "Hexapod",
     "HexathermalError",
+    "Identification",
+    "IdentifiedLaw",
     "LegLaw",
     "PlateLaw",
+    "Plates",
     "PoseLimits",
+    "Source",
+    "Sources",
     "ThermalModel",
+    "Validation",
+    "budget_map",
     "bundled_hexapods",
+    "check_campaign",
     "coordinates_from_pose",
     "corrected_leg_lengths",
+    "default_sources",
+    "fit_common",
+    "identify",
+    "load_campaign",
     "load_hexapod",
+    "monte_carlo",
     "pose_from_coordinates",
+    "pose_grid",
+    "read_leg_law",
+    "read_run",
+    "refractive_index",
+    "save_campaign_netcdf",
+    "usable_blocks",
+    "used_run",
+    "validate",
     "write_hexapod",
+    "write_leg_law",
 ]
+
+
+def __getattr__(name: str) -> Any:
+    """Import a public name on first use."""
+    if name not in _LATER:
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    value = globals()[name] = getattr(import_module(_LATER[name]), name)
+    return value
+
+
+def __dir__() -> list[str]:
+    """Return all public names, imported or not."""
+    return sorted({*globals(), *__all__})
