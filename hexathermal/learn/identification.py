@@ -19,7 +19,7 @@ from hexathermal.learn.gram import MOST_MISSING, Columns, Grams, Rows, columns_f
 from hexathermal.learn.law import IdentifiedLaw, Origin, Validity
 from hexathermal.learn.materials import PhysicalCheck, physical_check, profile_warning
 from hexathermal.learn.selection import RankedSets, rank_sets
-from hexathermal.learn.sensor_errors import sensor_errors
+from hexathermal.learn.sensor_errors import SensorErrors, sensor_errors
 from hexathermal.learn.windows import WindowCollector, WindowSet
 
 AUTO = "auto"
@@ -118,16 +118,13 @@ def identify(
     UnknownNameError
         No such sensor or material.
     """
-    from threadpoolctl import threadpool_limits
-
     columns = columns_for(sensors, leg)
     wanted_names = None if isinstance(wanted, str) and wanted == AUTO else _names(wanted, columns)
     grams, windows, ranked = _searched(rows, columns, sizes, progress or (lambda _done, _total, _label: None))
     choice = _choice(ranked, grams, wanted_names)
     made = windows.made()
     errors = sensor_errors(made, grams.kept_mask, zero == "run")
-    with threadpool_limits(limits=1):  # many small matrices: more threads wait for each other
-        fit = fit_law(made, [sensors.index(name) for name in choice.sensors], errors)
+    fit = _fitted(made, [sensors.index(name) for name in choice.sensors], errors)
     law = _law(made, fit, choice, leg, zero, origin or Origin(), degC)
     check = physical_check(law, material)
     notes = _notes(grams, fit, [name for k, name in enumerate(columns.sensors) if k in errors.local])
@@ -148,6 +145,14 @@ def _searched(
     )
     say(0, 0, "fitting the law")
     return grams, windows, ranked
+
+
+def _fitted(windows: WindowSet, chosen: Sequence[int], errors: SensorErrors) -> LawFit:
+    """Return the fit, on one thread: its matrices are small and many, and threads would wait for each other."""
+    from threadpoolctl import threadpool_limits
+
+    with threadpool_limits(limits=1):
+        return fit_law(windows, chosen, errors)
 
 
 def _choice(ranked: RankedSets, grams: Grams, names: tuple[str, ...] | None) -> Choice:
