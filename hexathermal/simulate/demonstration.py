@@ -16,12 +16,12 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from scipy.spatial.transform import Rotation
 
 from hexathermal.errors import KinematicsError
 from hexathermal.machine.hexapod import Hexapod
 from hexathermal.machine.thermal import LegLaw
 from hexathermal.poses import FloatArray, coordinates_from_pose, pose_from_coordinates
+from hexathermal.predict.pose_errors import pose_errors
 from hexathermal.predict.table_writing import written_together
 from hexathermal.predict.temperatures import active_model
 from hexathermal.simulate.day import (
@@ -119,23 +119,6 @@ def with_true_law(hexapod: Hexapod, day: WorkingDay, generator: np.random.Genera
 
     legs = tuple(LegLaw(law.sensors, drawn(law.A), drawn(law.B), campaign="drawn") for law in model.legs)
     return replace(hexapod, thermal=replace(model, legs=legs))
-
-
-def pose_errors(wanted: FloatArray, reached: FloatArray) -> FloatArray:
-    """Return reached minus wanted poses: ``[t - t_w, log(R R_w^T)]`` in base axes.
-
-    Parameters
-    ----------
-    wanted, reached : array, shape (..., 4, 4) [m]
-        They broadcast against each other.
-
-    Returns
-    -------
-    array, shape (..., 6) [m, m, m, rad, rad, rad]
-    """
-    turn = reached[..., :3, :3] @ np.swapaxes(wanted[..., :3, :3], -1, -2)
-    vectors = Rotation.from_matrix(turn.reshape(-1, 3, 3)).as_rotvec().reshape(*turn.shape[:-2], 3)
-    return np.concatenate([reached[..., :3, 3] - wanted[..., :3, 3], vectors], axis=-1)
 
 
 def work_poses(hexapod: Hexapod, temps: FloatArray, count: int = 8) -> FloatArray:

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 from hexathermal.errors import ArgumentError
 from hexathermal.show.commands import Answer, Progress, add_json
+from hexathermal.show.hexapod_simulation import add_machine, answer
 from hexathermal.show.options import EXIT_CODES, STYLE, number, path, seed
 
 if TYPE_CHECKING:
@@ -27,6 +28,7 @@ what it truly was made of goes to a file of its own, and only where one is asked
 SIMULATE_EPILOG = f"""\
 what can be simulated:
   hexathermal simulate bench --out DIR     a leg on a test bench: thermocouples, interferometers, room
+  hexathermal simulate machine --out DIR   a whole hexapod before a 6-D positioning system
 
 {EXIT_CODES}"""
 
@@ -96,13 +98,15 @@ def add(commands: Any) -> None:
     bench.add_argument("--plots", type=path, metavar="DIR", help="draw every run into this folder, outside of --out")
     bench.add_argument("--force", action="store_true", help="replace the campaign in --out, the truth and the plots")
     add_json(bench)
+    add_machine(kinds)
 
 
 def run(arguments: argparse.Namespace, progress: Progress) -> Answer:
     """Simulate what is asked for; say what there is where nothing is."""
     if arguments.what is None:
         return Answer((arguments.lesson(),))
-    return _bench(arguments, progress)
+    check_outside(arguments)
+    return _bench(arguments, progress) if arguments.what == "bench" else answer(arguments, progress)
 
 
 def _bench(arguments: argparse.Namespace, progress: Progress) -> Answer:
@@ -114,7 +118,6 @@ def _bench(arguments: argparse.Namespace, progress: Progress) -> Answer:
 
     bench = _asked(arguments)
     check_folder(arguments.out, arguments.force)
-    _check_outside(arguments)
     plans = _plans(arguments, bench)
     summaries: list[dict[str, Any]] = []
     truths: list[dict[str, Any]] = []
@@ -163,7 +166,7 @@ def _asked(arguments: argparse.Namespace) -> Bench:
     return replace(Bench(), interferometers=beams, interval=arguments.interval)
 
 
-def _check_outside(arguments: argparse.Namespace) -> None:
+def check_outside(arguments: argparse.Namespace) -> None:
     """Refuse truth, plots and answer inside the campaign's folder, and those that exist, before any work."""
     from hexathermal.predict.table_writing import target_of
 

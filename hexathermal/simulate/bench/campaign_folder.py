@@ -51,7 +51,7 @@ def campaign_form(
     }
 
 
-def _as_toml(form: dict[str, Any]) -> str:
+def as_toml(form: dict[str, Any]) -> str:
     """Return a form as TOML, each thermocouple and run under a heading of its own."""
     lists = {key: value for key, value in form.items() if isinstance(value, list)}
     text = tomli_w.dumps({key: value for key, value in form.items() if key not in lists})
@@ -92,8 +92,8 @@ def write_run(path: Path, bench: Bench, run: BenchRun) -> None:
     path.write_text("\n".join(lines) + "\n", encoding="utf-8")
 
 
-def check_folder(folder: Path, force: bool) -> None:
-    """Refuse a folder that holds something else than a campaign, or a campaign unless it may be replaced.
+def check_folder(folder: Path, force: bool, kind: str = "leg") -> None:
+    """Refuse a folder that holds something else than a campaign of a kind, or one unless it may be replaced.
 
     Raises
     ------
@@ -111,10 +111,10 @@ def check_folder(folder: Path, force: bool) -> None:
         raise ArgumentError(f"cannot write {folder}: permission denied in {parent}")
     if not folder.is_dir() or not any(folder.iterdir()):
         return
-    foreign = sorted(set(_files(folder)) - _campaign_files(folder))
+    foreign = sorted(set(_files(folder)) - _campaign_files(folder, kind))
     if foreign:
         raise ArgumentError(
-            f"{folder} holds what no campaign of the bench has: {', '.join(foreign[:5])}"
+            f"{folder} holds what no campaign of kind {kind!r} has: {', '.join(foreign[:5])}"
             f"{', ...' if len(foreign) > 5 else ''}; it is not touched, not even with --force: give another folder"
         )
     if not force:
@@ -131,18 +131,20 @@ def _files(folder: Path) -> Iterator[str]:
             yield item.relative_to(folder).as_posix()
 
 
-def _campaign_files(folder: Path) -> set[str]:
-    """Return the names of the files that a folder's `campaign.toml` stands for; none where it is no leg campaign."""
+def _campaign_files(folder: Path, kind: str) -> set[str]:
+    """Return the names of the files that a folder's `campaign.toml` stands for; none where it is of another kind."""
     try:
         found = tomllib.loads((folder / CAMPAIGN).read_text(encoding="utf-8"))
         files = {run["file"] for run in found["runs"]}
     except (OSError, ValueError, KeyError, TypeError):
         return set()
-    return {CAMPAIGN, *files} if found.get("format") == FORMAT and found.get("kind") == "leg" else set()
+    if found.get("format") != FORMAT or found.get("kind") != kind:
+        return set()
+    return {CAMPAIGN, *files, *([found["hexapod"]] if isinstance(found.get("hexapod"), str) else [])}
 
 
 @contextmanager
-def _new_folder(folder: Path) -> Iterator[Path]:
+def new_folder(folder: Path) -> Iterator[Path]:
     """Give a folder beside `folder` to fill; it takes its place at the end, or vanishes on any error."""
     part = folder.absolute().with_name(folder.absolute().name + ".part")
     try:
@@ -215,9 +217,9 @@ def write_campaign(
     folder = Path(folder)
     check_folder(folder, force)
     form = campaign_form(bench, plans, title=title, parquet=parquet)
-    with _new_folder(folder) as part:
+    with new_folder(folder) as part:
         (part / RUNS).mkdir()
-        (part / CAMPAIGN).write_text(_as_toml(form), encoding="utf-8")
+        (part / CAMPAIGN).write_text(as_toml(form), encoding="utf-8")
         for run, entry in zip(runs, form["runs"], strict=True):
             write_run(part / entry["file"], bench, run)
     return (folder / CAMPAIGN, *(folder / entry["file"] for entry in form["runs"]))

@@ -1,0 +1,339 @@
+"""Laws of a whole hexapod from 6-D measurements of its platform alone, or judged by them: `identify_hexapod`.
+
+Three kinds of laws are compared on runs left out: one law for all legs; one law for each leg; laws that come from
+elsewhere, as from campaigns of the legs on a bench.  A kind with more freedom is taken only where it is better on runs
+left out by more than its spread between runs explains.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from hexathermal.errors import ArgumentError
+from hexathermal.kinematics.jacobian import jacobian
+from hexathermal.learn.choice import _decided as decided
+from hexathermal.learn.hexapod_data import AXES, HexapodRows
+from hexathermal.learn.hexapod_fit import HexapodFit, fit_model, model_of
+from hexathermal.learn.hexapod_model import HexapodEquations, hexapod_equations, pose_residuals, used
+from hexathermal.machine.hexapod import Hexapod
+from hexathermal.machine.thermal import DEFAULT_RANGE_DEGC, LegLaw, PlateLaw, ThermalModel
+from hexathermal.poses import FloatArray
+
+PLATES_CHOICES = ("fit", "known", "none")
+START_NOISE = np.array([1e-6, 1e-6, 1e-6, 2e-6, 2e-6, 2e-6])
+"""First guess of the coordinates' noise; the residuals replace it [m, rad]."""
+
+SMALLEST_NOISE = 1e-12
+"""Noise of a coordinate below this [m, rad] is rounding: simulated data without noise."""
+
+MISSED = 45.0
+"""A row whose squared weighted residual exceeds this many times the usual one per coordinate is a miss of the
+positioning system: in normal noise, one row in 10^7."""
+
+MEDIAN_CHI2_6 = 5.348
+ROUNDS = 4
+
+
+@dataclass(frozen=True, eq=False)
+class HexapodIdentification:
+    """What six-leg identification found.
+
+    Attributes
+    ----------
+    rows : HexapodRows
+        Those used.
+    sensors : tuple of str
+        Of the chosen law.
+    equations : HexapodEquations
+    fits : dict of str to HexapodFit
+        ``"common"``, ``"leg-specific"`` and ``"bench"`` where laws were given.
+    chosen : str
+    reason : str
+    left_out_rmse : dict of str to (float, float) [m, rad]
+        On runs left out: translation and rotation, root mean square distance.
+    fit_rmse : dict of str to (float, float) [m, rad]
+        Of the fitted rows.
+    noise : array, shape (6,) [m, rad]
+        Standard deviations of the six coordinates: given, or found in the residuals.
+    noise_given : bool
+    leg_noise : float [m]
+        What is left in each leg beside the given noise.
+    frame : str
+    frames : array, shape (runs, 6) [m, rad]
+        Of the positioning system, under the chosen law.
+    notes : tuple of str
+    """
+
+    rows: HexapodRows
+    sensors: tuple[str, ...]
+    equations: HexapodEquations
+    fits: dict[str, HexapodFit]
+    chosen: str
+    reason: str
+    left_out_rmse: dict[str, tuple[float, float]]
+    fit_rmse: dict[str, tuple[float, float]]
+    noise: FloatArray
+    noise_given: bool
+    leg_noise: float
+    frame: str
+    frames: FloatArray
+    notes: tuple[str, ...]
+
+    @property
+    def fit(self) -> HexapodFit:
+        """The chosen fit."""
+        return self.fits[self.chosen]
+
+    def laws(self, title: str = "") -> tuple[LegLaw, ...]:
+        """Return the law of each leg, with its covariance."""
+        fit, s = self.fit, len(self.rows.sensors)
+        at = [self.rows.sensors.index(name) for name in self.sensors]
+        covariance = fit.full_covariance
+        laws = []
+        for leg in range(6):
+            which = np.array([2 * s * leg + s * symbol + place for symbol in (0, 1) for place in at])
+            own = covariance[np.ix_(which, which)]
+            known = own if own.any() else None
+            A, B = fit.b[which[: len(at)]], fit.b[which[len(at) :]]
+            laws.append(LegLaw(self.sensors, A, B, known, title))
+        return tuple(laws)
+
+    def hexapod(self, title: str = "") -> Hexapod:
+        """Return the machine with the chosen laws; references are the temperatures of the zero.
+
+        Expansions of plates without a thermometer stay as the machine has them.
+        """
+        rows, fit = self.rows, self.fit
+        old = rows.hexapod.thermal
+        plates: dict[str, PlateLaw | None] = {}
+        for k, part in enumerate(("platform", "base")):
+            sensor = rows.plate_sensors[k]
+            before = None if old is None else getattr(old, part)
+            plates[part] = before if before is None or before.sensor is None else replace(before, sensor=None)
+            if sensor is not None and (fit.b[12 * len(rows.sensors) + k] != 0.0 or part in fit.model.words):
+                plates[part] = PlateLaw(float(fit.b[12 * len(rows.sensors) + k]), sensor)
+        laws = self.laws(title)
+        legs = laws[0] if all(law == laws[0] for law in laws) else laws
+        at = [rows.sensors.index(name) for name in self.sensors]
+        zero = [float(rows.zero_degC[leg, place]) for leg in range(6) for place in at]
+        zero += [float(value) for value, law in zip(rows.plates_zero_degC, plates.values(), strict=True)
+                 if law is not None and law.sensor is not None]  # fmt: skip
+        valid = DEFAULT_RANGE_DEGC if old is None else old.valid_degC
+        model = ThermalModel(legs, plates["platform"], plates["base"], np.round(zero, 4), valid)
+        return replace(rows.hexapod, thermal=model, grade="A")
+
+
+def identify_hexapod(
+    rows: HexapodRows,
+    *,
+    sensors: Sequence[str] | None = None,
+    frame: str = "run",
+    plates: str = "fit",
+    noise: FloatArray | None = None,
+    legs: Mapping[str, FloatArray] | None = None,
+) -> HexapodIdentification:
+    """Return laws of a hexapod from poses and temperatures.
+
+    Parameters
+    ----------
+    rows : HexapodRows
+        Of runs for identification.
+    sensors : sequence of str, optional
+        Of each leg; default: all of `rows`.
+    frame : str
+        What the positioning system's frame is free in: ``"run"``, ``"campaign"`` or ``"none"``.
+    plates : str
+        Expansion of plates that have a thermometer: ``"fit"``, ``"known"`` (the machine's), ``"none"`` (0).
+    noise : array, shape (6,), optional [m, m, m, rad, rad, rad]
+        Standard deviations of the measured coordinates; default: found in the residuals.
+    legs : mapping of str to array, shape (6, 2, k), optional
+        Laws from elsewhere by name, as ``"bench"``: A and B of the sensors on each leg [1/K].
+
+    Raises
+    ------
+    ArgumentError
+        Too few rows, or coefficients that these rows cannot tell apart.
+    """
+    if plates not in PLATES_CHOICES:
+        raise ArgumentError(f"plates is {plates!r}, expected one of {', '.join(map(repr, PLATES_CHOICES))}")
+    chosen = rows.sensors if sensors is None else tuple(sensors)
+    need = 12 * len(chosen) + 8
+    if len(rows) * 6 < 2 * need:
+        raise ArgumentError(f"{len(rows)} poses cannot tell {need} unknowns; at least {need // 3 + 1} are needed")
+    notes: list[str] = []
+    kinds = _Kinds(rows.sensors, chosen, _plates(rows, plates, notes), frame)
+    rows, equations, sigma, leg_noise, frames = _settled(rows, kinds, noise)
+    fits = {} if legs is None else {name: kinds.fit(equations, name, given) for name, given in legs.items()}
+    for name in ("common", "leg-specific"):
+        try:
+            fits[name] = kinds.fit(equations, name)
+        except ArgumentError as error:
+            if not fits:
+                raise
+            notes.append(f"no {name} law: {error}")
+    best, reason = _chosen(fits, equations)
+    scores = {name: _scores(rows, equations, one, frame, frames) for name, one in fits.items()}
+    if len(rows.runs) == 1:
+        notes.append(
+            "one run only: uncertainties are those of independent rows, and nothing is judged on runs left out"
+        )
+    notes += [f"{count} rows were left out: {text}" for text, count in rows.left_out.items()]
+    return HexapodIdentification(
+        rows, chosen, equations, fits, best, reason, {name: one[0] for name, one in scores.items()},
+        {name: one[1] for name, one in scores.items()}, sigma, noise is not None, leg_noise, frame,
+        frames + _frames(rows, equations, fits[best].b, frame), tuple(notes),
+    )  # fmt: skip
+
+
+@dataclass(frozen=True)
+class _Kinds:
+    """What all kinds of laws share: thermometers, those chosen, expansions of plates (None: free), and the frame."""
+
+    sensors: tuple[str, ...]
+    chosen: tuple[str, ...]
+    plates: tuple[float | None, float | None]
+    frame: str
+
+    def fit(self, equations: HexapodEquations, name: str, given: FloatArray | None = None) -> HexapodFit:
+        """Return the fit of a kind of laws."""
+        extra = tuple(f"frame {axis}" for axis in AXES) if self.frame == "campaign" else ()
+        return fit_model(equations, model_of(name, self.sensors, self.chosen, common=name == "common",
+                                             plates=self.plates, legs=given, extra=extra))  # fmt: skip
+
+    def widest(self, equations: HexapodEquations) -> HexapodFit:
+        """Return the leg-specific fit, or the common one where rows cannot tell the legs apart."""
+        try:
+            return self.fit(equations, "leg-specific")
+        except ArgumentError:
+            return self.fit(equations, "common")
+
+
+def _settled(
+    rows: HexapodRows, kinds: _Kinds, noise: FloatArray | None
+) -> tuple[HexapodRows, HexapodEquations, FloatArray, float, FloatArray]:
+    """Return rows without misses, their equations, noise of coordinates and of legs, and frames: found in turns."""
+    sigma, leg_noise = START_NOISE if noise is None else np.asarray(noise, dtype=np.float64), 0.0
+    frames = np.zeros((len(rows.runs), 6))
+    for turn in range(ROUNDS):
+        equations = hexapod_equations(rows, sigma, leg_noise, kinds.frame, frames)
+        fit = kinds.widest(equations)
+        frames = frames + _frames(rows, equations, fit.b, kinds.frame)
+        left = pose_residuals(rows, _coefficients(fit.b, rows), frames)
+        if turn < 2:
+            rows, left = _without_misses(rows, left)
+        if noise is None:
+            unknowns = fit.theta.size + (6 * len(rows.runs) if kinds.frame == "run" else 0)
+            sigma = np.sqrt((left**2).sum(axis=0) / max(1.0, len(rows) - unknowns / 6.0))
+            sigma = np.maximum(sigma, SMALLEST_NOISE)
+        elif turn:
+            leg_noise = _leg_noise(rows, fit, leg_noise, sigma)
+    return rows, hexapod_equations(rows, sigma, leg_noise, kinds.frame, frames), sigma, leg_noise, frames
+
+
+def _coefficients(b: FloatArray, rows: HexapodRows) -> FloatArray:
+    """Return the coefficients of legs and plates, without a campaign's frame."""
+    return b[: 12 * len(rows.sensors) + 2]
+
+
+def _plates(rows: HexapodRows, plates: str, notes: list[str]) -> tuple[float | None, float | None]:
+    """Return the expansions of platform and base, None where they are to be found."""
+    out: list[float | None] = []
+    for k, part in enumerate(("platform", "base")):
+        law = None if rows.hexapod.thermal is None else getattr(rows.hexapod.thermal, part)
+        if rows.plate_sensors[k] is None:
+            out.append(0.0)
+            notes.append(f"the {part} has no thermometer: its expansion is part of what the legs' laws absorb")
+        elif plates == "fit":
+            out.append(None)
+        elif plates == "known" and law is not None:
+            out.append(law.expansion)
+        elif plates == "known":
+            raise ArgumentError(f"the machine states no expansion of its {part}; use --plates fit, or state it")
+        else:
+            out.append(0.0)
+    return out[0], out[1]
+
+
+def _frames(rows: HexapodRows, equations: HexapodEquations, b: FloatArray, frame: str) -> FloatArray:
+    """Return the frame of each run that belongs to b, shape (runs, 6)."""
+    found = np.zeros((len(rows.runs), 6))
+    if frame == "campaign":
+        found[:] = b[-6:]
+    elif frame == "run":
+        for run in equations.runs:
+            found[rows.runs.index(run.run)] = run.frame(b)
+    return found
+
+
+def _without_misses(rows: HexapodRows, left: FloatArray) -> tuple[HexapodRows, FloatArray]:
+    """Return rows and residuals without those where the positioning system missed."""
+    scale = np.median(np.abs(left), axis=0) / 0.6745
+    square = ((left / np.where(scale > 0.0, scale, 1.0)) ** 2).sum(axis=1)
+    usual = float(np.median(square)) / MEDIAN_CHI2_6
+    keep = square <= MISSED * max(usual, 1e-300)
+    reason = f"the positioning system missed (squared residual above {MISSED:g} times the usual)"
+    return used(rows, keep, reason), left[keep]
+
+
+def _leg_noise(rows: HexapodRows, fit: HexapodFit, before: float, noise: FloatArray) -> float:
+    """Return what the legs add to a given noise, so that the weighted residuals come out as they should."""
+    ratio = fit.chi2 / fit.freedom
+    if ratio <= 1.0 and before == 0.0:
+        return 0.0
+    J = jacobian(rows.hexapod, rows.measured)
+    tracker = float(((J * noise) ** 2).sum(axis=2).mean())
+    return float(np.sqrt(max(0.0, (tracker + before**2) * ratio - tracker)))
+
+
+def _chosen(fits: dict[str, HexapodFit], equations: HexapodEquations) -> tuple[str, str]:
+    """Return the kind of laws that runs left out speak for, and why."""
+    names = list(fits)
+    weights = np.array([run.freedom for run in equations.runs])
+    best, reasons = names[0], []
+    for name in names[1:]:
+        one, two = fits[best].left_out, fits[name].left_out
+        if best not in ("common", "leg-specific"):
+            one = (
+                np.array([run.square(fits[best].b) / run.freedom for run in equations.runs])
+                if np.isnan(one).any()
+                else one
+            )
+        if len(weights) < 2 or not (np.isfinite(one).all() and np.isfinite(two).all()):
+            reasons.append(f"{name} cannot be judged on runs left out")
+            continue
+        found = decided(one, two, weights, 0, 0)
+        ratio = float(np.sqrt((weights @ two) / (weights @ one)))
+        words = (
+            f"{name} leaves {100.0 * (ratio - 1.0):+.1f} % weighted RMS against {best} on {len(weights)} runs left out"
+        )
+        reasons.append(words + (": better beyond doubt" if found.pair else ": no better beyond its uncertainty"))
+        best = name if found.pair else best
+    return best, "; ".join(reasons) or "the only kind of laws"
+
+
+def _scores(
+    rows: HexapodRows, equations: HexapodEquations, fit: HexapodFit, frame: str, frames: FloatArray
+) -> tuple[tuple[float, float], tuple[float, float]]:
+    """Return translation and rotation RMS distance on runs left out, and of the fit."""
+    pairs = []
+    for left_out in (True, False):
+        squares, count = np.zeros(2), 0
+        for k, run in enumerate(equations.runs):
+            b = fit.left_out_b[k] if left_out else fit.b
+            if not np.isfinite(b).all():
+                continue
+            own = np.zeros_like(frames)
+            own[:] = frames
+            if frame == "run":
+                own[rows.runs.index(run.run)] += run.frame(b)
+            elif frame == "campaign":
+                own += b[-6:]
+            part = rows.rows(rows.run == rows.runs.index(run.run))
+            e = pose_residuals(part, _coefficients(b, rows), own)
+            squares += [(e[:, :3] ** 2).sum(), (e[:, 3:] ** 2).sum()]
+            count += len(e)
+        pairs.append(tuple(np.sqrt(squares / count)) if count else (float("nan"), float("nan")))
+    return (float(pairs[0][0]), float(pairs[0][1])), (float(pairs[1][0]), float(pairs[1][1]))

@@ -1,0 +1,108 @@
+"""A simulated campaign of a whole machine as a folder: nothing in it tells that no machine stood behind it."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pyarrow as pa
+import pyarrow.parquet
+
+from hexathermal.errors import ArgumentError
+from hexathermal.machine.hexapod import Hexapod
+from hexathermal.machine.writing import write_hexapod
+from hexathermal.simulate.bench.campaign_folder import CAMPAIGN, FORMAT, RUNS, as_toml, check_folder, new_folder
+from hexathermal.simulate.machine.machine import VirtualMachine
+from hexathermal.simulate.machine.runs import MachinePlan, MachineRun
+
+TITLE = "Hexapod: thermal drift of the platform"
+MACHINE = "hexapod.toml"
+KIND = "hexapod"
+ZEROS = ("campaign", "run")
+POSE = ("x_mm", "y_mm", "z_mm", "rx_deg", "ry_deg", "rz_deg")
+
+
+def machine_run_columns(machine: VirtualMachine, run: MachineRun) -> dict[str, tuple[np.ndarray[Any, Any], int]]:
+    """Return the columns of a run's table, each with its decimals."""
+    columns = {"time_s": (run.time, 1)}
+    columns |= {name: (run.commanded[:, k], 4) for k, name in enumerate(POSE)}
+    columns |= {f"leg{leg + 1}_q_mm": (run.q[:, leg] * 1e3, 6) for leg in range(6)}
+    columns |= {f"{name}_degC": (run.temperatures[:, k], 3) for k, name in enumerate(machine.columns)}
+    columns["air_temperature_degC"] = (run.air, 2)
+    return columns | {f"measured_{name}": (run.measured[:, k], 6 if k < 3 else 8) for k, name in enumerate(POSE)}
+
+
+def _write_run(path: Path, machine: VirtualMachine, run: MachineRun) -> None:
+    """Write the table of a run: Parquet where the name says so, otherwise CSV."""
+    columns = machine_run_columns(machine, run)
+    rounded = {name: values.round(digits) + 0.0 for name, (values, digits) in columns.items()}
+    if path.suffix == ".parquet":
+        pa.parquet.write_table(pa.table(rounded), path)
+        return
+    texts = [[f"{value:.{columns[name][1]}f}" for value in values] for name, values in rounded.items()]
+    lines = [",".join(columns), *(",".join(row) for row in zip(*texts, strict=True))]
+    path.write_text("\n".join(lines) + "\n", encoding="utf-8")
+
+
+def told_hexapod(machine: VirtualMachine) -> Hexapod:
+    """Return the machine as the campaign's folder tells of it: without a law where its thermometers are others."""
+    hexapod = machine.hexapod
+    names = tuple(name for name, _place in machine.sensors)
+    if hexapod.thermal is not None and any(law.sensors != names for law in hexapod.thermal.legs):
+        return replace(hexapod, thermal=None)
+    return hexapod
+
+
+def write_machine_campaign(
+    folder: str | Path,
+    machine: VirtualMachine,
+    plans: tuple[MachinePlan, ...],
+    runs: Iterable[MachineRun],
+    *,
+    title: str = TITLE,
+    zero: str = "campaign",
+    parquet: bool = False,
+    force: bool = False,
+) -> tuple[Path, ...]:
+    """Write a campaign folder of kind ``"hexapod"``, whole or not at all; returns the paths of its files.
+
+    Parameters
+    ----------
+    folder : str or Path
+        Created; its parent must exist.
+    machine : VirtualMachine
+        Its nominal `Hexapod` is written as `hexapod.toml` beside the campaign; nothing of the truth is.
+    plans : tuple of MachinePlan
+        Of all runs.
+    runs : iterable of MachineRun
+        Taken one after the other.
+    title : str
+    zero : str
+        What temperatures count from: ``"campaign"`` or ``"run"``.
+    parquet, force : bool
+        Write the runs as Parquet; replace a campaign that stands there.
+
+    Raises
+    ------
+    ArgumentError
+        The folder holds something else, or a campaign without `force`, or cannot be written.
+    """
+    if zero not in ZEROS:
+        raise ArgumentError(f"zero is {zero!r}, expected {' or '.join(map(repr, ZEROS))}")
+    folder = Path(folder)
+    check_folder(folder, force, KIND)
+    ending = ".parquet" if parquet else ".csv"
+    form: dict[str, Any] = {
+        "format": FORMAT, "kind": KIND, "title": title, "zero": zero, "hexapod": MACHINE,
+        "runs": [{"name": plan.name, "file": f"{RUNS}/{plan.name}{ending}", "role": plan.role} for plan in plans],
+    }  # fmt: skip
+    with new_folder(folder) as part:
+        (part / RUNS).mkdir()
+        (part / CAMPAIGN).write_text(as_toml(form), encoding="utf-8")
+        write_hexapod(told_hexapod(machine), part / MACHINE)
+        for run, entry in zip(runs, form["runs"], strict=True):
+            _write_run(part / entry["file"], machine, run)
+    return (folder / CAMPAIGN, folder / MACHINE, *(folder / entry["file"] for entry in form["runs"]))
