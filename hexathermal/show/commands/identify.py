@@ -11,20 +11,31 @@ from typing import TYPE_CHECKING, Any
 
 from hexathermal.errors import ArgumentError
 from hexathermal.show.commands import Answer, Progress, add_json
+from hexathermal.show.hexapod_answers import (
+    EPILOG_IDENTIFY,
+    IDENTIFY_HEXAPOD,
+    add_hexapod_options,
+    identify_answer,
+    is_hexapod_campaign,
+)
 from hexathermal.show.options import EXIT_CODES, STYLE, path
 
 if TYPE_CHECKING:
     from hexathermal.learn.campaign import Block, Campaign
     from hexathermal.learn.identification import Identification
 
-IDENTIFY = """\
+IDENTIFY = (
+    """\
 Which thermometers foretell the drift of a leg, and with which coefficients? Every single thermometer and every pair is
 fitted to the campaign's runs for identification and judged on runs left out; the law of the chosen one is written with
 its uncertainty and its range. Runs for validation are not touched.
 
   leg        drift = sum over sensors of  A q0 dT + B q dT     (q0 retracted length, q displacement of the rod)
   component  drift = sum over sensors of  C dT
+
 """
+    + IDENTIFY_HEXAPOD
+)
 
 EPILOG = f"""\
 --sensors auto takes one sensor, unless the best pair is better on runs left out by more than its uncertainty.
@@ -38,10 +49,12 @@ files of --report DIR:
   front.png, .svg               all sets, the Pareto front, and a zoom
   identification.json           everything as numbers
 
+{EPILOG_IDENTIFY}
 examples:
   hexathermal identify my-campaign --sensors auto --out leg.toml --report report
   hexathermal identify my-campaign --sensors T07,T14 --triples --json -
   hexathermal identify leg1 --common leg2 leg3 --sensors T07
+  hexathermal identify hexapod-campaign --out my-machine --report report --propose 40
 
 {EXIT_CODES}"""
 
@@ -62,6 +75,7 @@ def add(commands: Any) -> None:
     one.add_argument("--out", type=path, metavar="FILE", help="write the law: leg.toml")
     one.add_argument("--report", type=path, metavar="DIR", help="write tables and pictures into this folder")
     one.add_argument("--force", action="store_true", help="overwrite an existing law")
+    add_hexapod_options(one)
     add_json(one)
 
 
@@ -71,6 +85,8 @@ def run(arguments: argparse.Namespace, progress: Progress) -> Answer:
     from hexathermal.learn.leg_law_files import write_leg_law
     from hexathermal.show.identification_tables import identification_facts, law_table, sets_table
 
+    if is_hexapod_campaign(arguments.campaign):
+        return identify_answer(arguments, progress)
     if arguments.out is not None:
         free(arguments.out, arguments.force)
     campaign = load_campaign(arguments.campaign, needed=("identification",), progress=progress)

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 from hexathermal.errors import ArgumentError
 from hexathermal.show.commands import Answer, Progress, add_json
 from hexathermal.show.commands.identify import blocks_of, made_folder
+from hexathermal.show.hexapod_answers import EPILOG_VALIDATE, is_hexapod_campaign, validate_answer
 from hexathermal.show.options import EXIT_CODES, STYLE, path
 
 if TYPE_CHECKING:
@@ -29,8 +30,10 @@ files of --report DIR:
   RUN.png, RUN.svg    each run: rod and temperature above; measured, predicted drift and residual below
   validation.json     everything as numbers
 
+{EPILOG_VALIDATE}
 examples:
   hexathermal validate leg.toml my-campaign
+  hexathermal validate my-machine hexapod-campaign --report report
   hexathermal validate leg.toml my-campaign --report report --json validation.json
 
 {EXIT_CODES}"""
@@ -40,7 +43,7 @@ def add(commands: Any) -> None:
     """Declare the command."""
     one = commands.add_parser("validate", help="a law on runs that were never fitted", description=VALIDATE,
                               epilog=EPILOG, **STYLE)  # fmt: skip
-    one.add_argument("law", type=path, metavar="LAW", help="leg.toml, as 'identify' writes it")
+    one.add_argument("law", type=path, metavar="LAW", help="leg.toml, as 'identify' writes it; for a hexapod a machine")
     one.add_argument("campaign", type=path, metavar="CAMPAIGN", help="folder with campaign.toml")
     one.add_argument("--report", type=path, metavar="DIR", help="write pictures into this folder")
     add_json(one)
@@ -53,6 +56,8 @@ def run(arguments: argparse.Namespace, progress: Progress) -> Answer:
     from hexathermal.learn.validation import validate
     from hexathermal.show.identification_tables import validation_facts, validation_table
 
+    if is_hexapod_campaign(arguments.campaign):
+        return validate_answer(arguments, progress)
     law = read_leg_law(arguments.law)
     campaign = load_campaign(arguments.campaign, needed=("validation",), progress=progress)
     if law.zero != campaign.zero:
