@@ -137,7 +137,9 @@ def _answer(arguments: argparse.Namespace) -> int:
     """Run a command that has its own module, print its answer and return its exit code."""
     from hexathermal.predict.table_writing import written_whole
     from hexathermal.show.commands import found
+    from hexathermal.show.outputs import protect
 
+    protect(arguments)
     with _bar(arguments.command) as progress, _place_for_fonts():
         answer = found()[arguments.command].run(arguments, progress)
     for warning in answer.warnings:

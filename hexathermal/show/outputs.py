@@ -1,0 +1,71 @@
+"""What a command may write: never over or beside what it reads."""
+
+from __future__ import annotations
+
+import argparse
+import json
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+from hexathermal.errors import ArgumentError
+
+OUTPUTS = ("out", "json", "report", "plots", "netcdf", "truth", "junit")
+"""Options that name files or folders to be written."""
+
+OWN_FOLDERS = ("campaign.toml", "hexapod.toml")
+"""A folder with one of these files is one thing: nothing is written into it."""
+
+
+def protect(arguments: argparse.Namespace) -> None:
+    """Refuse results that would replace a file that is read, or go into a folder that is read.
+
+    Raises
+    ------
+    ArgumentError
+        A result has the name of a file that is read, or lies inside a campaign or a machine that is read; or the file
+        of ``--json`` exists and is no earlier answer.
+    """
+    given = {name: list(_paths(value)) for name, value in vars(arguments).items()}
+    read = [path for name, paths in given.items() if name not in OUTPUTS for path in paths if path.exists()]
+    for name in OUTPUTS:
+        for path in given.get(name, []):
+            if str(path) != "-":
+                _check(f"--{name}", path, read)
+    if given.get("json") and not getattr(arguments, "force", False):
+        _check_answer(given["json"][0])
+
+
+def _paths(value: Any) -> Iterator[Path]:
+    """Yield the paths that an argument holds."""
+    for item in value if isinstance(value, list | tuple) else [value]:
+        if isinstance(item, Path):
+            yield item
+        elif isinstance(item, str) and item and "\0" not in item:
+            yield Path(item)
+
+
+def _check(option: str, path: Path, read: list[Path]) -> None:
+    """Refuse one result."""
+    target = path.resolve()
+    for source in read:
+        own = source.resolve()
+        if target == own and not own.is_dir():
+            raise ArgumentError(f"{option} {path} is one of the files that are read; give another name")
+        folder = own if own.is_dir() else own.parent if own.name in OWN_FOLDERS else None
+        if folder is None or not any((folder / name).exists() for name in OWN_FOLDERS):
+            continue
+        if target == folder or folder in target.parents:
+            raise ArgumentError(f"{option} {path} lies inside {folder.name}, which is read; give another place")
+
+
+def _check_answer(path: Path) -> None:
+    """Refuse to replace a file that is no JSON."""
+    if str(path) == "-" or not path.is_file():
+        return
+    try:
+        known = isinstance(json.loads(path.read_text(encoding="utf-8")), dict)
+    except (OSError, ValueError):
+        known = False
+    if not known:
+        raise ArgumentError(f"--json {path} exists and is no earlier answer; give another name")
