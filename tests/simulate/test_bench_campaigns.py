@@ -142,7 +142,11 @@ def test_a_campaign_looks_measured(tmp_path: Path, capsys: pytest.CaptureFixture
     assert (numbers[0, 20:23] == 0.0).all()
     told = json.loads(truth.read_text())
     assert len(told["runs"]) == 2
-    assert set(told["laws"]["effective"]) == {f"T{k:02d}" for k in range(1, 18)}
+    for kind in ("effective", "as_read"):
+        assert set(told["laws"][kind]) == {f"T{k:02d}" for k in range(1, 18)}
+    # a taped junction reads less than the surface: its own law is steeper
+    laws = [told["laws"][kind]["T07"]["A_per_K"] for kind in ("effective", "as_read")]
+    assert 1.0 < laws[1] / laws[0] < 1.1
     assert told["laws"]["homogeneous"]["B_per_K"] == pytest.approx(Bench().leg.rod.scale_expansion)
     assert "run-02" in capsys.readouterr().out
 

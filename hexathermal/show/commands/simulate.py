@@ -131,7 +131,7 @@ def _bench(arguments: argparse.Namespace, progress: Progress) -> Answer:
             summaries.append(run_summary(made))
             if arguments.truth is not None:
                 truths.append(run_truth(made))
-                sums.extend([law_sums(bench, made)] * (made.role == "identification"))
+                sums.extend([law_sums(bench, made, arguments.seed)] * (made.role == "identification"))
             if arguments.plots is not None:
                 figures.append(_drawn(arguments.plots, bench, made))
             yield made

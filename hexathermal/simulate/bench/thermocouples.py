@@ -100,6 +100,12 @@ class MountedThermocouples:
         """Return the true temperatures under the thermocouples, shape (n, s) [degC]."""
         return np.column_stack([history.surface(part, position) for _name, part, position in self.kind.places])
 
+    def quiet(self, surfaces: FloatArray, air: FloatArray) -> FloatArray:
+        """Return readings with the constant errors alone, shape (n, s) [degC]: contact, gain and offset."""
+        junction = surfaces - self.contact_error * (surfaces - air[:, None])
+        # linearised at 20 degC: a gain error is that of the distance from there
+        return np.asarray(20.0 + self.gain * (junction - 20.0) + self.offset)
+
     def read(
         self, time: FloatArray, surfaces: FloatArray, air: FloatArray, generator: np.random.Generator
     ) -> FloatArray:
@@ -113,9 +119,7 @@ class MountedThermocouples:
             About the leg.
         """
         kind, count = self.kind, surfaces.shape[1]
-        junction = surfaces - self.contact_error * (surfaces - air[:, None])
-        # linearised at 20 degC: a gain error is that of the distance from there
-        found = 20.0 + self.gain * (junction - 20.0) + self.offset
+        found = self.quiet(surfaces, air)
         found += kind.bias * slow_process(time, kind.bias_time, count, generator)
         found += kind.cold_junction * slow_process(time, kind.cold_junction_time, 1, generator)
         found += kind.noise * generator.standard_normal(surfaces.shape)

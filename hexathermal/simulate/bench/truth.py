@@ -13,19 +13,22 @@ from hexathermal.simulate.bench.bench import Bench, BenchRun, mounted
 FORMAT = "hexathermal-bench-truth/1"
 
 
-def law_sums(bench: Bench, run: BenchRun) -> FloatArray:
-    """Return the normal equations of eq. 4 for each single thermometer, shape (s, 2, 3), from what truly happened.
+def law_sums(bench: Bench, run: BenchRun, seed: int) -> FloatArray:
+    """Return the normal equations of eq. 4 for each single thermometer, shape (2, s, 2, 3), from what truly happened.
 
-    Surface temperatures without any error of the thermocouples, growth without mechanics and lasers, settled rows,
-    zeroed at the run's first row. Sums of several runs add.
+    First with the temperatures of the surfaces, then with what the thermocouples read of them without noise and bias
+    (contact, gain). Growth without mechanics and lasers, settled rows, zeroed at the run's first row. Sums of runs add.
     """
-    truth = run.truth
-    surfaces = np.column_stack([truth.history.surface(part, place) for _n, part, place in bench.thermocouples.places])
-    dT = (surfaces - surfaces[0])[truth.settled]
+    truth, thermocouples = run.truth, mounted(bench, seed).thermocouples
+    surfaces = thermocouples.surfaces(truth.history)
     drift = (truth.growth - truth.growth[0])[truth.settled]
-    x = np.stack([bench.leg.retracted_length * dT, truth.q[truth.settled][:, None] * dT])
-    left = np.einsum("ins,jns->sij", x, x)
-    return np.asarray(np.concatenate([left, np.einsum("ins,n->si", x, drift)[..., None]], axis=-1))
+    found = []
+    for read in (surfaces, thermocouples.quiet(surfaces, truth.weather.temperature)):
+        dT = (read - read[0])[truth.settled]
+        x = np.stack([bench.leg.retracted_length * dT, truth.q[truth.settled][:, None] * dT])
+        left = np.einsum("ins,jns->sij", x, x)
+        found.append(np.concatenate([left, np.einsum("ins,n->si", x, drift)[..., None]], axis=-1))
+    return np.array(found)
 
 
 def _laws(bench: Bench, sums: FloatArray | None) -> dict[str, Any]:
@@ -38,10 +41,11 @@ def _laws(bench: Bench, sums: FloatArray | None) -> dict[str, Any]:
     }
     if sums is not None:
         names = [name for name, _part, _place in bench.thermocouples.places]
-        found = {
-            name: np.linalg.lstsq(part[:, :2], part[:, 2])[0].tolist() for name, part in zip(names, sums, strict=True)
-        }
-        laws["effective"] = {name: {"A_per_K": a, "B_per_K": b} for name, (a, b) in found.items()}
+        for kind, of_all in zip(("effective", "as_read"), sums, strict=True):
+            found = [np.linalg.lstsq(part[:, :2], part[:, 2])[0] for part in of_all]
+            laws[kind] = {
+                name: {"A_per_K": float(a), "B_per_K": float(b)} for name, (a, b) in zip(names, found, strict=True)
+            }
     return laws
 
 
@@ -54,8 +58,9 @@ def bench_truth(bench: Bench, seed: int, runs: list[dict[str, Any]], sums: Float
     seed : int
     runs : list of dict
         See `run_truth`.
-    sums : array, shape (s, 2, 3), optional
-        Of the runs for identification, see `law_sums`; gives the coefficients that an errorless campaign would find.
+    sums : array, shape (2, s, 2, 3), optional
+        Of the runs for identification, see `law_sums`; gives the coefficients of each thermometer: ``effective``, those
+        of the surface under it, and ``as_read``, those of its own readings, which a campaign can find.
     """
     instruments = mounted(bench, seed)
     thermocouples, beams = instruments.thermocouples, instruments.interferometers
