@@ -204,7 +204,7 @@ class ParquetStream(TableStream):
 
     def __init__(self, path: Path, wanted: tuple[str, ...]) -> None:
         try:
-            self._file = pa.parquet.ParquetFile(path)
+            self._file = pa.parquet.ParquetFile(path, pre_buffer=False)
         except pa.ArrowInvalid as error:
             raise FileFormatError(str(path), (Problem(1, 1, f"not a Parquet file: {error}"),)) from None
         schema = self._file.schema_arrow
@@ -244,7 +244,7 @@ class ParquetStream(TableStream):
         """Return the problems of each row after those handed on."""
         last = -np.inf if self.last_time is None else self.last_time
         names = list(self.header.numbers)
-        with pa.parquet.ParquetFile(self.path) as file:
+        with pa.parquet.ParquetFile(self.path, pre_buffer=False) as file:
             row = 0
             for block in file.iter_batches(BLOCK_ROWS, columns=names):
                 columns = {name: block.column(name).cast(pa.float64(), safe=False).to_pylist() for name in names}
