@@ -248,6 +248,9 @@ def _plates(rows: HexapodRows, plates: str, notes: list[str]) -> tuple[float | N
             notes.append(f"the {part} has no thermometer: its expansion is part of what the legs' laws absorb")
         elif plates == "fit":
             out.append(None)
+            notes.append(
+                f"the {part}'s coefficient is effective: what in the legs follows its temperature is in it too"
+            )
         elif plates == "known" and law is not None:
             out.append(law.expansion)
         elif plates == "known":
@@ -281,7 +284,8 @@ def _without_misses(rows: HexapodRows, left: FloatArray) -> tuple[HexapodRows, F
 def _leg_noise(rows: HexapodRows, fit: HexapodFit, before: float, noise: FloatArray) -> float:
     """Return what the legs add to a given noise, so that the weighted residuals come out as they should."""
     ratio = fit.chi2 / fit.freedom
-    if ratio <= 1.0 and before == 0.0:
+    # within three standard deviations of chance, the given noise explains all
+    if ratio <= 1.0 + 3.0 * np.sqrt(2.0 / fit.freedom) and before == 0.0:
         return 0.0
     J = jacobian(rows.hexapod, rows.measured)
     tracker = float(((J * noise) ** 2).sum(axis=2).mean())

@@ -141,7 +141,7 @@ def observability(information: FloatArray, model: HexapodModel) -> Observability
     order = np.argsort(-values)
     values, vectors = np.maximum(values[order], 0.0), vectors[:, order]
     with np.errstate(divide="ignore", invalid="ignore"):
-        spread = (vectors**2 / values).sum(axis=1)
+        spread = np.where(vectors == 0.0, 0.0, vectors**2 / values).sum(axis=1)
         uncertainty = np.where(size > 0.0, np.sqrt(spread) / safe, np.inf)
         alone = np.where(size > 0.0, 1.0 / safe, np.inf)
     coefficients = tuple(

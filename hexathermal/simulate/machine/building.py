@@ -23,7 +23,11 @@ PLATE_CONVECTION = 4.0
 """Of both faces of a plate [W/m2/K]: as the legs'. Engineering value."""
 
 
-def scaled_leg(retracted: float, span: float, cells: int = 8) -> VirtualLeg:
+CELLS = 16
+"""Of a leg's body, and of its rod: 27 change a growth of some 10 um by up to 0.1 um, and A by 0.5 % (tested)."""
+
+
+def scaled_leg(retracted: float, span: float, cells: int = CELLS) -> VirtualLeg:
     """Return the virtual leg in the size of a machine's: all lengths along the axis scale with its shortest length.
 
     Parameters
@@ -85,7 +89,7 @@ def virtual_machine(
     spread: float = 0.05,
     sensors: tuple[tuple[str, float], ...] | None = None,
     tracker: PositioningSystem | None = None,
-    cells: int = 8,
+    cells: int = CELLS,
 ) -> VirtualMachine:
     """Return a virtual machine whose legs and plates differ a little from each other and from what its maker says.
 
