@@ -38,6 +38,13 @@ SPIKE_ROWS_OF_SLOPE = 4.0
 SPIKE_ABRUPT = 0.5
 """and at least this share of it is made in one row: bumps are no spikes."""
 
+SPIKE_STEPS = 5.4
+"""It stands off by more than so many median steps from row to row of the ten rows around it: where a value swings, as a
+thermocouple does when a warm nut passes, its turning points are no spikes,"""
+
+SPIKE_LEAP = 1.2
+"""unless one row leaps by more than so many times what it stands off;"""
+
 EDGE_ROWS, EDGE_FACTOR = 5, 3.0
 """So near to the ends of a run one side is missing, and all limits are so many times wider."""
 
@@ -56,7 +63,7 @@ MARGIN = 64
 SPIKE_RULE = (
     "off the medians of 5 rows before and of 5 rows behind, on the same side and abruptly, by more than "
     f"{SPIKE_NOISES:g} noises of the channel ({SPIKE_LOCAL:g} of the {2 * HALF_WINDOW + 1} rows around) and "
-    f"{SPIKE_ROWS_OF_SLOPE:g} rows of the slope"
+    f"{SPIKE_ROWS_OF_SLOPE:g} rows of the slope, and {SPIKE_STEPS:g} steps from row to row"
 )
 STUCK_RULE = f"not one change in {STUCK_ROWS} rows or more, while half of the other channels change all the time"
 CODE_RULE = f"below {COLDEST_DEGC:g} degC or above {HOTTEST_DEGC:g} degC, or 9999 and the like: a logger's missing code"
@@ -179,7 +186,7 @@ def spikes_in(values: FloatArray, noise: FloatArray) -> Flags:
         part = np.where(found[:, columns], np.nan, values[:, columns])
         known = ~np.isnan(part)
         part = filled(part)
-        new = _standing_off(part, noise[columns]) & known
+        new = _standing_off(part, noise[columns], _beside(found[:, columns])) & known
         if not new.any():
             break
         found[:, columns] |= new
@@ -187,8 +194,14 @@ def spikes_in(values: FloatArray, noise: FloatArray) -> Flags:
     return found
 
 
-def _standing_off(values: FloatArray, noise: FloatArray) -> Flags:
-    """Return one pass of `spikes_in`."""
+def _beside(found: Flags) -> Flags:
+    """Return which rows stand within two rows of one that was found: the rest of a burst, whatever its steps."""
+    padded = np.pad(found, ((2, 2), (0, 0)))
+    return np.asarray(np.logical_or.reduce([padded[k : len(found) + k] for k in range(5)]))
+
+
+def _standing_off(values: FloatArray, noise: FloatArray, burst: Flags) -> Flags:
+    """Return one pass of `spikes_in`; rows of a `burst` are not held against the steps around them."""
     n = len(values)
     padded = np.pad(values, ((HALF_WINDOW, HALF_WINDOW), (0, 0)), mode="reflect")
     fives = medians_of_five(padded)
@@ -206,9 +219,12 @@ def _standing_off(values: FloatArray, noise: FloatArray) -> Flags:
         local = TO_SIGMA * np.median(np.abs(bend), axis=1) / np.sqrt(1.5)
         allowed = np.maximum(SPIKE_NOISES * noise[columns], SPIKE_LOCAL * local) + SPIKE_ROWS_OF_SLOPE * steeper
         allowed *= np.where((rows < EDGE_ROWS) | (rows >= n - EDGE_ROWS), EDGE_FACTOR, 1.0)
-        one_row = np.abs(np.diff(around[:, HALF_WINDOW - 1 : HALF_WINDOW + 2], axis=1)).max(axis=1)
+        steps = np.abs(np.diff(around, axis=1))
+        one_row = steps[:, HALF_WINDOW - 1 : HALF_WINDOW + 1].max(axis=1)
+        usual = np.median(np.delete(steps[:, HALF_WINDOW - 5 : HALF_WINDOW + 5], [4, 5], axis=1), axis=1)
         size = off[rows, columns]
-        found[rows, columns] = (size > allowed) & (one_row > SPIKE_ABRUPT * size)
+        sharp = (size > SPIKE_STEPS * usual) | (one_row > SPIKE_LEAP * size) | burst[rows, columns]
+        found[rows, columns] = (size > allowed) & (one_row > SPIKE_ABRUPT * size) & sharp
     return np.asarray(found)
 
 
