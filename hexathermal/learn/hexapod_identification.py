@@ -101,10 +101,11 @@ class HexapodIdentification:
             laws.append(LegLaw(self.sensors, A, B, known, title))
         return tuple(laws)
 
-    def hexapod(self, title: str = "") -> Hexapod:
+    def hexapod(self, title: str = "", legs: tuple[LegLaw, ...] | None = None) -> Hexapod:
         """Return the machine with the chosen laws; references are the temperatures of the zero.
 
-        Expansions of plates without a thermometer stay as the machine has them.
+        Expansions of plates without a thermometer stay as the machine has them. `legs`: six laws from elsewhere, as
+        they were given, with their own covariances, where those are chosen.
         """
         rows, fit = self.rows, self.fit
         old = rows.hexapod.thermal
@@ -115,14 +116,12 @@ class HexapodIdentification:
             plates[part] = before if before is None or before.sensor is None else replace(before, sensor=None)
             if sensor is not None and (fit.b[12 * len(rows.sensors) + k] != 0.0 or part in fit.model.words):
                 plates[part] = PlateLaw(float(fit.b[12 * len(rows.sensors) + k]), sensor)
-        laws = self.laws(title)
-        legs = laws[0] if all(law == laws[0] for law in laws) else laws
-        at = [rows.sensors.index(name) for name in self.sensors]
-        zero = [float(rows.zero_degC[leg, place]) for leg in range(6) for place in at]
+        laws = self.laws(title) if legs is None else legs
+        zero = [float(rows.zero_degC[leg, rows.sensors.index(name)]) for leg in range(6) for name in laws[leg].sensors]
         zero += [float(value) for value, law in zip(rows.plates_zero_degC, plates.values(), strict=True)
                  if law is not None and law.sensor is not None]  # fmt: skip
         valid = DEFAULT_RANGE_DEGC if old is None else old.valid_degC
-        model = ThermalModel(legs, plates["platform"], plates["base"], np.round(zero, 4), valid)
+        model = ThermalModel(laws, plates["platform"], plates["base"], np.round(zero, 4), valid)
         return replace(rows.hexapod, thermal=model, grade="A")
 
 

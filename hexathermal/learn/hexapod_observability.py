@@ -176,17 +176,17 @@ def _groups(words: tuple[str, ...]) -> tuple[tuple[str, ...], FloatArray]:
     for name, places in _blocks(words).items():
         column = np.zeros(len(words))
         column[places] = 1.0
-        names.append(_called(name, len(places)))
+        names.append(_called(name))
         directions.append(column)
     matrix = np.column_stack(directions) if directions else np.zeros((len(words), 0))
     return tuple(names), matrix
 
 
-def _called(name: str, count: int) -> str:
+def _called(name: str) -> str:
     """Return what a group is called."""
     if name in ("platform", "base"):
         return f"the {name}"
-    return f"six equal legs ({name})" if count == 6 else f"the legs' common law ({name})"
+    return f"six equal legs ({name})"
 
 
 def _direction(words: tuple[str, ...], v: FloatArray) -> str:
@@ -195,7 +195,7 @@ def _direction(words: tuple[str, ...], v: FloatArray) -> str:
     for name, places in _blocks(words).items():
         x = v[places]
         equal = float(x.sum() / np.sqrt(len(x)))
-        parts.append((equal * abs(equal), _called(name, len(places))))
+        parts.append((equal * abs(equal), _called(name)))
         if len(x) > 1:
             unequal = x - x.mean()
             leg = words[places[int(np.abs(unequal).argmax())]].partition(" ")[0].replace("leg", "leg ")

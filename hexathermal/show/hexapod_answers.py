@@ -20,6 +20,7 @@ if TYPE_CHECKING:
     from hexathermal.learn.hexapod_identification import HexapodIdentification
     from hexathermal.learn.hexapod_observability import Observability
     from hexathermal.learn.hexapod_validation import HexapodValidation
+    from hexathermal.machine.thermal import LegLaw
     from hexathermal.poses import FloatArray
 
 LARGEST_PROPOSAL = 500
@@ -89,8 +90,9 @@ def identify_answer(arguments: argparse.Namespace, progress: Progress) -> Answer
     campaign = load_campaign(arguments.campaign, needed=("identification",), progress=progress)
     rows = hexapod_rows(campaign, "identification", sensors=_sensors(arguments, campaign))
     progress(0, 0, "identifying (the first run compiles)")
+    bench = _bench_laws(arguments.legs, rows.sensors)
     found = identify_hexapod(rows, frame=arguments.frame, plates=arguments.plates, noise=_noise(arguments),
-                             legs=_bench_laws(arguments.legs, rows.sensors))  # fmt: skip
+                             legs=_coefficients(bench, rows.sensors))  # fmt: skip
     widest = found.fits.get("leg-specific", found.fits["common"])
     seen = observability(found.equations.S, widest.model)
     facts = hexapod_identification_facts(found, seen)
@@ -99,7 +101,8 @@ def identify_answer(arguments: argparse.Namespace, progress: Progress) -> Answer
         facts["proposal"] = design_facts(design)
     written: list[Path] = []
     if arguments.out is not None:
-        written.append(write_hexapod(found.hexapod(campaign.title or campaign.folder.name), arguments.out))
+        title, own = campaign.title or campaign.folder.name, bench if found.chosen == "bench" else None
+        written.append(write_hexapod(found.hexapod(title, own), arguments.out))
     if arguments.report is not None:
         progress(0, 0, "drawing")
         written += _identification_report(found, seen, design, facts, arguments.report)
@@ -171,28 +174,36 @@ def _noise(arguments: argparse.Namespace) -> FloatArray | None:
     return np.array([arguments.noise_um] * 3 + [arguments.noise_urad] * 3) * 1e-6
 
 
-def _bench_laws(files: list[Path], sensors: tuple[str, ...]) -> dict[str, FloatArray] | None:
-    """Return the laws of a bench as coefficients of the machine's thermometers, shape (6, 2, k)."""
-    import numpy as np
-
+def _bench_laws(files: list[Path], sensors: tuple[str, ...]) -> tuple[LegLaw, ...] | None:
+    """Return the six legs' laws from a bench, whose thermometers the machine must have."""
     from hexathermal.learn.leg_law_files import read_leg_law
 
-    if not files:
-        return None
-    laws = [read_leg_law(file) for file in files]
-    found = np.zeros((6, 2, len(sensors)))
-    for leg in range(6):
-        file, law = files[leg % len(files)], laws[leg % len(laws)]
+    laws = []
+    for file in files:
+        law = read_leg_law(file)
         if law.kind != "leg":
             raise ArgumentError(
                 f"{file} is the law of a component; a leg of the machine needs the law of a leg (A and B)"
             )
-        for k, name in enumerate(law.sensors):
+        for name in law.sensors:
             if name not in sensors:
                 raise ArgumentError(
                     f"{file} reads thermometer {name!r}; the machine's legs have {', '.join(sensors)}: name the "
                     f"columns leg1_{name}_degC ..., or map them by [columns] in campaign.toml"
                 )
+        laws.append(law.leg_law())
+    return tuple(laws * 6) if len(laws) == 1 else tuple(laws) or None
+
+
+def _coefficients(laws: tuple[LegLaw, ...] | None, sensors: tuple[str, ...]) -> dict[str, FloatArray] | None:
+    """Return laws from a bench as coefficients of the machine's thermometers, shape (6, 2, k)."""
+    import numpy as np
+
+    if laws is None:
+        return None
+    found = np.zeros((6, 2, len(sensors)))
+    for leg, law in enumerate(laws):
+        for k, name in enumerate(law.sensors):
             found[leg, :, sensors.index(name)] = law.A[k], law.B[k]
     return {"bench": found}
 

@@ -27,7 +27,8 @@ def machine() -> ht.Hexapod:
 
 def stood(base: np.ndarray, platform: np.ndarray, lengths: np.ndarray, start: np.ndarray) -> np.ndarray:
     """Return the poses (n, 4, 4) at which legs (n, 6) reach from base to platform joints (n, 6, 3): Newton's method
-    with numerical derivatives, written from the definition of a leg."""
+    with numerical derivatives, written from the definition of a leg.
+    """
     t, R = start[:, :3, 3].copy(), Rotation.from_matrix(start[:, :3, :3])
 
     def miss(shift: np.ndarray, turn: np.ndarray) -> np.ndarray:
@@ -72,7 +73,8 @@ def drawn_rows(
     slow: float = 0.0,
 ) -> HexapodRows:
     """Return a campaign: each leg with its law (6, 2) [1/K], plates that expand, noise, a frame (m, 2 x rad) drawn for
-    each run, and `slow`: deviations of the legs [m] that go along with their temperatures, other ones in each run."""
+    each run, and `slow`: deviations of the legs [m] that go along with their temperatures, other ones in each run.
+    """
     hexapod = machine()
     found = []
     for run in range(runs):

@@ -28,8 +28,10 @@ def place(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 def test_from_simulation_to_validation(place: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    """simulate, identify, validate in a row: laws near those that fit the truth best; a machine that reads; errors of
-    the platform on runs never fitted fall by more than 70 %; pictures and numbers are written."""
+    """simulate, identify, validate in a row: laws near those that fit the truth best from what the thermometers
+    read; a machine that reads; errors of the platform on runs never fitted fall by more than 70 %; pictures and numbers
+    are written.
+    """
     machine, report = tmp_path / "machine", tmp_path / "report"
     assert main(["identify", str(place / "campaign"), "--out", str(machine), "--report", str(report), "--propose", "20",
                  "--json", str(tmp_path / "i.json")]) == 0  # fmt: skip
@@ -37,7 +39,7 @@ def test_from_simulation_to_validation(place: Path, tmp_path: Path, capsys: pyte
     truth = json.loads((place / "truth.json").read_text(encoding="utf-8"))
     own = {one["name"]: one for one in facts["laws"]["leg-specific"]["coefficients"]}
     for leg in range(6):
-        effective = truth["legs"][leg]["effective"]
+        effective = truth["legs"][leg]["as_read"]
         found = own[f"leg{leg + 1} A T1"]
         assert abs(found["value"] - effective["A_per_K"] * 1e6) < max(4.0 * found["standard_uncertainty"], 0.15)
     assert facts["chosen"] == "leg-specific"
@@ -61,8 +63,8 @@ def test_from_simulation_to_validation(place: Path, tmp_path: Path, capsys: pyte
 def test_proposed_poses_can_be_simulated(place: Path, tmp_path: Path) -> None:
     """The table of proposed poses is what ``simulate machine --poses`` takes, and those poses are measured."""
     assert main(["identify", str(place / "campaign"), "--report", str(tmp_path), "--propose", "12"]) == 0
-    assert main(["simulate", "machine", "--out", str(tmp_path / "next"), "--poses", str(tmp_path / "poses.csv"), "--runs",
-                 "1", "--validation", "0", "--rows", "24"]) == 0  # fmt: skip
+    assert main(["simulate", "machine", "--out", str(tmp_path / "next"), "--poses", str(tmp_path / "poses.csv"),
+                 "--runs", "1", "--validation", "0", "--rows", "24"]) == 0  # fmt: skip
     told = np.genfromtxt(tmp_path / "poses.csv", delimiter=",", names=True)
     done = np.genfromtxt(tmp_path / "next" / "runs" / "run-01.csv", delimiter=",", names=True)
     want = {tuple(row[f"{axis}_{'mm' if len(axis) == 1 else 'deg'}"] for axis in AXES) for row in told}
@@ -76,10 +78,11 @@ def test_laws_of_a_bench_are_compared(place: Path, tmp_path: Path) -> None:
     def law(A: float, B: float, file: Path) -> str:
         made = IdentifiedLaw("leg", ("T1",), np.array([A, B]), np.eye(2) * 1e-16, 0.6, (0.0, 0.25), "campaign",
                              Validity(np.array([[-1.0, 10.0]])), ResidualNoise(1e-7, 1e-7, 1e-7, 600.0, 1e-7),
-                             SensorErrors(np.array([0.01]), np.array([0.01]), 3600.0), origin=Origin("bench", "-", ("run-1",), "-"))  # fmt: skip
+                             SensorErrors(np.array([0.01]), np.array([0.01]), 3600.0),
+                             origin=Origin("bench", "-", ("run-1",), "-"))  # fmt: skip
         return str(write_leg_law(made, file))
 
-    files = [law(leg["effective"]["A_per_K"], leg["effective"]["B_per_K"], tmp_path / f"leg{k}.toml")
+    files = [law(leg["as_read"]["A_per_K"], leg["as_read"]["B_per_K"], tmp_path / f"leg{k}.toml")
              for k, leg in enumerate(truth["legs"])]  # fmt: skip
     wrong = law(4e-6, 0.0, tmp_path / "wrong.toml")
     chosen = []

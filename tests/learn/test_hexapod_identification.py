@@ -23,7 +23,8 @@ def laws_of(found: HexapodIdentification, name: str = "leg-specific") -> np.ndar
 
 def test_without_noise_the_truth_comes_back(rng: np.random.Generator) -> None:
     """Twelve coefficients of unequal legs and two plates come back to 1e-4 of themselves from the platform's poses
-    alone, although the tracker's frame lies 0.2 mm and 0.4 mrad off, another way in each run."""
+    alone, although the tracker's frame lies 0.2 mm and 0.4 mrad off, another way in each run.
+    """
     rows = drawn_rows(rng, UNEQUAL, noise=np.zeros(6), frame=2e-4)
     found = identify_hexapod(rows)
     assert found.chosen == "leg-specific"
@@ -34,7 +35,8 @@ def test_without_noise_the_truth_comes_back(rng: np.random.Generator) -> None:
 
 def test_intervals_cover(rng: np.random.Generator) -> None:
     """Of 560 intervals of 95 % (40 campaigns, 12 + 2 coefficients) 93 to 99.5 % hold the truth: the larger of two
-    uncertainties is taken, so they are rather wide."""
+    uncertainties is taken, so they are rather wide.
+    """
     truth = np.concatenate([UNEQUAL.ravel(), PLATES])
     inside = []
     for _campaign in range(40):
@@ -45,7 +47,8 @@ def test_intervals_cover(rng: np.random.Generator) -> None:
 
 def test_the_noise_is_found_and_given_noise_is_propagated(rng: np.random.Generator) -> None:
     """Coordinates' noise comes out within 15 %, tilted poses or not; given as it is, the legs add nothing and the
-    uncertainties agree within 15 %; given half as large, what is missing is found in the legs."""
+    uncertainties agree within 15 %; given half as large, what is missing is found in the legs.
+    """
     noise = NOISE * [1.0, 2.0, 0.5, 1.0, 3.0, 0.7]
     rows = drawn_rows(rng, runs=4, poses=100, noise=noise)
     found, told = identify_hexapod(rows), identify_hexapod(rows, noise=noise)
@@ -78,7 +81,8 @@ def test_laws_of_a_bench_are_judged_by_the_platform(rng: np.random.Generator) ->
 
 def test_slow_deviations_widen_the_uncertainty(rng: np.random.Generator) -> None:
     """Deviations that rows of a run share (0.6 um at 5 K) are not taken for independent: intervals of 95 % still hold
-    the truth in more than 88 %, where those of independent rows hold it in less than 75 %."""
+    the truth in more than 88 %, where those of independent rows hold it in less than 75 %.
+    """
     wide, narrow = [], []
     for _campaign in range(12):
         fit = identify_hexapod(drawn_rows(rng, EQUAL, runs=8, poses=60, slow=6e-7)).fits["leg-specific"]
@@ -106,7 +110,8 @@ def test_misses_of_the_tracker_are_left_out_and_said(rng: np.random.Generator) -
 @pytest.mark.parametrize("frame", ["run", "campaign", "none"])
 def test_the_frame_is_a_choice(rng: np.random.Generator, frame: str) -> None:
     """Without any frame error all three choices find the truth within their uncertainties; the fewer unknowns, the
-    smaller the uncertainty."""
+    smaller the uncertainty.
+    """
     rows = drawn_rows(rng, frame=0.0)
     fit = identify_hexapod(rows, frame=frame).fits["common"]
     off = np.abs(fit.theta[:2] - EQUAL[0]) / np.sqrt(np.diagonal(fit.covariance))[:2]

@@ -50,7 +50,8 @@ def with_law(rows: HexapodRows, thermal: ht.ThermalModel) -> ht.Hexapod:
 
 def test_the_true_law_leaves_the_noise(rng: np.random.Generator, tmp_path: Path) -> None:
     """What is left after correction is the tracker's noise, axis by axis within 20 %, whatever the machine's reference;
-    every axis is better, z by more than 80 %; the predicted drift fits with a factor of 1."""
+    every axis is better, z by more than 80 %; the predicted drift fits with a factor of 1.
+    """
     rows = drawn_rows(rng, runs=4, poses=60, frame=0.0)
     found = validate_hexapod(with_law(rows, law()), written(tmp_path, rows))
     for k, axis in enumerate(("x", "y", "z", "rx", "ry", "rz")):
@@ -83,7 +84,8 @@ def test_figures_are_those_of_the_rows(rng: np.random.Generator, tmp_path: Path)
 
 def test_over_correction_is_said(rng: np.random.Generator, tmp_path: Path) -> None:
     """A law 1.3 times too large still helps, and it is said that it over-corrects; one 2.5 times too large makes it
-    worse, and that is the verdict; one half as large under-corrects."""
+    worse, and that is the verdict; one half as large under-corrects.
+    """
     rows = drawn_rows(rng, runs=3, frame=0.0)
     campaign = written(tmp_path, rows)
     more, much, less = (validate_hexapod(with_law(rows, law(factor)), campaign) for factor in (1.3, 2.5, 0.5))
@@ -97,7 +99,8 @@ def test_over_correction_is_said(rng: np.random.Generator, tmp_path: Path) -> No
 
 def test_the_frame_of_a_run_is_told_from_heat(rng: np.random.Generator, tmp_path: Path) -> None:
     """A tracker's frame 5 um off adds to what is left; each run's motion is found within 1 um, and without it the noise
-    is left."""
+    is left.
+    """
     rows = drawn_rows(rng, runs=2, poses=80, frame=5e-6)
     found = validate_hexapod(with_law(rows, law()), written(tmp_path, rows))
     assert found.total["translation"].after.value > 3e-6
@@ -108,7 +111,8 @@ def test_the_frame_of_a_run_is_told_from_heat(rng: np.random.Generator, tmp_path
 
 def test_zero_of_the_campaign(rng: np.random.Generator, tmp_path: Path) -> None:
     """Temperatures count from each run's first row, or from the first run's: a run that begins warm tells the two
-    apart, and both are what the table says."""
+    apart, and both are what the table says.
+    """
     rows = drawn_rows(rng, runs=2, poses=20)
     warm = dataclasses.replace(rows, dT=rows.dT + 3.0 * (rows.run == 1)[:, None, None])
     for zero, rise in (("run", 0.0), ("campaign", 3.0)):

@@ -62,7 +62,8 @@ def test_heat_is_conserved_whatever_the_machine_does(
 
 def test_plates_couple_the_legs() -> None:
     """One leg that works warms both plates, and through them the five that rest; heat flows from warm to cold only:
-    the plates stay colder than the working leg, the resting legs colder than the plates."""
+    the plates stay colder than the working leg, the resting legs colder than the plates.
+    """
     heat = MACHINE.heat
     n = 1500
     q = np.full((n, 6), 0.1)
@@ -79,7 +80,8 @@ def test_plates_couple_the_legs() -> None:
 
 def test_alone_between_fixed_plates_a_leg_is_that_of_the_bench() -> None:
     """With plates that are as one bench's platform pieces, the legs' temperatures follow the bench's leg: identical
-    legs in identical motion, a sixth of the plate each, agree to 1e-9 K."""
+    legs in identical motion, a sixth of the plate each, agree to 1e-9 K.
+    """
     leg = scaled_leg(0.6, 0.25)
     pieces = Plate(6 * leg.joints.piece_capacity, 6 * leg.joints.piece_convection)
     heat = MachineHeat((leg,) * 6, pieces, pieces)
@@ -93,7 +95,8 @@ def test_alone_between_fixed_plates_a_leg_is_that_of_the_bench() -> None:
 
 def test_steps_of_time_and_cells_are_fine_enough() -> None:
     """A quarter of the steps changes no growth in a run by more than 20 nm; legs of 27 cells instead of 16 change no
-    growth by more than 0.15 um, and the laws that fit best by less than 1.5 % (A) and 6 % (B)."""
+    growth by more than 0.15 um, and the laws that fit best by less than 1.5 % (A) and 6 % (B).
+    """
 
     def made_at(step: float, machine: VirtualMachine = MACHINE) -> np.ndarray:
         generator = np.random.default_rng(5)
@@ -136,7 +139,7 @@ def test_the_true_pose_is_that_of_a_second_solver(runs: list[MachineRun]) -> Non
 
 
 def test_uniform_expansion_scales_the_machine() -> None:
-    """Joints and legs that all grow by 1e-5 leave the platform's turn and move it away from the base's origin by 1e-5."""
+    """Joints and legs that all grow by 1e-5 leave the platform's turn and move it off the base's origin by 1e-5."""
     six = np.array([[0, 0, 0, 0, 0, 0.0], [40, -30, 25, 4, -3, 5], [-60, 10, -40, -5, 6, -8]])
     poses = ht.pose_from_coordinates(six, hexapod=MACHINE.hexapod)
     lengths = MACHINE.hexapod.inverse_kinematics(poses)
@@ -147,7 +150,8 @@ def test_uniform_expansion_scales_the_machine() -> None:
 
 def test_the_homogeneous_law_is_exact() -> None:
     """A leg that is 1 K warmer all over grows by A q0 + B q at every displacement, to 1e-15 m; without spread all legs
-    have one law, with it they differ by some 5 %."""
+    have one law, with it they differ by some 5 %.
+    """
     laws = homogeneous_laws(MACHINE)
     for leg, (A, B) in zip(MACHINE.heat.legs, laws, strict=True):
         cold = np.zeros(leg.size)
@@ -178,7 +182,8 @@ def test_the_tracker_has_its_noise_and_its_frame() -> None:
 
 def test_the_campaign_reads_as_any_other(runs: list[MachineRun], tmp_path: Path) -> None:
     """The folder is a campaign of kind hexapod that loads without a fault, CSV and Parquet alike; its machine is beside
-    it; what is read is what was recorded."""
+    it; what is read is what was recorded.
+    """
     plans = tuple(run.truth.plan for run in runs)
     for parquet in (False, True):
         folder = tmp_path / f"campaign-{parquet}"

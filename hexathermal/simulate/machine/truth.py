@@ -10,6 +10,7 @@ import numpy as np
 
 from hexathermal.poses import FloatArray, pose_from_coordinates
 from hexathermal.predict.pose_errors import pose_errors
+from hexathermal.simulate.bench.thermocouples import MountedThermocouples
 from hexathermal.simulate.machine.machine import VirtualMachine
 from hexathermal.simulate.machine.runs import MachineRun, mounted_thermometers
 
@@ -27,21 +28,34 @@ def homogeneous_laws(machine: VirtualMachine) -> FloatArray:
     return found
 
 
-def effective_laws(machine: VirtualMachine, runs: Sequence[MachineRun]) -> FloatArray:
-    """Return A and B of each leg that fit the true growth best from the true temperatures at its first thermometer.
+def effective_laws(
+    machine: VirtualMachine, runs: Sequence[MachineRun], thermometers: MountedThermocouples | None = None
+) -> FloatArray:
+    """Return A and B of each leg that fit the true growth best from the temperature at its first thermometer.
 
-    Least squares with one constant a leg; shape (6, 2) [1/K].
+    Least squares with a constant for each leg and run; shape (6, 2) [1/K].
+
+    Parameters
+    ----------
+    machine : VirtualMachine
+    runs : sequence of MachineRun
+    thermometers : MountedThermocouples, optional
+        Temperatures as these read them, without noise and bias (contact, gain): what a campaign can find. Default: the
+        true temperatures of the surfaces.
     """
     found = np.empty((6, 2))
     count = len(machine.sensors)
     surfaces = [machine.surfaces(run.truth.history) for run in runs]
-    zero = surfaces[0][0]
+    if thermometers is not None:
+        surfaces = [thermometers.quiet(one, run.air) for one, run in zip(surfaces, runs, strict=True)]
     for i in range(6):
-        dT = np.concatenate([surface[:, count * i] - zero[count * i] for surface in surfaces])
-        q = np.concatenate([run.truth.q[:, i] for run in runs])
-        y = np.concatenate([run.truth.growth[:, i] for run in runs])
-        X = np.column_stack([machine.retracted[i] * dT, q * dT, np.ones(len(y))])
-        found[i] = np.linalg.lstsq(X, y, rcond=None)[0][:2]
+        columns, growths = [], []
+        for surface, run in zip(surfaces, runs, strict=True):
+            T, growth = surface[:, count * i], run.truth.growth[:, i]
+            X = np.column_stack([machine.retracted[i] * (T - 20.0), run.truth.q[:, i] * (T - 20.0)])
+            columns.append(X - X.mean(axis=0))
+            growths.append(growth - growth.mean())
+        found[i] = np.linalg.lstsq(np.concatenate(columns), np.concatenate(growths), rcond=None)[0]
     return found
 
 
@@ -57,15 +71,16 @@ def machine_truth(machine: VirtualMachine, seed: int, runs: Sequence[MachineRun]
     """
     laws = homogeneous_laws(machine)
     fitted = [run for run in runs if run.role == "identification"]
-    effective = effective_laws(machine, fitted or list(runs))
     thermometers = mounted_thermometers(machine, seed)
+    effective, as_read = (effective_laws(machine, fitted or list(runs), one) for one in (None, thermometers))
     return {
         "format": FORMAT,
         "seed": seed,
         "legs": [
             {"homogeneous": {"A_per_K": float(a), "B_per_K": float(b)},
-             "effective": {"A_per_K": float(c), "B_per_K": float(d)}, "parameters": asdict(leg)}
-            for (a, b), (c, d), leg in zip(laws, effective, machine.heat.legs, strict=True)
+             "effective": {"A_per_K": float(c), "B_per_K": float(d)},
+             "as_read": {"A_per_K": float(e), "B_per_K": float(f)}, "parameters": asdict(leg)}
+            for (a, b), (c, d), (e, f), leg in zip(laws, effective, as_read, machine.heat.legs, strict=True)
         ],
         "platform": asdict(machine.heat.platform),
         "base": asdict(machine.heat.base),
