@@ -208,8 +208,8 @@ def fit_model(equations: HexapodEquations, model: HexapodModel) -> HexapodFit:
     ])  # fmt: skip
     by_rows = inverse * max(1.0, chi2 / freedom)
     sd_rows, sd_runs = np.sqrt(np.diagonal(by_rows)), np.full(theta.shape, np.nan)
-    some = np.array([one for one in without if one is not None]).reshape(-1, theta.size)
-    if len(some) > 1:
+    some = np.array([one for one in without if one is not None])
+    if len(some) > 1 and theta.size:
         sd_runs = np.sqrt((len(some) - 1) / len(some) * ((some - some.mean(axis=0)) ** 2).sum(axis=0))
     larger = np.where(np.nan_to_num(sd_runs) > sd_rows, np.nan_to_num(sd_runs), sd_rows)
     scale = larger / np.where(sd_rows > 0.0, sd_rows, 1.0)

@@ -22,7 +22,7 @@ from hexathermal.machine.hexapod import Hexapod
 from hexathermal.machine.thermal import DEFAULT_RANGE_DEGC, LegLaw, PlateLaw, ThermalModel
 from hexathermal.poses import FloatArray
 
-PLATES_CHOICES = ("fit", "known", "none")
+PLATES_CHOICES = ("auto", "fit", "known", "none")
 START_NOISE = np.array([1e-6, 1e-6, 1e-6, 2e-6, 2e-6, 2e-6])
 """First guess of the coordinates' noise; the residuals replace it [m, rad]."""
 
@@ -130,7 +130,7 @@ def identify_hexapod(
     *,
     sensors: Sequence[str] | None = None,
     frame: str = "run",
-    plates: str = "fit",
+    plates: str = "auto",
     noise: FloatArray | None = None,
     legs: Mapping[str, FloatArray] | None = None,
 ) -> HexapodIdentification:
@@ -145,7 +145,8 @@ def identify_hexapod(
     frame : str
         What the positioning system's frame is free in: ``"run"``, ``"campaign"`` or ``"none"``.
     plates : str
-        Expansion of plates that have a thermometer: ``"fit"``, ``"known"`` (the machine's), ``"none"`` (0).
+        Expansion of plates that have a thermometer: ``"fit"``, ``"known"`` (the machine's), ``"none"`` (0), ``"auto"``
+        (the machine's where it states one for that thermometer, else fit).
     noise : array, shape (6,), optional [m, m, m, rad, rad, rad]
         Standard deviations of the measured coordinates; default: found in the residuals.
     legs : mapping of str to array, shape (6, 2, k), optional
@@ -173,13 +174,10 @@ def identify_hexapod(
             if not fits:
                 raise
             notes.append(f"no {name} law: {error}")
+    notes += _stated_plates(equations, kinds) if plates == "auto" else []
     best, reason = _chosen(fits, equations)
     scores = {name: _scores(rows, equations, one, frame, frames) for name, one in fits.items()}
-    if len(rows.runs) == 1:
-        notes.append(
-            "one run only: uncertainties are those of independent rows, and nothing is judged on runs left out"
-        )
-    notes += [f"{count} rows were left out: {text}" for text, count in rows.left_out.items()]
+    notes += _doubts(rows)
     return HexapodIdentification(
         rows, chosen, equations, fits, best, reason, {name: one[0] for name, one in scores.items()},
         {name: one[1] for name, one in scores.items()}, sigma, noise is not None, leg_noise, frame,
@@ -245,7 +243,9 @@ def _plates(rows: HexapodRows, plates: str, notes: list[str]) -> tuple[float | N
         if rows.plate_sensors[k] is None:
             out.append(0.0)
             notes.append(f"the {part} has no thermometer: its expansion is part of what the legs' laws absorb")
-        elif plates == "fit":
+        elif plates == "auto" and law is not None and law.sensor is not None:
+            out.append(law.expansion)
+        elif plates in ("fit", "auto"):
             out.append(None)
             notes.append(
                 f"the {part}'s coefficient is effective: what in the legs follows its temperature is in it too"
@@ -257,6 +257,37 @@ def _plates(rows: HexapodRows, plates: str, notes: list[str]) -> tuple[float | N
         else:
             out.append(0.0)
     return out[0], out[1]
+
+
+def _doubts(rows: HexapodRows) -> list[str]:
+    """Return what is to be said of the rows."""
+    notes = [f"{count} rows were left out: {text}" for text, count in rows.left_out.items()]
+    if len(rows.runs) == 1:
+        notes.append(
+            "one run only: uncertainties are those of independent rows, and nothing is judged on runs left out"
+        )
+    return notes
+
+
+def _stated_plates(equations: HexapodEquations, kinds: _Kinds) -> list[str]:
+    """Return notes on plates whose stated expansion the data contradict."""
+    try:
+        fit = replace(kinds, plates=(None if kinds.plates[0] else 0.0, None if kinds.plates[1] else 0.0)).widest(
+            equations
+        )
+    except ArgumentError:
+        return []
+    notes = []
+    for part, stated in zip(("platform", "base"), kinds.plates, strict=True):
+        if stated and part in fit.model.words:
+            k = fit.model.words.index(part)
+            value, u = fit.theta[k] * 1e6, float(np.sqrt(fit.covariance[k, k])) * 1e6
+            if abs(value - stated * 1e6) > 3.0 * u:
+                notes.append(
+                    f"the {part} is taken to expand by {stated * 1e6:.2f} um/m/K, as the machine states; found freely "
+                    f"it is {value:.2f} +- {u:.2f}, with what in the legs follows its temperature (--plates fit)"
+                )
+    return notes
 
 
 def _frames(rows: HexapodRows, equations: HexapodEquations, b: FloatArray, frame: str) -> FloatArray:

@@ -59,8 +59,9 @@ def add_hexapod_options(one: argparse.ArgumentParser) -> None:
     group = one.add_argument_group("for a campaign of kind hexapod")
     group.add_argument("--frame", choices=("run", "campaign", "none"), default="run",
                        help="the positioning system's frame is free in each run (default), once, or not")  # fmt: skip
-    group.add_argument("--plates", choices=("fit", "known", "none"), default="fit",
-                       help="expansion of plates with a thermometer: found (default), the machine's, or 0")  # fmt: skip
+    group.add_argument("--plates", choices=("auto", "fit", "known", "none"), default="auto",
+                       help="expansion of plates with a thermometer: the machine's where it states one, else "
+                       "found (auto, default); found; the machine's; 0")  # fmt: skip
     group.add_argument("--noise-um", type=number, metavar="UM", help="known noise of x, y, z (default: found)")
     group.add_argument("--noise-urad", type=number, metavar="URAD", help="known noise of rx, ry, rz")
     group.add_argument("--legs", nargs="+", type=path, default=[], metavar="LAW",

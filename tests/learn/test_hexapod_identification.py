@@ -208,3 +208,21 @@ def test_one_run_is_said(rng: np.random.Generator) -> None:
     found = identify_hexapod(drawn_rows(rng, runs=1, poses=80))
     assert any("one run only" in note for note in found.notes)
     assert np.isnan(found.left_out_rmse["common"][0])
+
+
+def test_stated_plates_are_taken_and_contradicted(rng: np.random.Generator) -> None:
+    """Plates that the machine states are taken as they are; a statement that is 8 um/m/K off is contradicted in words,
+    a true one is not.
+    """
+    rows = drawn_rows(rng)
+    law = ht.LegLaw("T1", 2e-6, 1e-6)
+    said = []
+    for off in (0.0, 8e-6):
+        plates = (ht.PlateLaw(PLATES[0] - off, "T1"), ht.PlateLaw(PLATES[1], "T1"))
+        hexapod = dataclasses.replace(rows.hexapod, thermal=ht.ThermalModel(law, *plates))
+        found = identify_hexapod(dataclasses.replace(rows, hexapod=hexapod))
+        assert np.array_equal(found.fit.b[12:], PLATES - [off, 0.0])
+        said.append([note for note in found.notes if "found freely" in note])
+    assert not said[0]
+    assert len(said[1]) == 1
+    assert said[1][0].startswith("the platform is taken to expand by 3.00 um/m/K")
