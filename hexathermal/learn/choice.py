@@ -52,7 +52,11 @@ class Choice:
     reason : str
     gain, gain_uncertainty : float [m]
         RMSE on runs left out of the best single sensor less that of the best pair, and its standard uncertainty from
-        the spread between runs; NaN where it cannot be told.
+        the spread between runs; NaN where it cannot be told. Both were picked by these very numbers, which flatters
+        the pair: there are more of them.
+    nested_gain, nested_gain_uncertainty : float [m]
+        The same where both are searched anew without each run that judges them: what the choice rests on. NaN with
+        fewer than three runs.
     nested_rmse : float [m]
         RMSE of the whole search on runs left out; NaN where sensors were given, or with fewer than three runs.
     nested_runs : tuple of NestedRun
@@ -62,6 +66,8 @@ class Choice:
     reason: str
     gain: float = float("nan")
     gain_uncertainty: float = float("nan")
+    nested_gain: float = float("nan")
+    nested_gain_uncertainty: float = float("nan")
     nested_rmse: float = float("nan")
     nested_runs: tuple[NestedRun, ...] = ()
 
@@ -118,32 +124,45 @@ def choose(ranked: RankedSets, grams: Grams) -> Choice:
         return Choice(ranked.names[ranked.best(1)], "the best single sensor on runs left out; pairs were not searched")
     found = _decide(ranked.left_out_runs[:, ones], ranked.left_out_runs[:, twos], grams.rows)
     nested = _nested(grams) if len(grams.runs) > 2 else ()
+    honest = found
     if nested and found.double >= 0:
-        honest = np.array([(one.single, one.double) for one in nested]) ** 2
-        found = _decided(honest[:, 0], honest[:, 1], grams.rows, found.single, found.double)
+        squares = np.array([(one.single, one.double) for one in nested]) ** 2
+        honest = _decided(squares[:, 0], squares[:, 1], grams.rows, found.single, found.double)
     single = ranked.names[ones[found.single]]
     double = ranked.names[twos[found.double]] if found.double >= 0 else ()
-    how = (
-        f"{found.gain * 1e6:.3f} um RMSE (standard uncertainty {found.uncertainty * 1e6:.3f} um) on runs left out"
-        if np.isfinite(found.gain)
-        else ""
-    )
-    if found.pair:
-        reason = f"the pair {' + '.join(double)} is better than the best single sensor {single[0]} by {how}"
-    elif double:
-        pair = " + ".join(double)
-        reason = f"the single sensor {single[0]} is within uncertainty of the best pair {pair}, which gains {how}"
-    else:
-        reason = "the best single sensor on runs left out; no pair's coefficients can be told apart"
     square = sum(float(rows) * one.rmse**2 for rows, one in zip(grams.rows, nested, strict=False))
+    judged = [ranked.left_out.rmse[ones[found.single]], ranked.left_out.rmse[twos[found.double]]]
+    rmse = (float(judged[0]), float(judged[1]))
+    again = honest if nested else _NOTHING
     return Choice(
-        double if found.pair else single,
-        reason,
+        double if honest.pair else single,
+        _reason(single, double, rmse, honest, bool(nested)),
         found.gain,
         found.uncertainty,
+        again.gain,
+        again.uncertainty,
         float(np.sqrt(square / grams.rows.sum())) if nested else float("nan"),
         nested,
     )
+
+
+_NOTHING = _Decision(False, -1, -1, float("nan"), float("nan"))
+
+
+def _reason(
+    single: Sequence[str], double: Sequence[str], rmse: tuple[float, float], honest: _Decision, nested: bool
+) -> str:
+    """Return in words why a single sensor or a pair was chosen; `rmse` are theirs on runs left out [m]."""
+    if not double:
+        return "the best single sensor on runs left out; no pair's coefficients can be told apart"
+    one, two = (value * 1e6 for value in rmse)
+    pair = " + ".join(double)
+    found = f"RMSE on runs left out: best single sensor {single[0]} {one:.3f} um, best pair {pair} {two:.3f} um"
+    gain = f"{honest.gain * 1e6:+.3f} um (standard uncertainty {honest.uncertainty * 1e6:.3f} um)"
+    if nested:
+        gain += " where both are searched anew without each run that judges them"
+    more = "more" if honest.pair else "not more"
+    return f"{found}; a pair gains {gain}, {more} than the spread between runs explains"
 
 
 def _nested(grams: Grams) -> tuple[NestedRun, ...]:

@@ -14,6 +14,27 @@ from hexathermal.poses import FloatArray
 CONFIDENCE = 0.95
 
 
+@dataclass(frozen=True)
+class LegLoss:
+    """What a leg loses by the common law, on its runs left out.
+
+    Attributes
+    ----------
+    common_rmse, own_rmse : float [m]
+        Of the common law and of the leg's own.
+    loss, loss_uncertainty : float [m]
+        Mean over the leg's runs of common RMSE less own, and its standard uncertainty from the spread between them.
+    worse : bool
+        The common law is clearly worse: the loss exceeds its uncertainty by more than Student's one-sided 95 % bound.
+    """
+
+    common_rmse: float
+    own_rmse: float
+    loss: float
+    loss_uncertainty: float
+    worse: bool
+
+
 @dataclass(frozen=True, eq=False)
 class CommonLaw:
     """The comparison of one law for all legs with one each.
@@ -28,11 +49,10 @@ class CommonLaw:
     common_rmse, own_rmse : float [m]
         On runs left out, all legs.
     loss, loss_uncertainty : float [m]
-        Common RMSE less own, and its standard uncertainty from the spread between runs.
-    by_leg : dict of str to (float, float) [m]
-        RMSE on runs left out of the common and of the own law.
+        Mean over the runs of all legs of common RMSE less own, and its standard uncertainty from their spread.
+    by_leg : dict of str to LegLoss
     use_common : bool
-        The legs' own laws are not better beyond their uncertainty.
+        The common law is clearly worse neither for all legs together nor for any leg.
     reason : str
     """
 
@@ -43,13 +63,17 @@ class CommonLaw:
     own_rmse: float
     loss: float
     loss_uncertainty: float
-    by_leg: dict[str, tuple[float, float]]
+    by_leg: dict[str, LegLoss]
     use_common: bool
     reason: str
 
 
 def fit_common(legs: Mapping[str, Grams], sensors: Sequence[str]) -> CommonLaw:
     """Return whether several legs can share one law.
+
+    On each run left out, the law fitted to all other runs of all legs is compared with the one fitted to the other runs
+    of the same leg. The common law serves unless it is clearly worse for a leg, or for all legs together: its RMSE is
+    larger on average, by more than Student's one-sided 95 % bound of the spread between runs.
 
     Parameters
     ----------
@@ -63,41 +87,45 @@ def fit_common(legs: Mapping[str, Grams], sensors: Sequence[str]) -> CommonLaw:
     ArgumentError
         Fewer legs or runs than needed, or a sensor is missing.
     """
-    from scipy.stats import t
-
     if len(legs) < 2:
         raise ArgumentError(f"a common law needs at least two legs, found {len(legs)}")
     reduced = {name: _reduced(name, grams, sensors) for name, grams in legs.items()}
     totals = {name: G.sum(axis=0) for name, (G, _rows) in reduced.items()}
     everything = sum(totals.values())
-    difference, rows, by_leg = [], [], {}
-    squares = np.zeros(2)
-    for name, (G, counts) in reduced.items():
-        here = np.zeros(2)
-        for r in range(len(G)):
-            both = [_square(G[r], _solved(total - G[r])) for total in (everything, totals[name])]
-            here += both
-            difference.append((both[0] - both[1]) / counts[r])
-            rows.append(counts[r])
-        squares += here
-        by_leg[name] = (float(np.sqrt(here[0] / counts.sum())), float(np.sqrt(here[1] / counts.sum())))
-    part = np.array(rows) / np.sum(rows)
-    d, R = np.array(difference), len(rows)
-    mean = float(part @ d)
-    spread = float(np.sqrt((part**2 * (d - mean) ** 2).sum() * R / (R - 1)))
-    common_rmse, own_rmse = (float(value) for value in np.sqrt(squares / np.sum(rows)))
-    scale = max(common_rmse + own_rmse, 1e-15)
-    use = mean <= float(t.ppf(CONFIDENCE, R - 1)) * spread
-    loss, uncertainty = mean / scale, spread / scale
+    squares = {}
+    for name, (G, _rows) in reduced.items():
+        laws = [(_solved(everything - one), _solved(totals[name] - one)) for one in G]
+        squares[name] = np.array([[_square(one, b) for b in both] for one, both in zip(G, laws, strict=True)])
+    by_leg = {name: _loss(squares[name], rows) for name, (_G, rows) in reduced.items()}
+    total = _loss(np.concatenate(list(squares.values())), np.concatenate([rows for _G, rows in reduced.values()]))
+    badly = [name for name, one in by_leg.items() if one.worse]
+    use = not badly and not total.worse
     reason = (
-        f"on {R} runs left out, the common law's RMSE is {loss * 1e6:+.3f} um from that of own laws (standard "
-        f"uncertainty {uncertainty * 1e6:.3f} um): "
-        + ("one law serves all legs" if use else "each leg needs its own law")
+        f"on {sum(map(len, squares.values()))} runs left out, the common law's RMSE is {total.loss * 1e6:+.3f} um from "
+        f"that of own laws (standard uncertainty {total.loss_uncertainty * 1e6:.3f} um); "
     )
+    if badly:
+        reason += f"it serves {', '.join(badly)} clearly worse than an own law: each leg needs its own law"
+    else:
+        reason += "one law serves all legs" if use else "each leg needs its own law"
     return CommonLaw(
-        tuple(legs), _solved(everything), np.array([_solved(total) for total in totals.values()]),
-        common_rmse, own_rmse, loss, uncertainty, by_leg, bool(use), reason,
+        tuple(legs), _solved(everything), np.array([_solved(one) for one in totals.values()]), total.common_rmse,
+        total.own_rmse, total.loss, total.loss_uncertainty, by_leg, use, reason,
     )  # fmt: skip
+
+
+def _loss(squares: FloatArray, rows: FloatArray) -> LegLoss:
+    """Return what some runs lose, from their squared residuals under both laws, shape (R, 2), and their rows."""
+    from scipy.stats import t
+
+    part, R = rows / rows.sum(), len(rows)
+    common, own = (float(value) for value in np.sqrt(squares.sum(axis=0) / rows.sum()))
+    # roots: squares would let the warmest run alone decide, and hide what all runs agree on
+    difference = np.sqrt(squares[:, 0] / rows) - np.sqrt(squares[:, 1] / rows)
+    mean = float(part @ difference)
+    spread = float(np.sqrt((part**2 * (difference - mean) ** 2).sum() * R / (R - 1)))
+    worse = mean > float(t.ppf(CONFIDENCE, R - 1)) * spread
+    return LegLoss(common, own, mean, spread, bool(worse))
 
 
 def _reduced(name: str, grams: Grams, sensors: Sequence[str]) -> tuple[FloatArray, FloatArray]:

@@ -7,7 +7,7 @@ validation must not be among them.
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -18,6 +18,7 @@ from hexathermal.learn.fitting import LEAST_RELIABILITY, LawFit, fit_law
 from hexathermal.learn.gram import MOST_MISSING, Columns, Grams, Rows, columns_for, gather
 from hexathermal.learn.law import IdentifiedLaw, Origin, Validity
 from hexathermal.learn.materials import PhysicalCheck, physical_check, profile_warning
+from hexathermal.learn.row_fingerprints import RowFingerprints
 from hexathermal.learn.selection import RankedSets, rank_sets
 from hexathermal.learn.sensor_errors import SensorErrors, sensor_errors
 from hexathermal.learn.windows import WindowCollector, WindowSet
@@ -102,7 +103,7 @@ def identify(
     zero : str
         What temperatures count from, ``"run"`` or ``"campaign"``.
     origin : Origin, optional
-        Title and fingerprint; runs and method are filled in.
+        Title and fingerprint; runs, their fingerprints and method are filled in.
     material : str, optional
         Of the fixed part, for the check.
     positions : sequence of float or None [m]
@@ -120,12 +121,13 @@ def identify(
     """
     columns = columns_for(sensors, leg)
     wanted_names = None if isinstance(wanted, str) and wanted == AUTO else _names(wanted, columns)
-    grams, windows, ranked = _searched(rows, columns, sizes, progress or (lambda _done, _total, _label: None))
+    marks = RowFingerprints()
+    grams, windows, ranked = _searched(rows, columns, sizes, marks, progress or (lambda _done, _total, _label: None))
     choice = _choice(ranked, grams, wanted_names)
     made = windows.made()
     errors = sensor_errors(made, grams.kept_mask, zero == "run")
     fit = _fitted(made, [sensors.index(name) for name in choice.sensors], errors)
-    law = _law(made, fit, choice, leg, zero, origin or Origin(), degC)
+    law = _law(made, fit, choice, leg, zero, _origin(origin or Origin(), made, marks), degC)
     check = physical_check(law, material)
     notes = _notes(grams, fit, [name for k, name in enumerate(columns.sensors) if k in errors.local])
     warnings = (*_warnings(fit, ranked, choice, grams, made), *(check.warnings if check else ()))
@@ -134,10 +136,10 @@ def identify(
 
 
 def _searched(
-    rows: Rows, columns: Columns, sizes: Sequence[int], say: Passing
+    rows: Rows, columns: Columns, sizes: Sequence[int], marks: RowFingerprints, say: Passing
 ) -> tuple[Grams, WindowCollector, RankedSets]:
     """Return what two passes over the rows gather: products, windows, and the ranked sets."""
-    grams = gather(rows(), columns, lambda done: say(done, 0, "reading the rows"))
+    grams = gather(marks.passing(rows()), columns, lambda done: say(done, 0, "reading the rows"))
     total = int((grams.rows + grams.rows_left_out).sum())
     windows = WindowCollector(columns, grams.kept_mask)
     ranked = rank_sets(
@@ -192,13 +194,18 @@ def _law(
     chosen = list(fit.sensors)
     dT = np.column_stack([windows.lowest_dT[chosen], windows.highest_dT[chosen]])
     q = None if leg is None else (windows.lowest_q, windows.highest_q)
-    runs = tuple(run.run for run in windows.runs)
     return IdentifiedLaw(
         "component" if leg is None else "leg", choice.sensors, fit.coefficients, fit.covariance,
         None if leg is None else leg.retracted_length, None if leg is None else leg.stroke, zero,
-        Validity(dT, q, degC), fit.noise, fit.errors, fit.factor,
-        Origin(origin.title, origin.fingerprint, runs, origin.method or METHOD),
+        Validity(dT, q, degC), fit.noise, fit.errors, fit.factor, origin,
     )  # fmt: skip
+
+
+def _origin(origin: Origin, windows: WindowSet, marks: RowFingerprints) -> Origin:
+    """Return a law's origin with the runs that were fitted, their fingerprints and the method."""
+    runs, prints = tuple(run.run for run in windows.runs), marks.made()
+    return replace(origin, runs=runs, method=origin.method or METHOD,
+                   run_fingerprints=tuple(prints[run] for run in runs))  # fmt: skip
 
 
 def _notes(grams: Grams, fit: LawFit, local: Sequence[str]) -> tuple[str, ...]:

@@ -33,12 +33,26 @@ class Validity:
 
 @dataclass(frozen=True)
 class Origin:
-    """Where a law comes from: the campaign's title, the fingerprint of its data, its runs, and the method."""
+    """Where a law comes from.
+
+    Attributes
+    ----------
+    title : str
+        Of the campaign.
+    fingerprint : str
+        Of the campaign's files, see `hexathermal.learn.campaign_dataset.fingerprint`.
+    runs : tuple of str
+        That were fitted.
+    method : str
+    run_fingerprints : tuple of str
+        Of the rows of each fitted run, see `hexathermal.learn.row_fingerprints`; empty where they are not known.
+    """
 
     title: str = ""
     fingerprint: str = ""
     runs: tuple[str, ...] = ()
     method: str = ""
+    run_fingerprints: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True, eq=False)

@@ -19,6 +19,7 @@ from hexathermal.machine.forms import Form
 from hexathermal.machine.thermal import LARGEST_EXPANSION_PER_K
 from hexathermal.machine.units import metres, shortest
 from hexathermal.poses import FloatArray
+from hexathermal.predict.table_writing import refuse_no_folder, written_whole
 
 FORMAT = "hexathermal-leg/1"
 TABLES: dict[str, dict[str, str]] = {
@@ -31,7 +32,8 @@ TABLES: dict[str, dict[str, str]] = {
     "residual": {"row_um": "number!", "landing_um": "number!", "slow_um": "number!", "slow_time_s": "number!",
                  "offset_um": "number!", "interval_factor": "number!"},
     "thermometers": {"noise_K": "number+!", "slow_K": "number+!", "slow_time_s": "number!"},
-    "origin": {"title": "text!", "fingerprint": "text!", "runs": "texts!", "method": "text!"},
+    "origin": {"title": "text!", "fingerprint": "text!", "runs": "texts!", "method": "text!",
+               "run_fingerprints": "texts"},
 }  # fmt: skip
 """Keys of each table and their rules, see `hexathermal.machine.forms.Form`."""
 
@@ -42,20 +44,13 @@ def write_leg_law(law: IdentifiedLaw, path: str | Path) -> Path:
     Raises
     ------
     ArgumentError
-        The file cannot be written.
+        The file cannot be written, or there is no such folder.
     """
     file = Path(path)
+    refuse_no_folder(file)
     text = tomli_w.dumps(_document(law), indent=2).encode("utf-8")
-    part = file.with_name(file.name + ".part")
-    try:
-        file.parent.mkdir(parents=True, exist_ok=True)
-        try:
-            part.write_bytes(text)
-            os.replace(part, file)
-        finally:
-            part.unlink(missing_ok=True)
-    except OSError as error:
-        raise ArgumentError(f"cannot write the law {str(file)!r}: {error}; choose another place") from None
+    with written_whole(file) as part:
+        part.write_bytes(text)
     return file
 
 
@@ -122,7 +117,8 @@ def _document(law: IdentifiedLaw) -> dict[str, Any]:
             "fingerprint": law.origin.fingerprint,
             "runs": list(law.origin.runs),
             "method": law.origin.method,
-        },
+        }
+        | ({"run_fingerprints": list(law.origin.run_fingerprints)} if law.origin.run_fingerprints else {}),
     }
 
 
@@ -188,6 +184,10 @@ def _sizes(form: Form, kind: str, parts: dict[str, dict[str, Any]]) -> None:
         form.complain(("law", name), f"law.{name} must be symmetric")
     elif np.linalg.eigvalsh(matrix).min() < -1e-9 * np.abs(matrix).max():
         form.complain(("law", name), f"law.{name} has a negative eigenvalue: it is no covariance")
+    runs, marks = parts["origin"]["runs"], parts["origin"].get("run_fingerprints", ())
+    if marks and len(marks) != len(runs):
+        said = f"origin.run_fingerprints has {len(marks)} values; expected {len(runs)}, one for each of origin.runs"
+        form.complain(("origin", "run_fingerprints"), said)
     if kind == "leg":
         form.check(("law", "q0_mm"), parts["law"]["q0_mm"] > 0.0, "above 0")
 
@@ -216,5 +216,6 @@ def _law(kind: str, zero: str, parts: dict[str, dict[str, Any]], raw: dict[str, 
         SensorErrors(np.atleast_1d(errors["noise_K"]), np.atleast_1d(errors["slow_K"]), float(errors["slow_time_s"]),
                      zero == "run"),
         float(noise["interval_factor"]),
-        Origin(origin["title"], origin["fingerprint"], origin["runs"], origin["method"]),
+        Origin(origin["title"], origin["fingerprint"], origin["runs"], origin["method"],
+               origin.get("run_fingerprints", ())),
     )  # fmt: skip

@@ -1,7 +1,9 @@
 """The proof on runs never fitted: residuals, reductions with intervals, coverage of the prediction intervals.
 
 Landings are the independent units, and runs above them: intervals of RMSE, largest residual and reductions come from a
-bootstrap that draws runs and, within each, landings. A law that makes the drift worse is found and said.
+bootstrap that draws runs and, within each, landings. A law that makes the drift worse is found and said; so is a run
+whose rows were fitted, by its fingerprint. Memory does not grow with the rows of a run: beyond `MOST_LANDINGS`,
+neighbouring landings are drawn together.
 """
 
 from __future__ import annotations
@@ -16,15 +18,20 @@ import numpy.typing as npt
 from hexathermal.errors import ArgumentError, UnknownNameError
 from hexathermal.learn.campaign import Block
 from hexathermal.learn.law import IdentifiedLaw
+from hexathermal.learn.merged_sums import MergedSums
+from hexathermal.learn.row_fingerprints import RowFingerprints
+from hexathermal.learn.validation_motion import AFTER_MOVE_S, MotionGroup, RunMotion, motion_groups
+from hexathermal.learn.validation_scores import DRAWS as DRAWS
+from hexathermal.learn.validation_scores import LARGEST, Scores, scores
+from hexathermal.learn.validation_scores import Figure as Figure
 from hexathermal.poses import FloatArray
 
-DRAWS = 2000
 SEED = 20260101
 CURVE_POINTS = 3000
 """Points of a run that are kept for its figure; longer runs are thinned evenly."""
 
-AFTER_MOVE_S = (60.0, 300.0)
-"""Ages of a landing that residuals are compared between: younger than the first, older than the second [s]."""
+MOST_LANDINGS = 1024
+"""Landings of a run that are held apart."""
 
 
 class Verdict(Enum):
@@ -33,54 +40,7 @@ class Verdict(Enum):
     BETTER = "makes it better"
     UNPROVEN = "no gain proven"
     WORSE = "makes it worse"
-
-
-@dataclass(frozen=True)
-class Figure:
-    """A number with its 95 % interval."""
-
-    value: float
-    low: float
-    high: float
-
-
-@dataclass(frozen=True)
-class Scores:
-    """What a law leaves of the drift, with 95 % intervals.
-
-    Attributes
-    ----------
-    rmse, linf, mean : Figure [m]
-        Root mean square, largest and mean absolute residual.
-    drift_rms, drift_largest, drift_mean : float [m]
-    mean_reduction, largest_reduction, rms_reduction : Figure
-        ``1 - residual / drift``; negative where the law makes it worse.
-    """
-
-    rmse: Figure
-    linf: Figure
-    mean: Figure
-    drift_rms: float
-    drift_largest: float
-    drift_mean: float
-    mean_reduction: Figure
-    largest_reduction: Figure
-    rms_reduction: Figure
-
-
-@dataclass(frozen=True)
-class MotionGroup:
-    """Mean residual of some landings: what they have in common, how many, the mean and its uncertainty [m]."""
-
-    name: str
-    landings: int
-    mean: float
-    uncertainty: float
-
-    @property
-    def notable(self) -> bool:
-        """Whether the mean differs from zero by more than three standard uncertainties."""
-        return self.landings > 3 and abs(self.mean) > 3.0 * self.uncertainty
+    FITTED = "nothing proven: every run was fitted"
 
 
 @dataclass(frozen=True, eq=False)
@@ -103,6 +63,9 @@ class RunCurves:
 class Validation:
     """What the validation found.
 
+    Runs that were fitted have their own scores, but count in `total`, `verdict`, `coverage`, `rows`, `motion` and
+    `outside` only where every run was fitted.
+
     Attributes
     ----------
     runs : dict of str to Scores
@@ -117,6 +80,12 @@ class Validation:
         Parts of the rows beyond the law's range: ``dT``, ``q``.
     curves : tuple of RunCurves
     notes : tuple of str
+    half_width : float [m]
+        Mean half-width of the 95 % prediction intervals.
+    fitted : dict of str to str
+        Runs whose rows were fitted, and the names that they had then.
+    fits_known : bool
+        Whether the law tells which tables it was fitted to.
     """
 
     runs: dict[str, Scores]
@@ -129,19 +98,75 @@ class Validation:
     outside: dict[str, float]
     curves: tuple[RunCurves, ...]
     notes: tuple[str, ...]
+    half_width: float = float("nan")
+    fitted: dict[str, str] = field(default_factory=dict)
+    fits_known: bool = False
 
 
-@dataclass
 class _Run:
-    """Sums of one run, one row for each landing: n, e^2, |e|, max |e|, y^2, |y|, max |y|, covered, sum e, q."""
+    """Sums of one run: of its landings (`SUMS`, `LARGEST`, covered, half-width), of motion, and its thinned curves."""
 
-    landings: dict[int, FloatArray] = field(default_factory=dict)
-    started: dict[int, float] = field(default_factory=dict)
-    young: dict[int, FloatArray] = field(default_factory=dict)
-    old: dict[int, FloatArray] = field(default_factory=dict)
-    curves: list[FloatArray] = field(default_factory=list)
-    step: int = 1
-    seen: int = 0
+    def __init__(self) -> None:
+        self.landings = MergedSums(9, MOST_LANDINGS, LARGEST)
+        self.motion = RunMotion()
+        self.outside = np.zeros(2)
+        self.curves: list[FloatArray] = []
+        self.step, self.seen = 1, 0
+        self._number, self._last, self._begun = -1, -1, 0.0
+
+    def add(self, law: IdentifiedLaw, block: Block, dT: FloatArray) -> None:
+        """Add complete rows; `dT` is that of the law's sensors."""
+        time, q, drift = block.time, block.q, block.drift
+        predicted = law.predict(dT, q)
+        e, half = drift - predicted, law.factor * np.sqrt(law.variance(dT, q, time))
+        edges = np.flatnonzero(np.concatenate([[True], np.diff(block.landing) != 0]))
+        goes_on = self._number >= 0 and block.landing[0] == self._last
+        numbers = self._number + np.arange(len(edges)) + (0 if goes_on else 1)
+        begun = time[edges].copy()
+        if goes_on:
+            begun[0] = self._begun
+        age = time - np.repeat(begun, np.diff(np.append(edges, len(time))))
+        size, whole = np.abs(e), np.ones(len(e))
+        rows = [whole, e**2, size, size, drift**2, np.abs(drift), np.abs(drift), size <= half, half]
+        sums = np.add.reduceat(np.column_stack(rows), edges, axis=0)
+        sums[:, LARGEST] = np.maximum.reduceat(np.column_stack([size, np.abs(drift)]), edges, axis=0)
+        self.landings.add(numbers, sums)
+        young, old = age < AFTER_MOVE_S[0], age >= AFTER_MOVE_S[1]
+        moved = np.add.reduceat(np.column_stack([whole, e, young, young * e, old, old * e]), edges, axis=0)
+        first_q = np.zeros(len(edges)) if q is None else q[edges]
+        self.motion.add(numbers, np.column_stack([moved, first_q]))
+        self._number, self._last, self._begun = int(numbers[-1]), int(block.landing[-1]), float(begun[-1])
+        self.outside += _beyond(law, dT, q)
+        self._keep(np.column_stack([time, np.zeros(len(time)) if q is None else q, drift, predicted, half, dT]))
+
+    def _keep(self, table: FloatArray) -> None:
+        """Keep rows for the figure, every other one where there are too many."""
+        self.curves.append(table[-self.seen % self.step :: self.step])
+        self.seen += len(table)
+        while sum(map(len, self.curves)) > 2 * CURVE_POINTS:
+            self.curves = [np.concatenate(self.curves)[::2]]
+            self.step *= 2
+
+    def drawn(self, name: str, law: IdentifiedLaw) -> RunCurves:
+        """Return what the run's figure shows."""
+        table = np.concatenate(self.curves)
+        q = table[:, 1] if law.kind == "leg" else None
+        return RunCurves(name, table[:, 0], q, table[:, 5:], table[:, 2], table[:, 3], table[:, 4])
+
+
+def _some(block: Block, good: npt.NDArray[np.bool_]) -> Block:
+    """Return some rows of a block."""
+    q = None if block.q is None else block.q[good]
+    return Block(block.run, block.time[good], block.dT[good], block.drift[good], q, block.landing[good],
+                 block.inputs[good], block.air[good])  # fmt: skip
+
+
+def _beyond(law: IdentifiedLaw, dT: FloatArray, q: FloatArray | None) -> FloatArray:
+    """Return how many rows lie beyond the law's range of dT and of q."""
+    low, high = law.validity.dT[:, 0], law.validity.dT[:, 1]
+    span = law.validity.q
+    far_q = 0 if q is None or span is None else ((q < span[0] - 1e-6) | (q > span[1] + 1e-6)).sum()
+    return np.array([((dT < low) | (dT > high)).any(axis=1).sum(), far_q], dtype=np.float64)
 
 
 def validate(law: IdentifiedLaw, blocks: Iterable[Block], sensors: Sequence[str]) -> Validation:
@@ -160,7 +185,7 @@ def validate(law: IdentifiedLaw, blocks: Iterable[Block], sensors: Sequence[str]
     UnknownNameError
         The campaign lacks a sensor of the law.
     ArgumentError
-        There are no rows; a leg's law meets a part without q; a run was fitted.
+        There are no rows, or a leg's law meets a part without q.
     """
     for name in law.sensors:
         if name not in sensors:
@@ -170,90 +195,69 @@ def validate(law: IdentifiedLaw, blocks: Iterable[Block], sensors: Sequence[str]
             )
     chosen = [list(sensors).index(name) for name in law.sensors]
     runs: dict[str, _Run] = {}
-    outside, rows, lost = np.zeros(2), 0, 0
-    for block in blocks:
+    marks, lost = RowFingerprints(), 0
+    for block in marks.passing(blocks):
         if law.kind == "leg" and block.q is None:
             raise ArgumentError(f"run {block.run.name} has no displacement q_mm, which a leg's law needs")
-        dT = block.dT[:, chosen]
-        good = np.isfinite(dT).all(axis=1) & np.isfinite(block.drift)
+        good = np.isfinite(block.dT[:, chosen]).all(axis=1) & np.isfinite(block.drift)
         if block.q is not None:
             good &= np.isfinite(block.q)
         lost += int((~good).sum())
-        if not good.any():
-            continue
-        run = runs.setdefault(block.run.name, _Run())
-        q = None if block.q is None else block.q[good]
-        rows += int(good.sum())
-        outside += _add(run, law, dT[good], q, block.time[good], block.drift[good], block.landing[good])
+        if good.any():
+            kept = block if good.all() else _some(block, good)
+            runs.setdefault(block.run.name, _Run()).add(law, kept, kept.dT[:, chosen])
     if not runs:
         raise ArgumentError(
             'there is no row to validate on: a campaign needs runs with role = "validation", never fitted, in which '
             "the law's sensors have values"
         )
-    return _summary(law, runs, outside / rows, rows, lost)
+    known = dict(zip(law.origin.run_fingerprints, law.origin.runs, strict=False))
+    fitted = {name: known[mark] for name, mark in marks.made().items() if mark in known and name in runs}
+    return _summary(law, runs, fitted, lost)
 
 
-def _add(
-    run: _Run,
-    law: IdentifiedLaw,
-    dT: FloatArray,
-    q: FloatArray | None,
-    time: FloatArray,
-    drift: FloatArray,
-    landing: npt.NDArray[np.int64],
-) -> FloatArray:
-    """Add rows to a run's sums; returns how many lie beyond the law's range of dT and of q."""
-    predicted = law.predict(dT, q)
-    e = drift - predicted
-    half = law.factor * np.sqrt(law.variance(dT, q, time))
-    covered = np.abs(e) <= half
-    for number in np.unique(landing):
-        here = landing == number
-        begun = run.started.setdefault(int(number), float(time[here][0]))
-        age = time[here] - begun
-        parts = np.array([here.sum(), (e[here] ** 2).sum(), np.abs(e[here]).sum(), np.abs(e[here]).max(),
-                          (drift[here] ** 2).sum(), np.abs(drift[here]).sum(), np.abs(drift[here]).max(),
-                          covered[here].sum(), e[here].sum(), 0.0 if q is None else q[here][0]])  # fmt: skip
-        before = run.landings.get(int(number))
-        if before is not None:
-            largest = np.maximum(before[[3, 6]], parts[[3, 6]])
-            first_q, parts = before[9], before + parts
-            parts[[3, 6]], parts[9] = largest, first_q
-        run.landings[int(number)] = parts
-        for ages, mask in ((run.young, age < AFTER_MOVE_S[0]), (run.old, age >= AFTER_MOVE_S[1])):
-            if mask.any():
-                ages[int(number)] = ages.get(int(number), np.zeros(2)) + [mask.sum(), e[here][mask].sum()]
-    _keep(run, np.column_stack([time, np.zeros(len(time)) if q is None else q, drift, predicted, half, dT]))
-    low, high = law.validity.dT[:, 0], law.validity.dT[:, 1]
-    far_dT = ((dT < low) | (dT > high)).any(axis=1).sum()
-    span = law.validity.q
-    far_q = 0 if q is None or span is None else ((q < span[0] - 1e-6) | (q > span[1] + 1e-6)).sum()
-    return np.array([far_dT, far_q], dtype=np.float64)
-
-
-def _keep(run: _Run, table: FloatArray) -> None:
-    """Keep rows for the figure, every other one where there are too many."""
-    first = -run.seen % run.step
-    run.curves.append(table[first :: run.step])
-    run.seen += len(table)
-    while sum(map(len, run.curves)) > 2 * CURVE_POINTS:
-        run.curves = [np.concatenate(run.curves)[::2]]
-        run.step *= 2
-
-
-def _summary(law: IdentifiedLaw, runs: dict[str, _Run], outside: FloatArray, rows: int, lost: int) -> Validation:
+def _summary(law: IdentifiedLaw, runs: dict[str, _Run], fitted: dict[str, str], lost: int) -> Validation:
     """Return the validation of gathered runs."""
-    tables = {name: np.array([run.landings[k] for k in sorted(run.landings)]) for name, run in runs.items()}
     rng = np.random.default_rng(SEED)
-    total = _scores(list(tables.values()), rng)
-    each = {name: _scores([table], rng) for name, table in tables.items()}
-    inside = {name: float(table[:, 7].sum() / table[:, 0].sum()) for name, table in tables.items()}
+    judged = {name: run for name, run in runs.items() if name not in fitted} or runs
+    for run in runs.values():
+        run.motion.finish()
+    total = scores([run.landings.table for run in judged.values()], rng)
+    each = {name: scores([run.landings.table], rng) for name, run in runs.items()}
+    sums = {name: run.landings.table.sum(axis=0) for name, run in runs.items()}
+    whole = np.array([sums[name] for name in judged]).sum(axis=0)
+    outside = np.array([run.outside for run in judged.values()]).sum(axis=0) / whole[0]
+    beyond = {"dT": float(outside[0]), "q": float(outside[1])}
+    motion = motion_groups(run.motion for run in judged.values()) if law.kind == "leg" else ()
+    half = float(whole[8] / whole[0])
+    notes = (*_notes(law, each, total, beyond, half), *_doubts(law, runs, fitted, lost))
+    notes += tuple(
+        f"{group.name}: mean residual {group.mean * 1e6:+.3f} +- {1.96 * group.uncertainty * 1e6:.3f} um"
+        for group in motion
+        if group.notable
+    )
+    return Validation(
+        each, total, _verdict(total, len(fitted) == len(runs)), float(whole[7] / whole[0]),
+        {name: float(row[7] / row[0]) for name, row in sums.items()}, int(whole[0]), motion, beyond,
+        tuple(run.drawn(name, law) for name, run in runs.items()), notes, half, fitted,
+        bool(law.origin.run_fingerprints),
+    )  # fmt: skip
+
+
+def _verdict(total: Scores, all_fitted: bool) -> Verdict:
+    """Return the verdict of scores."""
     gain = total.rms_reduction
-    verdict = Verdict.UNPROVEN
     if gain.value < 0.0:
-        verdict = Verdict.WORSE
-    elif gain.low > 0.0:
-        verdict = Verdict.BETTER
+        return Verdict.WORSE
+    if all_fitted:
+        return Verdict.FITTED
+    return Verdict.BETTER if gain.low > 0.0 else Verdict.UNPROVEN
+
+
+def _notes(
+    law: IdentifiedLaw, each: dict[str, Scores], total: Scores, beyond: dict[str, float], half: float
+) -> list[str]:
+    """Return what the scores say beside themselves."""
     notes = []
     worse = [name for name, one in each.items() if one.rms_reduction.value < 0.0]
     if worse:
@@ -261,95 +265,31 @@ def _summary(law: IdentifiedLaw, runs: dict[str, _Run], outside: FloatArray, row
             f"over-correction: in {', '.join(worse)} the drift with correction is larger (RMS) than without; the law "
             "corrects for warmth that does not move this part, or its zero is wrong"
         )
-    beyond = {"dT": float(outside[0]), "q": float(outside[1])}
+    if half > total.drift_largest:
+        notes.append(
+            f"the 95 % prediction intervals are +-{half * 1e6:.2f} um wide on average, wider than the largest drift "
+            f"({total.drift_largest * 1e6:.2f} um): that rows lie inside them says nothing about the law"
+        )
     for key, part in beyond.items():
         if part > 0.0:
             text = f"{100.0 * part:.1f}" if part >= 0.001 else "below 0.1"
             notes.append(f"{text} % of the rows lie beyond the law's range of {key}: there it extrapolates")
+    return notes
+
+
+def _doubts(law: IdentifiedLaw, runs: dict[str, _Run], fitted: dict[str, str], lost: int) -> list[str]:
+    """Return what speaks against the runs."""
+    notes = []
     if lost:
         notes.append(f"{lost} rows were left out: a sensor of the law has no value there")
-    fitted = sorted(set(runs) & set(law.origin.runs))
-    if fitted:
-        notes.append(
-            f"a run of the same name was fitted: {', '.join(fitted)}; if it is the same run, this proves nothing"
+    if not law.origin.run_fingerprints:
+        same = sorted(set(runs) & set(law.origin.runs))
+        alike = (
+            f"; a run of the same name was: {', '.join(same)}, which proves nothing if it is the same" if same else ""
         )
-    motion = _motion(runs) if law.kind == "leg" else ()
-    notes += [f"{group.name}: mean residual {group.mean * 1e6:+.3f} +- {1.96 * group.uncertainty * 1e6:.3f} um"
-              for group in motion if group.notable]  # fmt: skip
-    covered = sum(float(table[:, 7].sum()) for table in tables.values()) / rows
-    curves = tuple(_curves(name, run, law) for name, run in runs.items())
-    return Validation(each, total, verdict, covered, inside, rows, motion, beyond, curves, tuple(notes))
-
-
-def _curves(name: str, run: _Run, law: IdentifiedLaw) -> RunCurves:
-    """Return what a run's figure shows."""
-    table = np.concatenate(run.curves)
-    q = table[:, 1] if law.kind == "leg" else None
-    return RunCurves(name, table[:, 0], q, table[:, 5:], table[:, 2], table[:, 3], table[:, 4])
-
-
-def _measures(table: FloatArray, counts: FloatArray) -> FloatArray:
-    """Return RMSE, largest and mean |e|, then RMS, largest and mean of the drift, for draws of landings."""
-    n = counts @ table[:, 0]
-    drawn = counts > 0
-    largest = [np.where(drawn, table[:, k], 0.0).max(axis=-1) for k in (3, 6)]
-    return np.stack([
-        np.sqrt(counts @ table[:, 1] / n), largest[0], counts @ table[:, 2] / n,
-        np.sqrt(counts @ table[:, 4] / n), largest[1], counts @ table[:, 5] / n,
-    ])  # fmt: skip
-
-
-def _scores(tables: list[FloatArray], rng: np.random.Generator) -> Scores:
-    """Return the scores of runs, with intervals from drawing runs and landings."""
-    table = np.concatenate(tables)
-    now = _measures(table, np.ones(len(table)))
-    counts = np.zeros((DRAWS, len(table)))
-    start = np.cumsum([0, *map(len, tables)])
-    drawn = rng.multinomial(len(tables), np.full(len(tables), 1.0 / len(tables)), size=DRAWS)
-    for r, one in enumerate(tables):
-        n = len(one)
-        # a run drawn twice has its landings drawn twice
-        counts[:, start[r] : start[r + 1]] = rng.multinomial(drawn[:, r] * n, np.full(n, 1.0 / n))
-    m = _measures(table, counts)
-
-    def figure(value: float, draws: FloatArray) -> Figure:
-        low, high = np.quantile(draws, [0.025, 0.975])
-        return Figure(float(value), float(min(low, value)), float(max(high, value)))
-
-    def reduction(k: int) -> Figure:
-        with np.errstate(divide="ignore", invalid="ignore"):
-            value = 1.0 - now[k] / now[k + 3] if now[k + 3] > 0.0 else 0.0
-            draws = np.where(m[k + 3] > 0.0, 1.0 - m[k] / m[k + 3], 0.0)
-        return figure(value, draws)
-
-    return Scores(
-        figure(now[0], m[0]), figure(now[1], m[1]), figure(now[2], m[2]), float(now[3]), float(now[4]), float(now[5]),
-        reduction(2), reduction(1), reduction(0),
-    )  # fmt: skip
-
-
-def _motion(runs: dict[str, _Run]) -> tuple[MotionGroup, ...]:
-    """Return how residuals step at reversals, and how they age within a landing.
-
-    Neighbouring landings are compared with each other, so that slow changes, which moves go along with, drop out.
-    """
-    reversal, young, old = ("reversals: outwards less inwards", "less than a minute of rest, less its landing's mean",
-                            "more than five minutes of rest, less its landing's mean")  # fmt: skip
-    groups: dict[str, list[float]] = {reversal: [], young: [], old: []}
-    for run in runs.values():
-        numbers = sorted(run.landings)
-        table = np.array([run.landings[k] for k in numbers])
-        means, step = table[:, 8] / table[:, 0], np.diff(table[:, 9])
-        turned = np.flatnonzero((np.sign(step[1:]) * np.sign(step[:-1]) < 0.0) & (np.abs(step[1:]) > 1e-6)) + 1
-        groups[reversal] += [float(np.sign(step[i]) * (means[i + 1] - means[i])) for i in turned]
-        for ages, name in ((run.young, young), (run.old, old)):
-            for number, (count, total) in ages.items():
-                whole = run.landings[number]
-                if count < whole[0]:
-                    groups[name].append(float(total / count - whole[8] / whole[0]))
-    made = []
-    for name, values in groups.items():
-        if len(values) > 1:
-            spread = float(np.std(values, ddof=1) / np.sqrt(len(values)))
-            made.append(MotionGroup(name, len(values), float(np.mean(values)), spread))
-    return tuple(made)
+        notes.append(
+            f"whether these runs were fitted cannot be told, for the law holds no fingerprints of its runs{alike}"
+        )
+    if fitted and len(fitted) < len(runs):
+        notes.append(f"{', '.join(fitted)}: fitted, and left out of the verdict and of what is said of all runs")
+    return notes

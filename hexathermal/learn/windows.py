@@ -15,6 +15,7 @@ import numpy.typing as npt
 
 from hexathermal.learn.campaign import Block
 from hexathermal.learn.gram import Columns
+from hexathermal.learn.merged_sums import MergedSums, paired
 from hexathermal.poses import FloatArray
 
 LONGEST_S = 300.0
@@ -97,7 +98,8 @@ class WindowCollector:
 
     def __init__(self, columns: Columns, kept: npt.NDArray[np.bool_]) -> None:
         self.columns, self.kept = columns, kept
-        self._runs: dict[str, FloatArray] = {}
+        self._runs: dict[str, MergedSums] = {}
+        self._last: dict[str, int] = {}
         self._open: tuple[str, int, float, int] = ("", -1, 0.0, -1)
         s = len(columns.sensors)
         self._squares, self._differences = np.zeros(s + 1), 0
@@ -135,14 +137,10 @@ class WindowCollector:
         sums = np.add.reduceat(table, edges, axis=0)
         begins = np.concatenate([[not (same and landing[0] == last)], landing[edges][1:] != landing[edges][:-1]])
         sums = np.column_stack([begins.astype(float), sums])
-        held = self._runs.get(block.run.name, np.empty((0, sums.shape[1])))
-        if same and landing[0] == last and piece[0] == number:
-            held[-1, 1:] += sums[0, 1:]
-            sums = sums[1:]
-        held = np.concatenate([held, sums])
-        while len(held) > HELD_WINDOWS:
-            held = _merged(held)
-        self._runs[block.run.name] = held
+        goes_on = same and landing[0] == last and piece[0] == number
+        numbers = self._last.get(block.run.name, -1) + np.arange(len(edges)) + (0 if goes_on else 1)
+        self._runs.setdefault(block.run.name, MergedSums(sums.shape[1], HELD_WINDOWS)).add(numbers, sums)
+        self._last[block.run.name] = int(numbers[-1])
         self._open = (block.run.name, int(landing[-1]), float(starts[-1]), int(piece[-1]))
 
     def _noise(self, dT: FloatArray, drift: FloatArray, time: FloatArray, together: npt.NDArray[np.bool_]) -> None:
@@ -159,9 +157,10 @@ class WindowCollector:
         enough = self._differences >= FEWEST_DIFFERENCES
         noise = np.sqrt(self._squares / self._differences) if enough else np.zeros_like(self._squares)
         runs = []
-        for name, held in self._runs.items():
+        for name, sums in self._runs.items():
+            held = sums.table
             while len(held) > MOST_WINDOWS:
-                held = _merged(held)
+                held = paired(held)
             n = held[:, 1]
             means = held[:, 2:] / n[:, None]
             landings = np.maximum(held[:, 0], 1.0)
@@ -177,10 +176,3 @@ class WindowCollector:
             float(low[-1]),
             float(high[-1]),
         )
-
-
-def _merged(held: FloatArray) -> FloatArray:
-    """Return the sums of neighbours, two by two."""
-    even = len(held) - len(held) % 2
-    pairs = held[:even:2] + held[1:even:2]
-    return np.concatenate([pairs, held[even:]])

@@ -5,6 +5,7 @@ from __future__ import annotations
 import csv
 import io
 import os
+import shutil
 import stat
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager, suppress
@@ -31,13 +32,19 @@ def check_out(out: Path, sources: tuple[Path, ...], overwrite: bool) -> None:
     target = target_of(out)
     if out.suffix.lower() not in ENDINGS:
         raise ArgumentError(f"cannot write {out}: a result file's name ends in .csv or .parquet, which says its format")
-    if not target.parent.is_dir():
-        raise ArgumentError(f"cannot write {out}: there is no folder {target.parent}; create it first")
+    refuse_no_folder(out)
     if target.exists():
         if any(target.samefile(source) for source in sources):
             raise ArgumentError(f"will not write {out}: it is one of the files that are read; give another name")
         if not overwrite:
             raise ArgumentError(f"{out} exists already; give another name, or ask for it to be overwritten (--force)")
+
+
+def refuse_no_folder(out: Path) -> None:
+    """Refuse a result file whose folder is not there, before any work is done."""
+    folder = target_of(out).parent
+    if not folder.is_dir():
+        raise ArgumentError(f"cannot write {out}: there is no folder {folder}; create it first")
 
 
 def target_of(out: Path) -> Path:
@@ -81,6 +88,54 @@ def written_together(outs: Sequence[Path]) -> Iterator[tuple[Path, ...]]:
             with suppress(OSError):
                 part.unlink()
         raise
+
+
+@contextmanager
+def written_folder(folder: Path) -> Iterator[Path]:
+    """Give an empty folder to write files into; at the end they take their places in `folder`, or vanish on any error.
+
+    `folder` and its parents are made where they are missing, and are gone again after an error. Files of the same name
+    are replaced, others stay.
+
+    Raises
+    ------
+    ArgumentError
+        `folder` is no folder or cannot be made, or another run is writing it.
+    """
+    target = Path(os.path.realpath(folder))
+    refuse_no_place(target)
+    there = target.is_dir()
+    part = target / ".part" if there else target.with_name(target.name + ".part")
+    made = [] if there else [one for one in part.parents if not one.exists()]
+    try:
+        part.parent.mkdir(parents=True, exist_ok=True)
+        part.mkdir()
+    except FileExistsError:
+        raise ArgumentError(
+            f"{part} exists: another run is writing it, or was killed; remove it if none is, and try again"
+        ) from None
+    except OSError as error:
+        raise ArgumentError(f"cannot make the folder {folder}: {error.strerror or error}") from None
+    try:
+        yield part
+        if there:
+            for file in sorted(part.iterdir()):
+                os.replace(file, target / file.name)
+            part.rmdir()
+        else:
+            os.replace(part, target)
+    except BaseException:
+        shutil.rmtree(part, ignore_errors=True)
+        with suppress(OSError):  # not empty: somebody else uses it
+            for one in made:
+                one.rmdir()
+        raise
+
+
+def refuse_no_place(folder: Path) -> None:
+    """Refuse a folder for results that is none, before any work is done."""
+    if folder.exists() and not folder.is_dir():
+        raise ArgumentError(f"cannot write into {folder}: it is no folder; give another name")
 
 
 def _part_of(target: Path) -> Path:

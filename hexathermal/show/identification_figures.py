@@ -46,7 +46,7 @@ def matrices_figure(ranked: RankedSets) -> Figure:
             ticks = range(len(sensors))
             axes.set_xticks(ticks, sensors, rotation=90, fontsize=7.5)
             axes.set_yticks(ticks, sensors, fontsize=7.5)
-            axes.set_title(f"{what}: pairs; singles on the diagonal")
+            axes.set_title(f"{what} of fitted rows: pairs; singles on the diagonal")
             best = np.unravel_index(int(np.ma.argmin(values)), values.shape)
             for i, j in {(best[0], best[1]), (best[1], best[0])}:
                 axes.plot(j, i, "o", mfc="none", mec=RED, ms=9.0, mew=1.4)
@@ -118,6 +118,13 @@ def _broken(curves: RunCurves) -> RunCurves:
         "dT", "measured", "predicted", "half_width")))  # fmt: skip
 
 
+def _heading(found: Validation, run: str) -> str:
+    """Return a run's name and whether it was fitted."""
+    if run in found.fitted:
+        return f"{run}: fitted (as {found.fitted[run]}), proves nothing"
+    return f"{run}: never fitted" if found.fits_known else f"{run}: run for validation"
+
+
 def validation_figure(found: Validation, curves: RunCurves, sensors: Sequence[str]) -> Figure:
     """Return one run of a validation (paper, fig. 8).
 
@@ -144,9 +151,10 @@ def validation_figure(found: Validation, curves: RunCurves, sensors: Sequence[st
                 hours, curves.dT[:, k], color=VIOLET, ls=("-", "--", ":", "-.")[k % 4], lw=1.2, label=f"ΔT {name}"
             )
         heat.set_ylabel("ΔT (K)", color=VIOLET)
-        heat.legend(loc="upper left", bbox_to_anchor=(0.0, 1.0))
+        # above the axes: inside it would cover the rod's line
+        heat.legend(loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=4, borderaxespad=0.2)
         one = found.runs[curves.run]
-        top.set_title(f"{curves.run}: never fitted")
+        top.set_title(_heading(found, curves.run))
         low, high = (curves.predicted - curves.half_width) * 1e6, (curves.predicted + curves.half_width) * 1e6
         bottom.fill_between(hours, low, high, color=BLUE, alpha=0.15, lw=0.0, label="95 % prediction interval")
         bottom.plot(hours, curves.measured * 1e6, ".", color=RED, ms=2.5, label="measured")

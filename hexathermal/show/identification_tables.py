@@ -12,7 +12,8 @@ from rich.table import Table
 from hexathermal.learn.identification import Identification
 from hexathermal.learn.law import IdentifiedLaw
 from hexathermal.learn.selection import RankedSets
-from hexathermal.learn.validation import Figure, Scores, Validation
+from hexathermal.learn.validation import Validation
+from hexathermal.learn.validation_scores import Figure, Scores
 from hexathermal.predict.table_writing import written_whole
 from hexathermal.show.tables import framed
 
@@ -53,8 +54,9 @@ def sets_table(found: Identification, pretty: bool) -> Table:
     """Return the best sets of each size on runs left out, and the chosen one."""
     ranked = found.ranked
     judged = ranked.left_out if np.isfinite(ranked.left_out.rmse).any() else ranked.fit
+    what = "left out" if judged is ranked.left_out else "fit"
     table = framed(pretty, "sensors", "chosen", "RMSE fit\num>", "RMSE left out\num>", "largest left out\num>",
-                   "mean\nreduction>", "largest\nreduction>", "condition>")  # fmt: skip
+                   f"mean reduction\n{what}>", f"largest reduction\n{what}>", "condition>")  # fmt: skip
     rows: list[int] = []
     for size in sorted(set(ranked.sizes.tolist())):
         here = np.flatnonzero((ranked.sizes == size) & np.isfinite(judged.rmse))
@@ -136,6 +138,7 @@ def identification_facts(found: Identification) -> dict[str, Any]:
 
     single = ranked.best(1, left_out=False)
     off = ranked.off_front(single)
+    sizes, judged = sorted(set(ranked.sizes.tolist())), bool(np.isfinite(ranked.left_out.rmse).any())
     check = found.check
     return {
         "kind": law.kind,
@@ -150,6 +153,8 @@ def identification_facts(found: Identification) -> dict[str, Any]:
         ],
         "choice": {"reason": choice.reason, "gain_um": plain(choice.gain * 1e6),
                    "gain_uncertainty_um": plain(choice.gain_uncertainty * 1e6),
+                   "nested_gain_um": plain(choice.nested_gain * 1e6),
+                   "nested_gain_uncertainty_um": plain(choice.nested_gain_uncertainty * 1e6),
                    "nested_rmse_um": plain(choice.nested_rmse * 1e6),
                    "nested_runs": [{"run": run.run, "sensors": list(run.sensors), "rmse_um": run.rmse * 1e6}
                                    for run in choice.nested_runs]},
@@ -166,9 +171,11 @@ def identification_facts(found: Identification) -> dict[str, Any]:
         "runs": list(law.origin.runs),
         "sets": len(ranked.names),
         "chosen": one(found.chosen) if found.chosen >= 0 else None,
-        "best": [one(ranked.best(size, left_out=False)) for size in sorted(set(ranked.sizes.tolist()))],
+        "best": [one(ranked.best(size, left_out=False)) for size in sizes],
+        "best_left_out": [one(ranked.best(size)) for size in sizes] if judged else [],
         "pareto_front": [one(k) for k in ranked.front()],
-        "best_single_off_front_um": {"rmse": off[0] * 1e6, "linf": off[1] * 1e6},
+        "best_single_off_front_um": {"sensor": ranked.names[single][0], "criterion": "fitted rows",
+                                     "rmse": off[0] * 1e6, "linf": off[1] * 1e6},
         "physical": None if check is None else {
             "expansion_um_per_m_K": check.expansion * 1e6, "uncertainty": check.expansion_uncertainty * 1e6,
             "rod_um_per_m_K": check.rod * 1e6, "rod_uncertainty": check.rod_uncertainty * 1e6,
@@ -187,12 +194,14 @@ def validation_table(found: Validation, pretty: bool) -> Table:
     """Return the scores of each run and of all."""
     table = framed(pretty, "run", "drift largest\num>", "residual largest\num>", "RMSE\num>", "mean |residual|\num>",
                    "mean\nreduction>", "95 % interval", "largest\nreduction>", "inside 95 %>")  # fmt: skip
-    cover = {**found.run_coverage, "all": found.coverage}
-    for name, one in (*found.runs.items(), ("all", found.total)):
+    rows = [(f"{name} (fitted)" if name in found.fitted else name, one, found.run_coverage[name])
+            for name, one in found.runs.items()]  # fmt: skip
+    some = 0 < len(found.fitted) < len(found.runs)
+    for name, one, inside in (*rows, ("all never fitted" if some else "all", found.total, found.coverage)):
         mean = one.mean_reduction
         table.add_row(name, _um(one.drift_largest, 2), _um(one.linf.value, 2), _um(one.rmse.value),
                       _um(one.mean.value), _part(mean.value), f"{_part(mean.low)} to {_part(mean.high)}",
-                      _part(one.largest_reduction.value), _part(cover[name]))  # fmt: skip
+                      _part(one.largest_reduction.value), _part(inside))  # fmt: skip
     return table
 
 
@@ -216,6 +225,9 @@ def validation_facts(found: Validation) -> dict[str, Any]:
         "total": scores(found.total),
         "runs": {name: scores(one) | {"coverage": found.run_coverage[name]} for name, one in found.runs.items()},
         "coverage": found.coverage,
+        "mean_half_width_um": found.half_width * 1e6,
+        "fitted_runs": found.fitted,
+        "fitted_runs_known": found.fits_known,
         "beyond_range": found.outside,
         "motion": [
             {"what": one.name, "landings": one.landings, "mean_um": one.mean * 1e6,

@@ -28,7 +28,7 @@ def drawn(seed: int, kind: str, k: int) -> IdentifiedLaw:
         "run" if seed % 2 else "campaign", Validity(rng.normal(size=(k, 2)), (0.0, rng.random()) if leg else None,
         (rng.normal(), 30.0 + rng.random())), ResidualNoise(*(rng.random(3) * 1e-7), rng.random() * 3000.0 + 1.0, 0.0),
         SensorErrors(rng.random(k), rng.random(k), 1.0 + rng.random() * 5000.0, bool(seed % 2)), 1.9 + rng.random(),
-        Origin("a leg; Ångström µ \"quoted\"", "abc123", ("run-01", "run-02"), "method"),
+        Origin("a leg; Ångström µ \"quoted\"", "abc123", ("run-01", "run-02"), "method", ("aa", "bb")),
     )  # fmt: skip
 
 
@@ -72,6 +72,7 @@ def test_all_bad_fields_are_named_at_once(tmp_path: Path) -> None:
     ('format = "hexathermal-leg/1"', 'format = "hexathermal-leg/9"', "this version reads"),
     ('zero = "run"', 'zero = "noon"', "zero must be"),
     ("landing_um = ", "landing_um = -", "must be 0 or more"),
+    ('  "bb",\n', "", "origin.run_fingerprints has 1 values; expected 2, one for each of origin.runs"),
     ("highest_dT_K = [\n", "highest_dT_K = [\n  1.0,\n", "range.highest_dT_K has 2 values; expected 1: T00"),
 ])  # fmt: skip
 def test_each_bad_field_is_named(tmp_path: Path, old: str, new: str, said: str) -> None:
@@ -89,8 +90,10 @@ def test_no_file_and_no_place_are_refused(tmp_path: Path) -> None:
     with pytest.raises(ArgumentError, match="'hexathermal identify' writes"):
         read_leg_law(tmp_path / "none.toml")
     (tmp_path / "file").write_text("", encoding="utf-8")
-    with pytest.raises(ArgumentError, match="cannot write the law"):
-        write_leg_law(drawn(1, "leg", 1), tmp_path / "file" / "leg.toml")
+    for folder in ("file", "missing"):
+        with pytest.raises(ArgumentError, match=rf"there is no folder .*{folder}; create it first"):
+            write_leg_law(drawn(1, "leg", 1), tmp_path / folder / "leg.toml")
+    assert sorted(item.name for item in tmp_path.iterdir()) == ["file"]
 
 
 def test_a_component_is_no_leg() -> None:

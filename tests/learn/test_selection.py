@@ -159,13 +159,17 @@ def test_the_front_is_what_nothing_beats(points: list[tuple[int, int]]) -> None:
 
 def test_one_sensor_is_chosen_where_one_tells_all(rng: np.random.Generator) -> None:
     """Truth on one sensor: it is chosen, and no pair, although some pair always fits better; the search's own error
-    is told.
+    is told. The gain is that of the table of sets; the searches' own is smaller.
     """
     blocks = drawn_leg(rng, runs=6)
     grams = gather(blocks, COLUMNS)
-    choice = choose(rank_sets(blocks, grams), grams)
+    ranked = rank_sets(blocks, grams)
+    choice = choose(ranked, grams)
     assert choice.sensors == ("T07",)
-    assert "within uncertainty" in choice.reason
+    assert "not more than the spread between runs explains" in choice.reason
+    single, double = (ranked.best(size) for size in (1, 2))
+    assert choice.gain == pytest.approx(ranked.left_out.rmse[single] - ranked.left_out.rmse[double], abs=1e-12)
+    assert choice.nested_gain < choice.gain
     assert choice.nested_rmse < 0.3e-6
     assert len(choice.nested_runs) == 6
 
@@ -190,6 +194,22 @@ def test_a_common_law_is_kept_or_refused_by_runs_left_out(rng: np.random.Generat
     other = fit_common(legs, ("T07",))
     assert not other.use_common
     assert other.loss > 3.0 * other.loss_uncertainty
+    assert other.by_leg["leg 3"].worse
+
+
+def test_a_leg_that_is_served_badly_is_not_hidden_by_the_others(rng: np.random.Generator) -> None:
+    """Seven like legs with much scatter beside an odd one with little: it is found, and no common law is used."""
+    legs = {f"leg {k}": gather(drawn_leg(rng, runs=4, landing=1.5e-6), COLUMNS) for k in range(7)}
+    legs["odd"] = gather(drawn_leg(rng, runs=4, A=2.5e-6, landing=0.02e-6, bias=0.01), COLUMNS)
+    found = fit_common(legs, ("T07",))
+    assert found.by_leg["odd"].worse
+    assert not found.use_common
+    assert "serves odd clearly worse" in found.reason
+
+
+def test_legs_are_asked_for_before_a_common_law(rng: np.random.Generator) -> None:
+    """One leg is refused."""
+    legs = {"leg 0": gather(drawn_leg(rng, runs=2, hours=1.0), COLUMNS)}
     with pytest.raises(ArgumentError, match="at least two legs"):
         fit_common({"one": legs["leg 0"]}, ("T07",))
 

@@ -3,14 +3,16 @@
 from __future__ import annotations
 
 import dataclasses
+from pathlib import Path
 
 import numpy as np
 import pytest
 
 from hexathermal.errors import ArgumentError, UnknownNameError
+from hexathermal.learn.campaign import RunFile
 from hexathermal.learn.identification import identify
 from hexathermal.learn.law import IdentifiedLaw
-from hexathermal.learn.validation import Verdict, validate
+from hexathermal.learn.validation import MOST_LANDINGS, Verdict, validate
 from tests.learn.legs import LEG, SENSORS, drawn_leg
 from tests.learn.test_selection import cut
 
@@ -71,17 +73,64 @@ def test_a_step_at_reversals_is_found(rng: np.random.Generator) -> None:
     assert found.mean == pytest.approx(1e-6, abs=4.0 * found.uncertainty)
 
 
-def test_rows_beyond_the_range_and_fitted_runs_are_said(rng: np.random.Generator) -> None:
-    """Extrapolation in dT and q is counted; a run of the same name as a fitted one is pointed out."""
+def test_rows_beyond_the_range_are_said(rng: np.random.Generator) -> None:
+    """Extrapolation in dT and q is counted."""
     law = learned(rng)
-    runs = drawn_leg(rng, runs=1, role="identification")
+    runs = drawn_leg(rng, runs=1, role="validation")
     narrow = dataclasses.replace(
         law, validity=dataclasses.replace(law.validity, dT=np.array([[0.0, 0.1]]), q=(0.1, 0.11))
     )
     found = validate(narrow, runs, SENSORS)
     assert found.outside["dT"] > 0.5
     assert found.outside["q"] > 0.5
-    assert any("a run of the same name was fitted: identification-0" in note for note in found.notes)
+    assert not found.fitted
+
+
+def test_fitted_rows_are_told_again_under_another_name(rng: np.random.Generator) -> None:
+    """A fitted run is known by its rows, renamed and cut anew, and is left out of the verdict; all fitted: no proof.
+
+    A fresh run of a fitted one's name is no fitted run; a law without fingerprints can only compare names.
+    """
+    blocks = drawn_leg(rng, runs=4)
+    law = identify(lambda: cut(blocks, 77), SENSORS, LEG, wanted="T07", sizes=(1,)).law
+    renamed = dataclasses.replace(blocks[2], run=RunFile("fresh", Path("other.csv"), "validation"))
+    fresh = drawn_leg(rng, runs=1)[0]
+    assert fresh.run.name == "identification-0"
+    mixed = validate(law, [*cut([renamed], 50), fresh], SENSORS)
+    assert mixed.fitted == {"fresh": "identification-2"}
+    assert mixed.verdict is Verdict.BETTER
+    assert mixed.rows == len(fresh)
+    assert mixed.total.rmse.value == mixed.runs["identification-0"].rmse.value
+    assert any(note.startswith("fresh: fitted, and left out of the verdict") for note in mixed.notes)
+    assert validate(law, [renamed], SENSORS).verdict is Verdict.FITTED
+    old = dataclasses.replace(law, origin=dataclasses.replace(law.origin, run_fingerprints=()))
+    unknown = validate(old, [fresh], SENSORS)
+    assert not unknown.fits_known
+    assert any("a run of the same name was: identification-0" in note for note in unknown.notes)
+
+
+def test_every_row_a_landing_is_held_in_bounded_tables(rng: np.random.Generator) -> None:
+    """With a landing a row, intervals come from a bounded number of pieces, whatever blocks the rows come in."""
+    law, block = learned(rng), drawn_leg(rng, runs=1, hours=30.0, role="validation")[0]
+    many = dataclasses.replace(block, landing=np.arange(len(block)))
+    assert len(many) > 3 * MOST_LANDINGS
+    whole, parts = validate(law, [many], SENSORS), validate(law, cut([many], 313), SENSORS)
+    e = block.drift - law.predict(block.dT[:, [6]], block.q)
+    for one in (whole, parts):
+        assert one.total.rmse.value == pytest.approx(np.sqrt(np.mean(e**2)), rel=1e-9)
+        assert one.total.linf.value == pytest.approx(np.abs(e).max(), rel=1e-12)
+        assert one.total.rmse.low < one.total.rmse.value < one.total.rmse.high
+    assert whole.total.rmse.low == pytest.approx(parts.total.rmse.low, rel=1e-9)
+    assert [group.landings for group in whole.motion] == [group.landings for group in parts.motion]
+    assert [group.mean for group in whole.motion] == pytest.approx([group.mean for group in parts.motion], abs=1e-15)
+
+
+def test_intervals_that_say_nothing_are_noted(rng: np.random.Generator) -> None:
+    """Prediction intervals wider than the largest drift are pointed out; those of a good law are not."""
+    law, runs = learned(rng), drawn_leg(rng, runs=1, role="validation")
+    wide = dataclasses.replace(law, factor=1e3)
+    assert any("says nothing about the law" in note for note in validate(wide, runs, SENSORS).notes)
+    assert not any("says nothing" in note for note in validate(law, runs, SENSORS).notes)
 
 
 def test_missing_sensors_rows_and_displacements_are_refused(rng: np.random.Generator) -> None:

@@ -63,6 +63,11 @@ def run(arguments: argparse.Namespace, progress: Progress) -> Answer:
     free(out, arguments.force)
     progress(0, 0, "reading the laws")
     laws = [read_leg_law(file) for file in arguments.laws]
+    for name, law in zip(arguments.laws, laws, strict=True):
+        if law.kind != "leg":
+            raise ArgumentError(
+                f"{name} is the law of a {law.kind} (C); a machine's leg carries the law of a leg (A, B)"
+            )
     hexapod = machine(arguments.machine)
     if hexapod.retracted_length is None:
         raise ArgumentError(f"machine {hexapod.name or arguments.machine} has no q0_mm, which a leg's law needs")

@@ -4,8 +4,6 @@ from __future__ import annotations
 
 import argparse
 import json
-from collections.abc import Iterator
-from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -21,8 +19,9 @@ from hexathermal.show.hexapod_answers import (
 from hexathermal.show.options import EXIT_CODES, STYLE, path
 
 if TYPE_CHECKING:
-    from hexathermal.learn.campaign import Block, Campaign
+    from hexathermal.learn.campaign import Campaign
     from hexathermal.learn.identification import Identification
+    from hexathermal.learn.selection import RankedSets
 
 IDENTIFY = (
     """\
@@ -39,8 +38,11 @@ its uncertainty and its range. Runs for validation are not touched.
 
 EPILOG = f"""\
 --sensors auto takes one sensor, unless the best pair is better on runs left out by more than its uncertainty.
---common asks whether other legs can share the law: one law for all against one each, on runs left out. If it serves
-all, the law that is written is fitted to the runs of all legs; else it is that of the first campaign.
+--common asks whether other legs can share the law: one law for all against one each, on runs left out. It serves unless
+it is clearly worse for one of the legs, or for all together: RMSE larger by more than the 95 % bound of the spread
+between runs. The law that is written is then fitted to the runs of all legs; else it is that of the first campaign.
+"Left out" is the error on each run under the law fitted to all others; "fit" that on the rows fitted, the paper's
+criterion, by which more sensors always look better.
 
 files of --report DIR:
   sets.csv                      every set of sensors: RMSE, largest and mean residual, reductions, fitted and left out
@@ -82,25 +84,35 @@ def add(commands: Any) -> None:
 def run(arguments: argparse.Namespace, progress: Progress) -> Answer:
     """Identify a law."""
     from hexathermal.learn.campaign_files import load_campaign
+    from hexathermal.learn.campaign_laws import identify_campaign
     from hexathermal.learn.leg_law_files import write_leg_law
+    from hexathermal.predict.table_writing import refuse_no_folder, refuse_no_place
     from hexathermal.show.identification_tables import identification_facts, law_table, sets_table
 
     if is_hexapod_campaign(arguments.campaign):
         return identify_answer(arguments, progress)
     if arguments.out is not None:
         free(arguments.out, arguments.force)
+        refuse_no_folder(arguments.out)
+    if arguments.report is not None:
+        refuse_no_place(arguments.report)
     campaign = load_campaign(arguments.campaign, needed=("identification",), progress=progress)
-    found = identified(campaign, arguments, progress)
+    sizes = (1, 2, 3, 4) if arguments.quads else (1, 2, 3) if arguments.triples else (1, 2)
+    found = identify_campaign(campaign, arguments.sensors, sizes=sizes, material=arguments.material, progress=progress)
     facts = identification_facts(found)
     shared = ""
     if arguments.common:
-        shared, pooled = _common(campaign, found, arguments, progress)
+        shared, legs, pooled = _common(campaign, found, arguments, progress)
         found = pooled or found
-        facts = identification_facts(found) | {"common": shared, "common_law_written": pooled is not None}
-    written = [] if arguments.out is None else [write_leg_law(found.law, arguments.out)]
+        facts = identification_facts(found)
+        facts |= {"common": shared, "common_legs": legs, "common_law_written": pooled is not None}
+    written = []
     if arguments.report is not None:
         progress(0, 0, "drawing")
         written += _report(found, facts, arguments.report)
+    # last: a law is there only where all else is
+    if arguments.out is not None:
+        written.append(write_leg_law(found.law, arguments.out))
     facts["written"] = [str(file) for file in written]
     texts = [_summary(campaign, found), lambda pretty, _: law_table(found, pretty),
              lambda pretty, _: sets_table(found, pretty)]  # fmt: skip
@@ -119,88 +131,43 @@ def free(file: Path, force: bool) -> None:
         raise ArgumentError(f"{file} exists already; give another name, or --force to replace it")
 
 
-def blocks_of(campaign: Campaign, role: str) -> Iterator[Block]:
-    """Give the usable blocks of all runs of a role."""
-    from hexathermal.learn.cleaning import usable_blocks
-
-    for one in campaign.runs_of(role):
-        yield from usable_blocks(campaign, one)
-
-
-def identified(campaign: Campaign, arguments: argparse.Namespace, progress: Progress) -> Identification:
-    """Return the identification of a campaign."""
-    from hexathermal.learn.campaign_dataset import fingerprint
-    from hexathermal.learn.identification import identify
-    from hexathermal.learn.law import Origin
-
-    if campaign.kind == "hexapod":
-        raise ArgumentError("a campaign of kind 'hexapod' has no single drift; identify its legs one by one on a bench")
-    if not campaign.sensors:
-        raise ArgumentError("the campaign has no thermocouples, so there is nothing that a law could read")
-    sizes = (1, 2, 3, 4) if arguments.quads else (1, 2, 3) if arguments.triples else (1, 2)
-    return identify(
-        lambda: blocks_of(campaign, "identification"), campaign.sensors, campaign.leg, wanted=arguments.sensors,
-        sizes=sizes, zero=campaign.zero, origin=Origin(campaign.title, fingerprint(campaign)),
-        material=arguments.material, positions=[one.position for one in campaign.thermocouples], progress=progress,
-    )  # fmt: skip
-
-
 def _common(
     campaign: Campaign, found: Identification, arguments: argparse.Namespace, progress: Progress
-) -> tuple[str, Identification | None]:
-    """Return in words whether several legs can share a law, and that law where they can."""
+) -> tuple[str, dict[str, Any], Identification | None]:
+    """Return in words and numbers whether several legs can share a law, and that law where they can."""
     from hexathermal.learn.campaign_files import load_campaign
+    from hexathermal.learn.campaign_laws import identify_together, refuse_other_build, role_blocks
     from hexathermal.learn.common import fit_common
     from hexathermal.learn.gram import columns_for, gather
 
     campaigns = [campaign]
     for place in arguments.common:
         other = load_campaign(place, needed=("identification",), progress=progress)
-        if other.leg != campaign.leg:
-            raise ArgumentError(
-                f"{place} is of another kind, retracted length or stroke than {campaign.folder}: no common law"
-            )
+        refuse_other_build(campaign, other)
         campaigns.append(other)
-    names = [f"{k + 1} ({one.title or one.folder.name})" for k, one in enumerate(campaigns)]
-    legs = {names[0]: found.grams}
-    for name, other in zip(names[1:], campaigns[1:], strict=True):
-        legs[name] = gather(blocks_of(other, "identification"), columns_for(other.sensors, other.leg))
-    result = fit_common(legs, found.law.sensors)
+    legs = {f"{k + 1} ({one.title or one.folder.name})": one for k, one in enumerate(campaigns)}
+    first, *others = legs
+    grams = {first: found.grams}
+    for name in others:
+        one = legs[name]
+        grams[name] = gather(role_blocks(one, "identification", progress), columns_for(one.sensors, one.leg))
+    result = fit_common(grams, found.law.sensors)
     lines = [f"One law for {len(legs)} legs: {result.reason}."]
-    lines += [f"  {name}: RMSE left out {common * 1e6:.3f} um with the common law, {own * 1e6:.3f} um with its own"
-              for name, (common, own) in result.by_leg.items()]  # fmt: skip
+    for name, leg in result.by_leg.items():
+        lines.append(
+            f"  {name}: RMSE left out {leg.common_rmse * 1e6:.3f} um with the common law, {leg.own_rmse * 1e6:.3f} um "
+            f"with its own; by run {leg.loss * 1e6:+.3f} um (standard uncertainty {leg.loss_uncertainty * 1e6:.3f}): "
+            f"{'clearly worse' if leg.worse else 'served'}"
+        )
+    numbers = {name: {"common_rmse_um": leg.common_rmse * 1e6, "own_rmse_um": leg.own_rmse * 1e6,
+                      "loss_um": leg.loss * 1e6, "loss_uncertainty_um": leg.loss_uncertainty * 1e6,
+                      "clearly_worse": leg.worse} for name, leg in result.by_leg.items()}  # fmt: skip
     if not result.use_common:
-        lines.append(f"  the law above is that of leg {names[0]}; identify the other legs one by one")
-        return "\n".join(lines), None
+        lines.append(f"  the law above is that of leg {first}; identify the other legs one by one")
+        return "\n".join(lines), numbers, None
     lines.append("  the law above is fitted to the runs of all legs")
-    return "\n".join(lines), _pooled(campaigns, names, found.law.sensors, arguments, progress)
-
-
-def _pooled(
-    campaigns: list[Campaign], names: list[str], sensors: tuple[str, ...], arguments: argparse.Namespace,
-    progress: Progress,
-) -> Identification:  # fmt: skip
-    """Return the law of given sensors, fitted to the runs of several legs."""
-    import hashlib
-
-    from hexathermal.learn.campaign_dataset import fingerprint
-    from hexathermal.learn.identification import identify
-    from hexathermal.learn.law import Origin
-
-    shared = [name for name in campaigns[0].sensors if all(name in one.sensors for one in campaigns)]
-
-    def rows() -> Iterator[Block]:
-        for name, one in zip(names, campaigns, strict=True):
-            columns = [one.sensors.index(sensor) for sensor in shared]
-            for block in blocks_of(one, "identification"):
-                run = replace(block.run, name=f"{name}/{block.run.name}")
-                yield replace(block, run=run, dT=block.dT[:, columns])
-
-    together = hashlib.sha256("".join(map(fingerprint, campaigns)).encode()).hexdigest()
-    title = ", ".join(one.title or one.folder.name for one in campaigns)
-    origin = Origin(title, together)
-    return identify(rows, shared, campaigns[0].leg, wanted=sensors, zero=campaigns[0].zero, origin=origin,
-                    material=arguments.material, progress=progress)  # fmt: skip
+    pooled = identify_together(legs, found.law.sensors, material=arguments.material, progress=progress)
+    return "\n".join(lines), numbers, pooled
 
 
 def _summary(campaign: Campaign, found: Identification) -> str:
@@ -215,39 +182,55 @@ def _summary(campaign: Campaign, found: Identification) -> str:
         lines.append(
             f"The whole search on runs left out of it: RMSE {choice.nested_rmse * 1e6:.3f} um (expected of new runs)."
         )
-    off = ranked.off_front(ranked.best(1, left_out=False))
-    lines.append(
-        f"Best single sensor {ranked.names[ranked.best(1, left_out=False)][0]}: {off[0] * 1e6:.3f} um (RMSE) and "
-        f"{off[1] * 1e6:.3f} um (largest residual) off the best of the Pareto front."
-    )
+    lines.append(_fitted_best(ranked))
     if found.check is not None:
         like = ", ".join(found.check.like) or "no common material"
         lines.append(
             f"Effective expansion of the fixed part {found.check.expansion * 1e6:.2f} +- "
             f"{1.96 * found.check.expansion_uncertainty * 1e6:.2f} um/m/K (95 %): like {like}."
         )
-    lines.append(
-        f"Reliability of the temperatures {found.fit.reliability:.3f} (1: no error of the thermometers); "
-        f"{'corrected for' if found.fit.corrected else 'not corrected for'}."
-    )
+    lines.append(_reliability(found))
     lines += [f"note: {note}" for note in found.notes]
     return "\n".join(lines)
 
 
+def _fitted_best(ranked: RankedSets) -> str:
+    """Return how far the best single sensor is off the front, by the paper's criterion."""
+    single = ranked.best(1, left_out=False)
+    off, front = ranked.off_front(single), ranked.front()
+    by_linf, by_rmse = (" + ".join(ranked.names[k]) for k in (front[0], front[-1]))
+    return (
+        f"By the paper's criterion, the rows fitted (not that of the choice): best single sensor "
+        f"{ranked.names[single][0]}, RMSE {ranked.fit.rmse[single] * 1e6:.3f} um, {off[0] * 1e6:.3f} um off that of "
+        f"{by_rmse}; largest residual {ranked.fit.linf[single] * 1e6:.3f} um, {off[1] * 1e6:.3f} um off that of "
+        f"{by_linf} (ends of the Pareto front)."
+    )
+
+
+def _reliability(found: Identification) -> str:
+    """Return what is known of the errors of the law's thermometers, and whether the law is corrected for it."""
+    fit, names = found.fit, ", ".join(found.law.sensors)
+    value = f"Reliability of the temperatures {fit.reliability:.3f} (1: no error of the thermometers)"
+    done = "corrected for" if fit.corrected else "not corrected for"
+    if fit.errors.slow.any():
+        return f"{value}: noise and slow bias; {done}."
+    return f"{value} as far as noise goes; {done} it. No slow bias of {names} could be told: there is none in it."
+
+
 def _report(found: Identification, facts: dict[str, Any], folder: Path) -> list[Path]:
-    """Write tables and pictures; returns their paths."""
-    from hexathermal.predict.table_writing import written_whole
+    """Write tables and pictures, all or none; returns their paths."""
+    from hexathermal.predict.table_writing import written_folder
     from hexathermal.show.identification_figures import front_figure, matrices_figure, save_both
     from hexathermal.show.identification_tables import matrix_csv, ranking_csv
 
-    made_folder(folder)
-    files = [ranking_csv(found.ranked, folder / "sets.csv")]
-    files += [matrix_csv(found.ranked, by, folder / f"matrix-{by}.csv") for by in ("rmse", "linf")]
-    files += save_both(matrices_figure(found.ranked), folder, "matrices")
-    files += save_both(front_figure(found.ranked, found.chosen), folder, "front")
-    with written_whole(folder / "identification.json") as part:
-        part.write_text(json.dumps(facts, indent=2, allow_nan=False) + "\n", encoding="utf-8")
-    return [*files, folder / "identification.json"]
+    with written_folder(folder) as part:
+        files = [ranking_csv(found.ranked, part / "sets.csv")]
+        files += [matrix_csv(found.ranked, by, part / f"matrix-{by}.csv") for by in ("rmse", "linf")]
+        files += save_both(matrices_figure(found.ranked), part, "matrices")
+        files += save_both(front_figure(found.ranked, found.chosen), part, "front")
+        files.append(part / "identification.json")
+        files[-1].write_text(json.dumps(facts, indent=2, allow_nan=False) + "\n", encoding="utf-8")
+    return [folder / file.name for file in files]
 
 
 def made_folder(folder: Path) -> None:

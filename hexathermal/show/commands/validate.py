@@ -7,9 +7,7 @@ import json
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from hexathermal.errors import ArgumentError
 from hexathermal.show.commands import Answer, Progress, add_json
-from hexathermal.show.commands.identify import blocks_of, made_folder
 from hexathermal.show.hexapod_answers import EPILOG_VALIDATE, is_hexapod_campaign, validate_answer
 from hexathermal.show.options import EXIT_CODES, STYLE, path
 
@@ -24,7 +22,9 @@ residuals, by how much the drift shrinks (with intervals), how many rows lie ins
 """
 
 EPILOG = f"""\
-The verdict is one of: makes it better; no gain proven; makes it worse. It does not change the exit code.
+The verdict is one of: makes it better; no gain proven; makes it worse; nothing proven, every run was fitted. It does
+not change the exit code. Runs that were fitted are known by their rows, whatever their name: they are warned of, and do
+not count in the verdict and in the row "all".
 
 files of --report DIR:
   RUN.png, RUN.svg    each run: rod and temperature above; measured, predicted drift and residual below
@@ -52,28 +52,33 @@ def add(commands: Any) -> None:
 def run(arguments: argparse.Namespace, progress: Progress) -> Answer:
     """Validate a law."""
     from hexathermal.learn.campaign_files import load_campaign
+    from hexathermal.learn.campaign_laws import validate_campaign
     from hexathermal.learn.leg_law_files import read_leg_law
-    from hexathermal.learn.validation import validate
+    from hexathermal.predict.table_writing import refuse_no_place
     from hexathermal.show.identification_tables import validation_facts, validation_table
 
     if is_hexapod_campaign(arguments.campaign):
         return validate_answer(arguments, progress)
     law = read_leg_law(arguments.law)
+    if arguments.report is not None:
+        refuse_no_place(arguments.report)
     campaign = load_campaign(arguments.campaign, needed=("validation",), progress=progress)
-    if law.zero != campaign.zero:
-        raise ArgumentError(
-            f"the law counts temperatures from the first row of the {law.zero}, this campaign from that of the "
-            f"{campaign.zero}: they cannot be compared; set zero in campaign.toml as it was for the law"
-        )
-    progress(0, 0, "validating")
-    found = validate(law, blocks_of(campaign, "validation"), campaign.sensors)
-    warnings = _doubts(law, campaign)
+    found = validate_campaign(law, campaign, progress)
+    warnings = [*_fitted(found), *_doubts(law, campaign)]
     facts = validation_facts(found) | {"law": {"sensors": list(law.sensors), "title": law.origin.title}}
     written = [] if arguments.report is None else _report(found, law, facts, arguments.report, progress)
     texts: list[Any] = [lambda pretty, _: validation_table(found, pretty), _summary(found)]
     if written:
         texts.append("Written:\n" + "\n".join(f"  {file}" for file in written))
     return Answer(tuple(texts), facts, tuple(warnings))
+
+
+def _fitted(found: Validation) -> list[str]:
+    """Return warnings about runs that were fitted."""
+    return [
+        f"warning: run {name} was fitted: the law was identified on the same rows, run {before}; it proves nothing"
+        for name, before in found.fitted.items()
+    ]
 
 
 def _doubts(law: IdentifiedLaw, campaign: Campaign) -> list[str]:
@@ -91,29 +96,34 @@ def _summary(found: Validation) -> str:
     """Return the verdict, in words."""
     total = found.total
     lines = [
-        f"Verdict: the law {found.verdict.value}." if found.verdict.name != "UNPROVEN" else "Verdict: no gain proven.",
+        f"Verdict: {'the law ' if found.verdict.name in ('BETTER', 'WORSE') else ''}{found.verdict.value}.",
         f"Largest drift {total.drift_largest * 1e6:.2f} um -> largest residual {total.linf.value * 1e6:.2f} um "
-        f"({100.0 * total.largest_reduction.value:.1f} % less); mean {total.drift_mean * 1e6:.2f} -> "
-        f"{total.mean.value * 1e6:.2f} um ({100.0 * total.mean_reduction.value:.1f} % less).",
+        f"({_less(total.largest_reduction.value)}); mean {total.drift_mean * 1e6:.2f} -> "
+        f"{total.mean.value * 1e6:.2f} um ({_less(total.mean_reduction.value)}).",
         f"{100.0 * found.coverage:.1f} % of {found.rows} rows lie inside their 95 % prediction interval.",
     ]
     lines += [f"note: {note}" for note in found.notes]
     return "\n".join(lines)
 
 
+def _less(reduction: float) -> str:
+    """Return a reduction in words."""
+    return f"{abs(100.0 * reduction):.1f} % {'less' if reduction >= 0.0 else 'more'}"
+
+
 def _report(
     found: Validation, law: IdentifiedLaw, facts: dict[str, Any], folder: Path, progress: Progress
 ) -> list[Path]:
-    """Write pictures and numbers; returns their paths."""
-    from hexathermal.predict.table_writing import written_whole
+    """Write pictures and numbers, all or none; returns their paths."""
+    from hexathermal.predict.table_writing import written_folder
     from hexathermal.show.identification_figures import save_both, validation_figure
 
-    made_folder(folder)
-    files: list[Path] = []
-    for k, curves in enumerate(found.curves):
-        progress(k, len(found.curves), "drawing")
-        name = "".join(letter if letter.isalnum() or letter in "-_." else "_" for letter in curves.run)
-        files += save_both(validation_figure(found, curves, law.sensors), folder, name)
-    with written_whole(folder / "validation.json") as part:
-        part.write_text(json.dumps(facts, indent=2, allow_nan=False) + "\n", encoding="utf-8")
-    return [*files, folder / "validation.json"]
+    with written_folder(folder) as part:
+        files: list[Path] = []
+        for k, curves in enumerate(found.curves):
+            progress(k, len(found.curves), "drawing")
+            name = "".join(letter if letter.isalnum() or letter in "-_." else "_" for letter in curves.run)
+            files += save_both(validation_figure(found, curves, law.sensors), part, name)
+        files.append(part / "validation.json")
+        files[-1].write_text(json.dumps(facts, indent=2, allow_nan=False) + "\n", encoding="utf-8")
+    return [folder / file.name for file in files]
