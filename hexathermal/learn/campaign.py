@@ -17,8 +17,8 @@ ROLES = ("identification", "validation")
 ZEROS = ("run", "campaign")
 FILE = "campaign.toml"
 
-ACCEPTED = ("missing-blocks", "clock-disorder")
-"""Faults that `[cleaning] accept` of `campaign.toml` turns into rows or values that are left out and counted."""
+ACCEPTED = ("missing-blocks", "clock-disorder", "unusual-weather")
+"""Faults that `[cleaning] accept` of `campaign.toml` takes as they are; what is lost is left out and counted."""
 
 
 @dataclass(frozen=True)

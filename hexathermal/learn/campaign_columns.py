@@ -87,7 +87,7 @@ def meant_for(name: str, others: Iterable[str]) -> str:
     others = list(others)
     stem, _, unit = name.rpartition("_")
     if unit in SI:
-        wrong = [other for other in others if _stem(other) == stem.lower()]
+        wrong = [other for other in others if _stem(other) == stem.lower() and other != name]
         if wrong:
             return f"; {wrong[0]!r} has another unit: {name} must be in {unit}, convert it"
     same = [other for other in others if other.lower() in (name.lower(), stem.lower())]

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
+from dataclasses import dataclass
 from pathlib import Path
 
 from hexathermal.errors import FileFormatError, HexathermalError, Problem
 
 SHOWN = 5
-"""Faults of one kind in one column that are listed singly; the rest are counted."""
+"""Faults of one kind in one column that are listed singly; the rest, and those that read the same, are counted."""
 
 
 class CampaignError(FileFormatError):
@@ -35,12 +36,33 @@ class CampaignError(FileFormatError):
         return (CampaignError, (self.path, self.faults))
 
 
+@dataclass
+class _Listed:
+    """A problem, how many more read the same, and the last line of them."""
+
+    problem: Problem
+    more: int = 0
+    last: int = 0
+
+    def told(self, others: int) -> Problem:
+        """Return the problem with the count of those that read the same, and of `others` of its kind."""
+        message = self.problem.message
+        if self.more:
+            message += f" (and {self.more} more that read the same, the last in line {self.last})"
+        if others:
+            message += f" (and {others} more of this kind)"
+        return Problem(self.problem.line, self.problem.column, message)
+
+
 class Faults:
-    """Faults being collected; of one kind in one column some are listed, the rest counted."""
+    """Faults being collected; of one kind in one file some are listed, those that read the same once, the rest counted.
+
+    Memory is constant.
+    """
 
     def __init__(self) -> None:
-        self._found: dict[tuple[str, str], list[Problem]] = {}
-        self._counts: dict[tuple[str, str], int] = {}
+        self._found: dict[tuple[str, str], dict[str, _Listed]] = {}
+        self._others: dict[tuple[str, str], int] = {}
 
     def __bool__(self) -> bool:
         return bool(self._found)
@@ -48,10 +70,14 @@ class Faults:
     def add(self, path: Path | str, problem: Problem, kind: str = "") -> None:
         """Note a fault; faults of the same `kind` in the same file are listed up to `SHOWN` times."""
         key = (str(path), kind or f"{problem.line}:{problem.column}:{problem.message}")
-        listed = self._found.setdefault(key, [])
-        self._counts[key] = self._counts.get(key, 0) + 1
-        if len(listed) < SHOWN:
-            listed.append(problem)
+        listed = self._found.setdefault(key, {})
+        if problem.message in listed:
+            listed[problem.message].more += 1
+            listed[problem.message].last = problem.line
+        elif len(listed) < SHOWN:
+            listed[problem.message] = _Listed(problem)
+        else:
+            self._others[key] = self._others.get(key, 0) + 1
 
     def extend(self, path: Path | str, problems: Iterable[Problem]) -> None:
         """Note several faults of a file."""
@@ -61,14 +87,11 @@ class Faults:
     def listed(self) -> tuple[tuple[str, Problem], ...]:
         """Return all faults, file by file as they were first met, by line."""
         files: dict[str, list[Problem]] = {}
-        for key, problems in self._found.items():
+        for key, listed in self._found.items():
             own = files.setdefault(key[0], [])
-            left = self._counts[key] - len(problems)
-            last = problems[-1]
-            own.extend(problems[:-1] if left else problems)
-            if left:
-                more = f"{last.message} (and {left} more of this kind)"
-                own.append(Problem(last.line, last.column, more))
+            items = list(listed.values())
+            own.extend(item.told(0) for item in items[:-1])
+            own.append(items[-1].told(self._others.get(key, 0)))
         return tuple(
             (file, problem)
             for file, problems in files.items()

@@ -87,7 +87,7 @@ def load_campaign(
         raise ArgumentError(f"no campaign at {file}; expected a campaign.toml or a folder that holds one")
     if file.name != FILE:
         raise ArgumentError(f"{file} is no campaign; give the folder of a campaign.toml, or the file of that name")
-    form = Form(file, TABLES)
+    form = _CampaignForm(file, TABLES)
     campaign = _campaign(form, file.parent, needed)
     faults = Faults()
     faults.extend(file, sorted(form.problems, key=lambda problem: (problem.line, problem.column)))
@@ -295,6 +295,32 @@ def _with_columns(form: Form, top: dict[str, Any], campaign: Campaign) -> Campai
             form.complain(at, f"column {other!r} stands for two columns of the format")
         else:
             own[name] = other.strip()
+    _refuse_shared(form, own, names)
     return Campaign(campaign.folder, campaign.kind, campaign.title, campaign.zero, campaign.runs,
                     campaign.thermocouples, campaign.inputs, campaign.leg, campaign.beams, campaign.hexapod, own,
                     campaign.accepted)  # fmt: skip
+
+
+def _refuse_shared(form: Form, own: dict[str, str], names: list[str]) -> None:
+    """Complain of a column that would be read under two names of the format."""
+    for name, other in own.items():
+        if other in names and other != name and own.get(other, other) == other:
+            form.complain(
+                ("columns", name),
+                f"column {other!r} would be read as {name} and as {other}: it is a column of the format itself; give "
+                f"{other} a name in [columns] too, or take this line out",
+            )
+
+
+class _CampaignForm(Form):
+    """A `campaign.toml` being read; to a key that is not known the one that may be meant is named."""
+
+    def complain(self, where: Where, message: str) -> Any:
+        """Note a problem at a key."""
+        key, known = where[-1] if where else "", self.tables.get(self._kind_of(where), {})
+        close = get_close_matches(str(key), list(known), 1, 0.6) if message.startswith("unknown key") else []
+        return super().complain(where, f"{message}; did you mean {close[0]!r}?" if close else message)
+
+    def _kind_of(self, where: Where) -> str:
+        """Return the name of the table that a key stands in."""
+        return next((str(part) for part in where[:-1] if isinstance(part, str)), "")

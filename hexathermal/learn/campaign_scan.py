@@ -17,6 +17,7 @@ from hexathermal.learn.campaign import Campaign, RunFile
 from hexathermal.learn.campaign_columns import Column
 from hexathermal.learn.campaign_faults import Faults
 from hexathermal.learn.campaign_streams import RunTable
+from hexathermal.learn.campaign_units import Sample, unit_faults
 from hexathermal.learn.cleaning_rules import jumping_ahead
 from hexathermal.poses import FloatArray
 
@@ -25,12 +26,6 @@ LONGEST_GAP_ROWS = 10
 
 LARGEST_DISORDER = 0.01
 """Share of a run's rows whose time may lie before that of an earlier row; more is a fault."""
-
-KELVIN = 200.0
-"""A thermocouple that never reads less [degC] reads kelvins."""
-
-CODE = 9999.0
-"""Readings from here on are missing codes and do not count as values."""
 
 Progress = Callable[[int, int, str], None]
 
@@ -67,22 +62,26 @@ class _Scan:
         self._parts = [column.part for column in table.columns]
         self._latest, self._late, self._first_late = -np.inf, 0, -1
         self._waiting = (np.zeros(0), np.zeros(0, dtype=np.int64))
-        self._low, self._high = np.full(k, np.inf), np.full(k, -np.inf)
+        self._faulty = np.zeros(k, dtype=np.int64)
+        self._sample = Sample(k)
 
     def add(self, numbers: FloatArray) -> None:
         """Look at the next rows."""
         missing = np.isnan(numbers)
-        self._note_blocks(missing)
         self._missing += missing.sum(axis=0)
-        plain = np.where(np.abs(numbers) < CODE, numbers, np.nan)
-        self._low = np.fmin(self._low, np.fmin.reduce(plain, axis=0, initial=np.inf))
-        self._high = np.fmax(self._high, np.fmax.reduce(plain, axis=0, initial=-np.inf))
+        # a field that is no number, or behind the end of its row, was noted as such when it was read
+        faulty = self.table.faulty(self.count, len(numbers))
+        if faulty is not None:
+            self._faulty += faulty.sum(axis=0)
+            missing &= ~faulty
+        self._note_blocks(missing)
+        self._sample.add(numbers)
         if "time" in self._parts:
             self._note_clock(numbers[:, self._parts.index("time")])
         if "settled" in self._parts:
             k = self._parts.index("settled")
             value = numbers[:, k]
-            odd = np.flatnonzero(~missing[:, k] & (value != 0.0) & (value != 1.0))
+            odd = np.flatnonzero(np.isfinite(value) & (value != 0.0) & (value != 1.0))
             for row in odd:
                 self._fault(self.count + int(row), k, f"settled is {value[row]:g}, expected 1 at rest, 0 otherwise")
         self.count += len(numbers)
@@ -158,34 +157,19 @@ class _Scan:
         """Note required columns without a single number; a thermocouple may be dead."""
         if self.count < 2:
             return
-        for k in np.flatnonzero(self._missing == self.count):
+        for k in np.flatnonzero((self._missing == self.count) & (self._faulty == 0)):
             column = self.table.columns[k]
             if column.required and column.part not in ("temperature", "input"):
                 self._fault(0, int(k), f"{column.name} holds no number in any of {self.count} rows")
         heat = [k for k, part in enumerate(self._parts) if part == "temperature"]
-        if heat and all(self._missing[k] == self.count for k in heat):
+        if heat and all(self._missing[k] == self.count and not self._faulty[k] for k in heat):
             self._fault(0, heat[0], f"no thermocouple holds a number in any of {self.count} rows")
 
     def _finish_units(self) -> None:
         """Note values that can only be in another unit than the column's name says."""
-        parts = np.array(self._parts)
-        for k in np.flatnonzero(parts == "temperature"):
-            if KELVIN < self._low[k] <= self._high[k] < 2.0 * KELVIN:
-                span = f"{self._low[k]:g} to {self._high[k]:g}"
-                self._fault(0, int(k), f"{self.table.columns[k].name} reads {span}: kelvins? expected degrees Celsius")
-        beams = np.flatnonzero(parts == "beam")
-        if not beams.size or "q" not in self._parts:
-            return
-        rod = self._parts.index("q")
-        moved = self._high[rod] - self._low[rod]
-        for k in beams:
-            seen = self._high[k] - self._low[k]
-            if max(seen, moved) > 0.1 and not 0.01 * moved < seen < 100.0 * moved:
-                message = (
-                    f"{self.table.columns[k].name} moves over {seen:g} while q_mm moves over {moved:g}: one of them is "
-                    "in another unit, both must be in mm"
-                )
-                self._fault(0, int(k), message)
+        for found in unit_faults(self.campaign, self.table.columns, self._sample):
+            place = self.table.place(self.table.columns[found.columns[0]])
+            self.faults.add(self.run.path, Problem(self.table.line(0), place, found.message))
 
     def _lost_block(self, start: int, end: int, columns: list[int]) -> None:
         """Note a block of missing values."""

@@ -9,10 +9,12 @@ from __future__ import annotations
 import csv
 import math
 from collections.abc import Iterator
+from difflib import get_close_matches
 from pathlib import Path
 from typing import Any
 
 import numpy as np
+import numpy.typing as npt
 import pyarrow as pa
 import pyarrow.csv
 
@@ -33,6 +35,8 @@ class LoggerCsv(CsvStream):
     def __init__(self, path: Path, wanted: tuple[str, ...], faults: Faults) -> None:
         super().__init__(path, wanted)
         self.faults = faults
+        self.faulty: tuple[int, npt.NDArray[np.bool_]] | None = None
+        """First row and fields of the block last read that were noted as faults."""
 
     def _read(self) -> Iterator[pa.RecordBatch]:
         texts = dict.fromkeys(self.header.names, pa.string())
@@ -53,13 +57,22 @@ class LoggerCsv(CsvStream):
         """Return the block that was just begun, read line by line; what is no number is noted and becomes NaN."""
         place, stop = self._places[-1], self._line_after
         columns: dict[str, list[Any]] = {name: [] for name in self.header.names}
+        wanted = {name: k for k, name in enumerate(self.header.wanted)}
+        faulty: list[list[bool]] = []
         for line, text in lines_from(self.path, place):
             if line >= stop:
                 break
             fields = self._fields(line, text)
+            faulty.append([False] * len(wanted))
             for k, name in enumerate(self.header.names):
                 field = fields[k] if k < len(fields) else ""
-                columns[name].append(self._number(line, name, field) if name in self.header.wanted else field)
+                if name not in wanted:
+                    columns[name].append(field)
+                    continue
+                value = self._number(line, name, field)
+                columns[name].append(math.nan if value is None else value)
+                faulty[-1][wanted[name]] = value is None or k >= len(fields)
+        self.faulty = (self.count, np.array(faulty, dtype=bool).reshape(-1, len(wanted)))
         types = {name: pa.float64() if name in self.header.wanted else pa.string() for name in columns}
         return pa.table({name: pa.array(values, types[name]) for name, values in columns.items()})
 
@@ -78,15 +91,16 @@ class LoggerCsv(CsvStream):
             return []
         if len(fields) != len(self.header.names):
             hint = "; were decimal commas written?" if len(fields) > len(self.header.names) else ""
-            lost = self.header.names[len(fields) :][:3]
-            hint = hint or f"; the row ends before {', '.join(lost)}"
+            lost = self.header.names[len(fields) :]
+            behind = ", ".join(lost[:3]) + (f" and {len(lost) - 3} more" if len(lost) > 3 else "")
+            hint = hint or f"; the row ends before {behind}: repair the table, a missing value is an empty field"
             message = f"found {len(fields)} fields, expected {len(self.header.names)}{hint}"
             column = min(len(fields), len(self.header.names)) + 1
             self.faults.add(self.path, Problem(line, column, message), "fields")
         return fields
 
-    def _number(self, line: int, name: str, field: str) -> float:
-        """Return a field as a number, NaN where it is missing; what is no number is noted."""
+    def _number(self, line: int, name: str, field: str) -> float | None:
+        """Return a field as a number, NaN where it is missing; what is no number is noted, and None."""
         text = field.strip(" \t")
         if text in MISSING:
             return math.nan
@@ -98,7 +112,7 @@ class LoggerCsv(CsvStream):
             shown = repr(text if len(text) <= 40 else text[:37] + "...")
             message = f"{name} is {shown}, expected a number"
             self.faults.add(self.path, Problem(line, self.header.column(name), message), f"text {name}")
-            return math.nan
+            return None
 
     def _checked(self, block: pa.RecordBatch) -> Rows:
         return _as_they_stand(self, block)
@@ -187,6 +201,13 @@ class RunTable:
         name = self._campaign.columns.get(column.name, column.name)
         return 1 if self.stream is None else self.stream.header.column(name)
 
+    def faulty(self, first: int, count: int) -> npt.NDArray[np.bool_] | None:
+        """Return which fields of the rows just read were noted as faults, shape (count, k); None where none was."""
+        noted = self.stream.faulty if isinstance(self.stream, LoggerCsv) else None
+        if noted is None or not noted[0] <= first < noted[0] + len(noted[1]):
+            return None
+        return np.asarray(noted[1][first - noted[0] :][:count], dtype=bool)
+
     def done(self) -> float:
         """Return which part of the file has been read, 0 to 1."""
         return 1.0 if self.stream is None else min(1.0, self.stream.done() / max(1, self.stream.size))
@@ -201,16 +222,23 @@ def header_names(path: Path, faults: Faults, campaign: Campaign | None = None) -
     try:
         if is_parquet(path):
             return LoggerParquet(path, ()).header.names
-        names = read_header(path, ()).names
-        if len(names) == 1 and campaign is not None:
-            wanted = tuple(column.name for column in columns_of(campaign) if column.required)
-            names = read_header(path, wanted).names
-        return names
+        wanted = _wanted(campaign)
+        with path.open("rb") as file:
+            empty = not file.read(4096).removeprefix(b"\xef\xbb\xbf").strip()
+        names = read_header(path, wanted if empty else ()).names
+        return read_header(path, wanted).names if len(names) == 1 else names
     except FileFormatError as error:
         faults.extend(path, error.problems)
     except OSError as error:
         faults.add(path, Problem(1, 1, f"cannot be read: {error.strerror or error}"))
     return ()
+
+
+def _wanted(campaign: Campaign | None) -> tuple[str, ...]:
+    """Return the columns that a table must have, under the names that the logger gave them."""
+    if campaign is None:
+        return ()
+    return tuple(campaign.columns.get(column.name, column.name) for column in columns_of(campaign) if column.required)
 
 
 def _present(campaign: Campaign, path: Path, names: tuple[str, ...], faults: Faults) -> tuple[Column, ...]:
@@ -220,10 +248,22 @@ def _present(campaign: Campaign, path: Path, names: tuple[str, ...], faults: Fau
     unknown = [name for name in names if name not in own.values()]
     for column in columns:
         name = own[column.name]
-        mapped = f" ({column.name}, by [columns] of campaign.toml)" if name != column.name else ""
-        if name not in names:
-            hint = meant_for(column.name, unknown)
-            if column.required or "another unit" in hint:
-                place = next((k for k, other in enumerate(names, 1) if repr(other) in hint), 1)
-                faults.add(path, Problem(1, place, f"column {name} is missing{mapped}{hint}"))
+        if name in names:
+            continue
+        if name != column.name:
+            faults.add(path, Problem(1, 1, _mapped_message(column.name, name, names, unknown)))
+            continue
+        hint = meant_for(name, unknown)
+        if column.required or "another unit" in hint:
+            place = next((k for k, other in enumerate(names, 1) if repr(other) in hint), 1)
+            faults.add(path, Problem(1, place, f"column {name} is missing{hint}"))
     return tuple(column for column in columns if own[column.name] in names)
+
+
+def _mapped_message(name: str, own: str, names: tuple[str, ...], unknown: list[str]) -> str:
+    """Return what is said of a column that the table has not under the name that [columns] gives it."""
+    close = get_close_matches(own, unknown, 1)
+    hint = f"; was {close[0]!r} meant?" if close else ""
+    if name in names:
+        hint = f"; the table has {name} itself: take the line out of [columns]"
+    return f"column {own!r} is missing, which [columns] of campaign.toml gives as the name of {name}{hint}"

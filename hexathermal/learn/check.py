@@ -120,7 +120,7 @@ def check_campaign(campaign: Campaign, progress: Progress | None = None) -> Camp
     count = len(campaign.runs)
     sums, runs = [], []
     for k, run in enumerate(campaign.runs):
-        blocks = usable_blocks(campaign, run)
+        blocks = usable_blocks(campaign, run, least=0.0)
         total = RunSums(len(campaign.sensors))
         for block in blocks:
             total.add(block)

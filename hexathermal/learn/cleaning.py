@@ -14,9 +14,10 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from hexathermal.errors import ArgumentError, UnknownNameError
+from hexathermal.errors import ArgumentError, HexathermalError, Problem, UnknownNameError
 from hexathermal.learn.campaign import Block, Campaign, RunFile, joined
 from hexathermal.learn.campaign_columns import AIR
+from hexathermal.learn.campaign_faults import CampaignError, Faults
 from hexathermal.learn.campaign_streams import RunTable
 from hexathermal.learn.cleaning_beams import (
     SMALLEST_MOVE_M,
@@ -38,6 +39,9 @@ BLOCK_ROWS = 16384
 
 OLDEST_WEATHER_S = 600.0
 """A missing reading of the weather is taken from the last one, if that is no older."""
+
+LEAST_USED = 0.1
+"""Share of a run's rows, those of movements apart, that must be left after cleaning for the run to be used."""
 
 LARGEST_START_M = 1e-4
 """A run that begins farther off the campaign's first row does not count from there."""
@@ -68,7 +72,9 @@ class UsableBlocks(Iterator[Block]):
         What the run counts from; None before the first block.
     """
 
-    def __init__(self, campaign: Campaign, run: RunFile | str, rows: int = BLOCK_ROWS) -> None:
+    def __init__(
+        self, campaign: Campaign, run: RunFile | str, rows: int = BLOCK_ROWS, least: float = LEAST_USED
+    ) -> None:
         if campaign.kind == "hexapod":
             raise ArgumentError(
                 "a campaign of kind 'hexapod' measures poses, not the drift of one leg; read it with read_run"
@@ -76,7 +82,7 @@ class UsableBlocks(Iterator[Block]):
         if rows < 1:
             raise ArgumentError(f"rows of a block must be 1 or more, found {rows}")
         self.campaign, self.run = campaign, run_named(campaign, run)
-        self._ledger = Ledger()
+        self._ledger, self._least = Ledger(), least
         self.zero: Zero | None = None
         self._table: RunTable | None = None
         self._blocks = self._cut(rows)
@@ -85,6 +91,11 @@ class UsableBlocks(Iterator[Block]):
     def record(self) -> CleaningRecord:
         """What was left out, repaired or noticed up to here."""
         return self._ledger.record(self.run.name)
+
+    @property
+    def spikes(self) -> dict[str, FloatArray]:
+        """Spikes left out up to here: of each column time [s] and value in the core's units, shape (n, 2)."""
+        return self._ledger.marks
 
     @property
     def done(self) -> float:
@@ -105,6 +116,8 @@ class UsableBlocks(Iterator[Block]):
                 held = [_part(whole, slice(rows, None))]
         if sum(map(len, held)):
             yield joined(held)
+        if self._least > 0.0 and is_lost(self.record, self._least):
+            raise _lost_runs(self.campaign, self.run, self.record, self._least)
 
     def _clean(self) -> Iterator[Sheet]:
         """Return the cleaned rows, not zeroed yet."""
@@ -175,7 +188,7 @@ class UsableBlocks(Iterator[Block]):
             first = UsableBlocks(self.campaign, self.campaign.runs[0])
             for other in first._clean():
                 return first._zero(other)
-            raise ArgumentError(f"no row of run {self.campaign.runs[0].name!r} may be used, but all runs count from it")
+            raise _lost_runs(self.campaign, self.campaign.runs[0], first.record, self._least)
         index = float(self._index(sheet.take(slice(0, 1)))[0])
         q = float(sheet.q[0, 0]) if sheet.q.shape[1] else 0.0
         return Zero(sheet.heat[0].copy(), sheet.beams[0].copy(), q, float(measured(sheet)[0]), index)
@@ -271,7 +284,37 @@ def run_named(campaign: Campaign, run: RunFile | str) -> RunFile:
     return campaign.runs[names.index(run)]
 
 
-def usable_blocks(campaign: Campaign, run: RunFile | str, *, rows: int = BLOCK_ROWS) -> UsableBlocks:
+def is_lost(record: CleaningRecord, least: float = LEAST_USED) -> bool:
+    """Whether cleaning left less than the share `least` of a run's rows, those of movements apart, or none at all."""
+    return not record.used or 1.0 - record.lost < least
+
+
+def _lost_runs(campaign: Campaign, run: RunFile, record: CleaningRecord, least: float) -> CampaignError:
+    """Return the error about a run that cleaning took away, and all others of its role that it took away."""
+    faults = Faults()
+    for other in campaign.runs if campaign.zero == "campaign" else campaign.runs_of(run.role):
+        own = record
+        if other != run:
+            blocks = UsableBlocks(campaign, other, least=0.0)
+            try:
+                for _block in blocks:
+                    pass
+            except HexathermalError:
+                continue
+            own = blocks.record
+        if is_lost(own, least):
+            left = "no row" if not own.used else f"no more than {own.used} of {own.rows} rows"
+            message = (
+                f"{left} of {other.role} run {other.name!r} may be used: {own.why_rows}; mend the table, or take the "
+                "run out of campaign.toml (hexathermal check shows more)"
+            )
+            faults.add(other.path, Problem(1, 1, message))
+    return CampaignError(str(campaign.file), faults.listed())
+
+
+def usable_blocks(
+    campaign: Campaign, run: RunFile | str, *, rows: int = BLOCK_ROWS, least: float = LEAST_USED
+) -> UsableBlocks:
     """Return the usable rows of a run as blocks, in constant memory.
 
     Parameters
@@ -281,6 +324,9 @@ def usable_blocks(campaign: Campaign, run: RunFile | str, *, rows: int = BLOCK_R
         A run, or its name.
     rows : int
         Rows of a block; the last one may be shorter.
+    least : float
+        After the last block a run is refused of whose rows, those of movements apart, cleaning left a smaller share;
+        0: never.
 
     Returns
     -------
@@ -292,9 +338,9 @@ def usable_blocks(campaign: Campaign, run: RunFile | str, *, rows: int = BLOCK_R
     ArgumentError
         The campaign is of kind ``"hexapod"``, or no weather is there to correct the beams by.
     CampaignError
-        The table is at fault.
+        The table is at fault, or cleaning left less than `least` of the run; all such runs of its role are listed.
     """
-    return UsableBlocks(campaign, run, rows)
+    return UsableBlocks(campaign, run, rows, least)
 
 
 def used_run(campaign: Campaign, run: RunFile | str) -> tuple[Block, CleaningRecord]:
@@ -302,13 +348,8 @@ def used_run(campaign: Campaign, run: RunFile | str) -> tuple[Block, CleaningRec
 
     Raises
     ------
-    ArgumentError
-        As `usable_blocks`, or no row may be used.
+    ArgumentError, CampaignError
+        As `usable_blocks`.
     """
     blocks = usable_blocks(campaign, run)
-    found = list(blocks)
-    record = blocks.record
-    if not found:
-        why = "; ".join(f"{item.count} {item.step} ({item.reason})" for item in record.steps if item.action == ROW)
-        raise ArgumentError(f"no row of run {record.run!r} may be used: {why or 'its table is empty'}")
-    return joined(found), record
+    return joined(list(blocks)), blocks.record

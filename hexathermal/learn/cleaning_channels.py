@@ -6,6 +6,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
+from hexathermal.learn.air import LIMITS
 from hexathermal.learn.campaign import Campaign
 from hexathermal.learn.campaign_columns import AIR, BEAMS, SI
 from hexathermal.learn.cleaning_record import NOTED, ROW, VALUE, Ledger
@@ -14,6 +15,7 @@ from hexathermal.learn.cleaning_rules import (
     MARGIN,
     SPIKE_RULE,
     STUCK_RULE,
+    WEATHER_RULE,
     Flags,
     Scales,
     codes_in,
@@ -118,9 +120,11 @@ class ChannelRules:
         self.recorded = ~np.isnan(_channels(study)).all(axis=0) | (np.arange(len(self.names)) < len(self.names) - 3)
         self.ledger = ledger
         self._factors = np.array([SI[name.rpartition("_")[2]][0] for name in self.names])
+        weather = np.array([name in AIR for name in self.names])
+        limits = [LIMITS[name.split("_")[1]][:2] if name in AIR else (-np.inf, np.inf) for name in self.names]
+        self._lowest, self._highest = np.array(limits).T
         values = self._without_codes(_channels(study))
         self.scales: Scales = scales_of(values)
-        weather = np.array([name in AIR for name in self.names])
         beams = np.array([name in BEAMS for name in self.names])
         self._judged_stuck, self._judged_spikes = ~weather, ~beams
         time = study.time[:, 0]
@@ -128,7 +132,8 @@ class ChannelRules:
 
     def _codes(self, values: FloatArray) -> Flags:
         """Return where channels hold codes."""
-        return np.asarray(np.where(self.heat, codes_in(values, True), codes_in(values / self._factors, False)))
+        found = np.where(self.heat, codes_in(values, True), codes_in(values / self._factors, False))
+        return np.asarray(found | (values < self._lowest) | (values > self._highest))
 
     def _without_codes(self, values: FloatArray) -> FloatArray:
         """Return values with codes as NaN."""
@@ -149,7 +154,7 @@ class ChannelRules:
             k = self._judged_spikes
             spikes[:, k] = spikes_in(clean[:, k], self.scales.noise[k])
             self._note(((missing, "missing", "no number in the table"), (codes, "missing code", CODE_RULE),
-                        (stuck, "stuck", STUCK_RULE), (spikes, "spike", SPIKE_RULE)), own, time)  # fmt: skip
+                        (stuck, "stuck", STUCK_RULE), (spikes, "spike", SPIKE_RULE)), own, time, values)  # fmt: skip
             clean = np.where(spikes, np.nan, clean)[own]
             sheet = _with_channels(sheet.take(own), clean)
             gap = np.diff(time, prepend=last if np.isfinite(last) else time[0]) > GAP_STEPS * self.ledger.sampling
@@ -165,12 +170,17 @@ class ChannelRules:
         found[:, columns] = rule(values[:, columns], scales)  # type: ignore[operator]
         return found
 
-    def _note(self, found: tuple[tuple[Flags, str, str], ...], own: slice, time: FloatArray) -> None:
+    def _note(
+        self, found: tuple[tuple[Flags, str, str], ...], own: slice, time: FloatArray, values: FloatArray
+    ) -> None:
         """Count what was found, channel by channel."""
         for flags, step, reason in found:
             part = flags[own]
             for k in np.flatnonzero(part.any(axis=0) & self.recorded):
-                self.ledger.note(step, self.names[k], VALUE, reason, part[:, k], time)
+                why = WEATHER_RULE if step == "missing code" and self.names[k] in AIR else reason
+                self.ledger.note(step, self.names[k], VALUE, why, part[:, k], time)
+                if step == "spike":
+                    self.ledger.mark(self.names[k], time[part[:, k]], values[own][part[:, k], k])
 
 
 def _with_channels(sheet: Sheet, values: FloatArray) -> Sheet:

@@ -14,6 +14,13 @@ ROW, VALUE, REPAIRED, NOTED = "row left out", "value left out", "value repaired"
 """What a step did."""
 
 
+MOST_MARKS = 500
+"""Readings left out of a channel that are kept with their time and value, for plots."""
+
+HARMLESS = ("not settled", "duplicate")
+"""Steps that leave out rows without a loss: movements, and rows that are there twice."""
+
+
 @dataclass(frozen=True)
 class CleaningStep:
     """One step of cleaning in one channel.
@@ -70,6 +77,18 @@ class CleaningRecord:
         """Return how many rows or values a step concerned, in one channel or in all."""
         return sum(item.count for item in self.steps if item.step == step and channel in (None, item.channel))
 
+    @property
+    def lost(self) -> float:
+        """Share of the rows, those of movements and double ones apart, that cleaning left out; 1 where none is left."""
+        harmless = sum(item.count for item in self.steps if item.action == ROW and item.step in HARMLESS)
+        return 1.0 - self.used / max(1, self.rows - harmless)
+
+    @property
+    def why_rows(self) -> str:
+        """Which steps left out rows, with counts and reasons, as text."""
+        order = sorted((item for item in self.steps if item.action == ROW), key=lambda item: -item.count)
+        return "; ".join(f"{item.count} {item.step} ({item.reason})" for item in order) or "the table is empty"
+
     def as_data(self) -> dict[str, Any]:
         """Return the record as plain values."""
         return {key: _plain(value) for key, value in asdict(self).items()}
@@ -89,6 +108,7 @@ class Ledger:
 
     def __init__(self) -> None:
         self._entries: dict[tuple[str, str, str, str], list[float]] = {}
+        self._marks: dict[str, list[tuple[float, float]]] = {}
         self.rows, self.used = 0, 0
         self.first_time, self.last_time, self.zero_time, self.sampling = np.nan, np.nan, np.nan, np.nan
 
@@ -100,6 +120,17 @@ class Ledger:
         if count:
             entry = self._entries.setdefault((step, channel, action, reason), [0, float(time[int(flags.argmax())])])
             entry[0] += count
+
+    def mark(self, channel: str, time: FloatArray, values: FloatArray) -> None:
+        """Keep readings that were left out, with their time in the table, in the core's units."""
+        kept = self._marks.setdefault(channel, [])
+        free = MOST_MARKS - len(kept)
+        kept.extend((float(t), float(value)) for t, value in zip(time[:free], values[:free], strict=True))
+
+    @property
+    def marks(self) -> dict[str, FloatArray]:
+        """Readings that were left out: of each channel time [s] since the first row, and value, shape (n, 2)."""
+        return {channel: np.array(kept) - [self.first_time, 0.0] for channel, kept in self._marks.items()}
 
     def record(self, run: str) -> CleaningRecord:
         """Return what was counted so far."""

@@ -66,6 +66,7 @@ SPIKE_RULE = (
     f"{SPIKE_ROWS_OF_SLOPE:g} rows of the slope, and {SPIKE_STEPS:g} steps from row to row"
 )
 STUCK_RULE = f"not one change in {STUCK_ROWS} rows or more, while half of the other channels change all the time"
+WEATHER_RULE = "outside the range of any air (-40 to 100 degC, 100 to 1400 hPa, 0 to 100 %), or 9999 and the like"
 CODE_RULE = f"below {COLDEST_DEGC:g} degC or above {HOTTEST_DEGC:g} degC, or 9999 and the like: a logger's missing code"
 
 
@@ -245,6 +246,8 @@ def jumping_ahead(time: FloatArray, latest: float) -> Flags:
     found = np.zeros(len(time), dtype=bool)
     before = np.concatenate([[latest], time[:-1]])[: len(time)]
     found[:-1] = (time[:-1] > time[1:]) & (time[1:] > before[:-1])
+    if not np.isfinite(latest) and len(time) > 2 and time[2] < time[1]:
+        found[0] = False  # with no row before it the first row may be right, where the clock goes on backwards
     return found
 
 

@@ -120,6 +120,64 @@ def metres(table: Table) -> Table | None:
     return None
 
 
+def micrometres(table: Table) -> Table | None:
+    """Write micrometres under the name of millimetres, with one missing code."""
+    table["q_mm"] *= 1e3
+    table["q_mm"][77] = 9999.0
+    return None
+
+
+def beam_in_micrometres(table: Table) -> Table | None:
+    """Write one beam in micrometres."""
+    table["beam2_mm"] *= 1e3
+    return None
+
+
+def turned_beam(table: Table) -> Table | None:
+    """Turn the sign of a beam."""
+    table["beam3_mm"] *= -1.0
+    return None
+
+
+def dead_beam(table: Table) -> Table | None:
+    """Cut a beam off."""
+    table["beam1_mm"] *= 0.0
+    return None
+
+
+def all_in_micrometres(table: Table) -> Table | None:
+    """Write the rod and all beams in micrometres."""
+    for name in ("q_mm", "beam1_mm", "beam2_mm", "beam3_mm"):
+        table[name] *= 1e3
+    return None
+
+
+def pascals(table: Table) -> Table | None:
+    """Write the pressure in pascals."""
+    table["air_pressure_hPa"] *= 100.0
+    return None
+
+
+def kilopascals(table: Table) -> Table | None:
+    """Write the pressure in kilopascals."""
+    table["air_pressure_hPa"] *= 0.1
+    return None
+
+
+def fraction(table: Table) -> Table | None:
+    """Write the humidity as a fraction."""
+    table["air_humidity_percent"] *= 0.01
+    return None
+
+
+def air_in_kelvins(table: Table) -> Table | None:
+    """Write kelvins of the air, and of all thermocouples."""
+    for name in table:
+        if name.endswith("_degC"):
+            table[name] += 273.15
+    return None
+
+
 def no_beam(table: Table) -> Table | None:
     """Empty a beam."""
     table["beam2_mm"][:] = np.nan
@@ -137,10 +195,20 @@ def odd_flag(table: Table) -> Table | None:
     [
         (short_rows, "a.csv:302:6 column T03_degC holds no number from line 302 to the end of the table (300 rows)"),
         (lost_block, "a.csv:102:2 columns q_mm, settled, T01_degC"),
-        (backwards, "a.csv:4:1 time_s goes back: 598 of 600 rows"),
+        (backwards, "a.csv:3:1 time_s goes back: 599 of 600 rows"),
         (one_row, "a.csv:2:1 the table has one row"),
         (kelvins, "a.csv:2:4 T01_degC reads 293"),
-        (metres, "while q_mm moves over"),
+        (metres, "while q_mm moves over 0.23: one of them is in another unit"),
+        (micrometres, "a.csv:2:8 beam1_mm moves over 230.005 while q_mm moves over 230000: one of them is in another"),
+        (beam_in_micrometres, "a.csv:2:9 beam2_mm moves over 230005 while q_mm moves over 230: one of them"),
+        (turned_beam, "a.csv:2:10 beam3_mm moves against q_mm"),
+        (dead_beam, "a.csv:2:8 beam1_mm does not move while q_mm moves over 230 mm"),
+        (all_in_micrometres, "a.csv:2:2 q_mm runs from 15000 to 225000, many times beyond stroke_mm [0, 250]"),
+        (pascals, "a.csv:2:12 air_pressure_hPa reads 100"),
+        (pascals, "pascals? the column is in hPa; convert it"),
+        (kilopascals, "kilopascals? the column is in hPa; convert it, or, if it is so"),
+        (fraction, "a fraction? the column is in percent; convert it"),
+        (air_in_kelvins, "a.csv:2:4 5 columns, T01_degC to air_temperature_degC, read 29"),
         (no_beam, "a.csv:2:9 beam2_mm holds no number in any of 600 rows"),
         (odd_flag, "a.csv:35:3 settled is 2, expected 1 at rest"),
     ],
@@ -152,17 +220,116 @@ def test_a_damaged_table_is_refused_with_its_place(
     """What no cleaning can make good without guessing is a fault."""
     found = messages(leg_campaign(tmp_path, edit=edit))
     assert any(wanted in line for line in found), found
+    assert len(found) == (3 if edit in (metres, micrometres) else 1)
+
+
+@pytest.mark.parametrize("compensated", [True, False])
+@pytest.mark.parametrize("edit", [pascals, fraction], ids=["Pa", "fraction"])
+def test_weather_in_another_unit_is_a_fault_of_every_run(
+    tmp_path: Path, edit: Callable[[Table], Table | None], compensated: bool
+) -> None:
+    """One fault a run, whether the beams are corrected by the weather or not, beside all other faults."""
+    folder = leg_campaign(tmp_path, compensated=compensated)
+    for seed, name in enumerate(("a", "b", "c")):
+        table = leg_table(seed)
+        edit(table)
+        write_table(folder / "runs" / f"{name}.csv", table)
+    changed(folder, "title", "titel")
+    found = messages(folder)
+    assert len(found) == 4
+    assert "unknown key 'titel'" in found[0]
+    assert "did you mean 'title'?" in found[0]
+    assert [line[:5] for line in found[1:]] == ["a.csv", "b.csv", "c.csv"]
+
+
+def test_unusual_weather_can_be_accepted(tmp_path: Path) -> None:
+    """Dry air below 1 %, and a low pressure: faults with a way out, which works."""
+
+    def edit(table: Table) -> None:
+        table["air_humidity_percent"] *= 0.01
+        table["air_pressure_hPa"] *= 0.11
+
+    folder = leg_campaign(tmp_path, edit=edit)
+    assert all('accept = ["unusual-weather"]' in line for line in messages(folder))
+    with (folder / "campaign.toml").open("a") as file:
+        file.write('[cleaning]\naccept = ["unusual-weather"]\n')
+    assert load_campaign(folder).accepted == ("unusual-weather",)
+
+
+def test_a_text_in_every_row_is_one_fault(tmp_path: Path) -> None:
+    """'true' and 'false' for the flag: one fault for each word, counted; the column is not missing besides."""
+    folder = leg_campaign(tmp_path)
+    file = folder / "runs" / "b.csv"
+    head, *rows = file.read_text().splitlines()
+    fields = [row.split(",") for row in rows]
+    lines = [",".join([*row[:2], "true" if row[2] == "1.0" else "false", *row[3:]]) for row in fields]
+    file.write_text("\n".join([head, *lines]) + "\n")
+    found = messages(folder)
+    assert len(found) == 2
+    assert "b.csv:2:3 settled is 'true', expected a number (and 553 more that read the same" in found[0]
+
+
+def test_sound_campaigns_have_no_unit_fault(tmp_path: Path) -> None:
+    """A rod at rest, a beam that lost count, codes among the weather: nothing of a unit is said."""
+
+    def edit(table: Table) -> None:
+        for beam in (1, 2, 3):
+            table[f"beam{beam}_mm"] -= table["q_mm"] - table["q_mm"][0]
+        table["q_mm"][:] = 120.0
+        table["beam2_mm"][300:] += 80.0
+        table["air_pressure_hPa"][50:90] = 9999.0
+        table["air_humidity_percent"][:] = 100.4
+
+    load_campaign(leg_campaign(tmp_path, edit=edit))
+
+
+def test_two_names_for_one_column_are_a_fault_and_a_swap_is_none(tmp_path: Path) -> None:
+    """[columns] that reads T02's column as T01 too is refused; T01 and T02 exchanged are exchanged."""
+    folder = leg_campaign(tmp_path)
+    text = (folder / "campaign.toml").read_text()
+    (folder / "campaign.toml").write_text(text + '[columns]\nT01_degC = "T02_degC"\n')
+    (found,) = messages(folder)
+    assert "column 'T02_degC' would be read as T01_degC and as T02_degC" in found
+    (folder / "campaign.toml").write_text(text + '[columns]\nT01_degC = "T02_degC"\nT02_degC = "T01_degC"\n')
+    swapped, _ = used_run(load_campaign(folder), "a")
+    (folder / "campaign.toml").write_text(text)
+    plain, _ = used_run(load_campaign(folder), "a")
+    assert np.array_equal(swapped.dT[:, [1, 0]], plain.dT[:, :2])
+
+
+def test_a_mapped_column_that_is_missing_is_named_so(tmp_path: Path) -> None:
+    """The name that [columns] gives is the one that is missing, and what may have been meant is said."""
+    folder = leg_campaign(tmp_path, validation=False)
+    with (folder / "campaign.toml").open("a") as file:
+        file.write('[columns]\nbeam1_mm = "laser"\n')
+    found = messages(folder)
+    assert len(found) == 2
+    assert "column 'laser' is missing, which [columns] of campaign.toml gives as the name of beam1_mm" in found[0]
+    assert "another unit" not in found[0]
+
+
+def test_an_empty_table_names_the_header_it_lacks(tmp_path: Path) -> None:
+    """A file of no bytes, or of blank lines: the columns that are expected are listed."""
+    folder = leg_campaign(tmp_path)
+    (folder / "runs" / "a.csv").write_text("")
+    (folder / "runs" / "b.csv").write_text("\n\n")
+    found = messages(folder)
+    assert len(found) == 2
+    assert all("expected a header line: time_s,q_mm,settled,T01_degC" in line for line in found)
 
 
 def test_rows_that_end_early_are_counted_and_located(tmp_path: Path) -> None:
-    """A column lost half-way: the first rows are listed, the rest counted."""
+    """A column lost half-way is one fault: where it begins, how many rows, no advice that would not help."""
     leg_campaign(tmp_path)
     file = tmp_path / "runs" / "a.csv"
     lines = file.read_text().splitlines()
     file.write_text("\n".join([*lines[:301], *(line.rpartition(",")[0] for line in lines[301:])]) + "\n")
     found = messages(tmp_path)
     assert any(line.startswith("a.csv:302:13 found 12 fields, expected 13") for line in found)
-    assert any("and 295 more of this kind" in line for line in found)
+    assert len(found) == 1
+    assert "the row ends before air_humidity_percent" in found[0]
+    assert "and 299 more that read the same, the last in line 601" in found[0]
+    assert "missing-blocks" not in found[0]
 
 
 def test_no_validation_run_is_a_fault_only_where_one_is_needed(tmp_path: Path) -> None:

@@ -10,11 +10,21 @@ import pytest
 
 from hexathermal.errors import ArgumentError
 from hexathermal.learn.campaign import Block, joined
+from hexathermal.learn.campaign_faults import CampaignError
 from hexathermal.learn.campaign_files import load_campaign
 from hexathermal.learn.cleaning import usable_blocks, used_run
 from hexathermal.learn.cleaning_record import CleaningRecord
 
-from .campaign_folders import A_PER_K, B_PER_K, Q0_M, Table, component_campaign, leg_campaign
+from .campaign_folders import (
+    A_PER_K,
+    B_PER_K,
+    Q0_M,
+    Table,
+    component_campaign,
+    leg_campaign,
+    leg_table,
+    write_table,
+)
 
 SHARED = Path(__file__).resolve().parents[3] / "shared"
 
@@ -245,8 +255,37 @@ def test_nothing_usable_is_said_with_the_reasons(tmp_path: Path) -> None:
     def edit(table: Table) -> None:
         table["settled"][:] = 0.0
 
-    with pytest.raises(ArgumentError, match="600 not settled"):
+    with pytest.raises(CampaignError, match="no row of identification run 'a' may be used: 600 not settled"):
         cleaned(tmp_path, edit)
+
+
+def test_a_run_that_cleaning_took_away_is_refused_with_all_of_its_role(tmp_path: Path) -> None:
+    """Less than a tenth of a run left: refused after its last block, together with the other such runs of its role."""
+    folder = leg_campaign(tmp_path)
+    for name in ("a", "b", "c"):
+        table = leg_table(3)
+        for beam in (1, 2, 3):
+            table[f"beam{beam}_mm"][30:] += 5.0
+        write_table(folder / "runs" / f"{name}.csv", table)
+    campaign = load_campaign(folder)
+    blocks = usable_blocks(campaign, "a")
+    with pytest.raises(CampaignError, match="beams lost") as error:
+        list(blocks)
+    assert [Path(file).stem for file, _problem in error.value.faults] == ["a", "b"]
+    assert blocks.record.lost > 0.9
+    assert len(next(usable_blocks(campaign, "a", least=0.0))) == blocks.record.used > 0
+
+
+def test_readings_that_no_air_has_are_left_out(tmp_path: Path) -> None:
+    """A block of pascals in a column of hPa, some humidities of 130 %: left out and counted, the run goes on."""
+
+    def edit(table: Table) -> None:
+        table["air_pressure_hPa"][100:120] *= 100.0
+        table["air_humidity_percent"][200:205] = 130.0
+
+    _, record = used_run(load_campaign(leg_campaign(tmp_path, edit=edit, compensated=False)), "a")
+    assert record.count("missing code", "air_pressure_hPa") == 20
+    assert record.count("missing code", "air_humidity_percent") == 5
 
 
 def test_the_record_is_plain_data(tmp_path: Path) -> None:
