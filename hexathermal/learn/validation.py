@@ -33,6 +33,9 @@ CURVE_POINTS = 3000
 MOST_LANDINGS = 1024
 """Landings of a run that are held apart."""
 
+TRIFLE = 0.02
+"""Part of the drift by which a law may make it worse, within its interval, without being called so."""
+
 
 class Verdict(Enum):
     """What the runs left out of the fit say about a law."""
@@ -229,8 +232,8 @@ def _summary(law: IdentifiedLaw, runs: dict[str, _Run], fitted: dict[str, str], 
     outside = np.array([run.outside for run in judged.values()]).sum(axis=0) / whole[0]
     beyond = {"dT": float(outside[0]), "q": float(outside[1])}
     motion = motion_groups(run.motion for run in judged.values()) if law.kind == "leg" else ()
-    half = float(whole[8] / whole[0])
-    notes = (*_notes(law, each, total, beyond, half), *_doubts(law, runs, fitted, lost))
+    halves = {name: float(row[8] / row[0]) for name, row in sums.items()}
+    notes = (*_notes(each, beyond, halves), *_doubts(law, runs, fitted, lost))
     notes += tuple(
         f"{group.name}: mean residual {group.mean * 1e6:+.3f} +- {1.96 * group.uncertainty * 1e6:.3f} um"
         for group in motion
@@ -239,24 +242,22 @@ def _summary(law: IdentifiedLaw, runs: dict[str, _Run], fitted: dict[str, str], 
     return Validation(
         each, total, _verdict(total, len(fitted) == len(runs)), float(whole[7] / whole[0]),
         {name: float(row[7] / row[0]) for name, row in sums.items()}, int(whole[0]), motion, beyond,
-        tuple(run.drawn(name, law) for name, run in runs.items()), notes, half, fitted,
+        tuple(run.drawn(name, law) for name, run in runs.items()), notes, float(whole[8] / whole[0]), fitted,
         bool(law.origin.run_fingerprints),
     )  # fmt: skip
 
 
 def _verdict(total: Scores, all_fitted: bool) -> Verdict:
-    """Return the verdict of scores."""
+    """Return the verdict of scores: worse beyond doubt or by more than a trifle, better beyond doubt, or neither."""
     gain = total.rms_reduction
-    if gain.value < 0.0:
+    if gain.value < 0.0 and (gain.high < 0.0 or gain.value < -TRIFLE):
         return Verdict.WORSE
     if all_fitted:
         return Verdict.FITTED
     return Verdict.BETTER if gain.low > 0.0 else Verdict.UNPROVEN
 
 
-def _notes(
-    law: IdentifiedLaw, each: dict[str, Scores], total: Scores, beyond: dict[str, float], half: float
-) -> list[str]:
+def _notes(each: dict[str, Scores], beyond: dict[str, float], halves: dict[str, float]) -> list[str]:
     """Return what the scores say beside themselves."""
     notes = []
     worse = [name for name, one in each.items() if one.rms_reduction.value < 0.0]
@@ -265,10 +266,12 @@ def _notes(
             f"over-correction: in {', '.join(worse)} the drift with correction is larger (RMS) than without; the law "
             "corrects for warmth that does not move this part, or its zero is wrong"
         )
-    if half > total.drift_largest:
+    wide = [f"{name} (+-{half * 1e6:.2f} um on average, largest drift {each[name].drift_largest * 1e6:.2f} um)"
+            for name, half in halves.items() if half > each[name].drift_largest]  # fmt: skip
+    if wide:
         notes.append(
-            f"the 95 % prediction intervals are +-{half * 1e6:.2f} um wide on average, wider than the largest drift "
-            f"({total.drift_largest * 1e6:.2f} um): that rows lie inside them says nothing about the law"
+            f"prediction intervals wider than the largest drift in {', '.join(wide)}: that rows lie inside them says "
+            "nothing about the law"
         )
     for key, part in beyond.items():
         if part > 0.0:
