@@ -7,7 +7,7 @@ All of it comes from one pass over the usable rows, in constant memory. How the 
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -44,6 +44,9 @@ class RunCheck:
         Lowest and highest of temperature [degC], pressure [Pa] and humidity [1].
     trace : Trace
         Some of the rows, evenly, for plots.
+    spikes : dict of str to array, shape (n, 2)
+        Spikes that were left out: of each thermometer's column time [s] and reading [degC], of ``"drift"`` time and
+        drift [m].
     """
 
     run: RunFile
@@ -60,6 +63,7 @@ class RunCheck:
     landing_noise: float
     air: FloatArray
     trace: Trace
+    spikes: dict[str, FloatArray] = field(default_factory=dict)
 
 
 @dataclass(frozen=True, eq=False)
@@ -128,7 +132,11 @@ def check_campaign(campaign: Campaign, progress: Progress | None = None) -> Camp
                 progress(int(1000 * (k + blocks.done)), 1000 * count, f"checking {run.name}")
         sums.append(total)
         zero = np.full(len(campaign.sensors), np.nan) if blocks.zero is None else blocks.zero.heat
-        runs.append(_run_check(run, blocks.record, total, zero))
+        spikes = dict(blocks.spikes)
+        for channel in ("drift_um", "drift"):
+            if channel in spikes and blocks.zero is not None:
+                spikes["drift"] = spikes.pop(channel) - [0.0, blocks.zero.drift]
+        runs.append(replace(_run_check(run, blocks.record, total, zero), spikes=spikes))
     used = [total for total, run in zip(sums, campaign.runs, strict=True) if run.role == "identification"]
     noise = _mean_square([run.sensor_noise for run in runs], [total.rows for total in sums])
     correlation, inflation, condition, slow = collinearity(sums, noise)

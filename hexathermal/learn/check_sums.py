@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -58,7 +59,23 @@ class Separability:
     std_B: float
 
 
-class RunSums:
+class PairSums:
+    """Sums of temperatures and of their products over the rows of one run, of `sensors` thermometers in pairs."""
+
+    def __init__(self, sensors: int) -> None:
+        shape = (sensors, sensors)
+        self.pairs, self.first, self.second = np.zeros(shape), np.zeros(shape), np.zeros(shape)
+
+    def add_heat(self, dT: FloatArray) -> None:
+        """Add rows, shape (n, s) [K]; NaN does not count."""
+        known = ~np.isnan(dT)
+        zeroed, mask = np.where(known, dT, 0.0), known.astype(np.float64)
+        self.pairs += mask.T @ mask
+        self.first += zeroed.T @ mask
+        self.second += zeroed.T @ zeroed
+
+
+class RunSums(PairSums):
     """Sums over the rows of one run as they pass.
 
     Parameters
@@ -69,8 +86,8 @@ class RunSums:
 
     def __init__(self, sensors: int) -> None:
         s = sensors
+        super().__init__(s)
         self.rows, self.landings = 0, 0
-        self.pairs, self.first, self.second = np.zeros((s, s)), np.zeros((s, s)), np.zeros((s, s))
         self.moments = np.zeros((3, s))
         self.lowest, self.highest = np.full(s + 5, np.inf), np.full(s + 5, -np.inf)
         self._noise: list[tuple[int, FloatArray]] = []
@@ -82,11 +99,8 @@ class RunSums:
     def add(self, block: Block) -> None:
         """Add the rows of a block."""
         dT, n = block.dT, len(block)
-        known = ~np.isnan(dT)
-        zeroed, mask = np.where(known, dT, 0.0), known.astype(np.float64)
-        self.pairs += mask.T @ mask
-        self.first += zeroed.T @ mask
-        self.second += zeroed.T @ zeroed
+        self.add_heat(dT)
+        zeroed = np.nan_to_num(dT)
         q = np.full(n, np.nan) if block.q is None else block.q
         self.moments[0] += np.square(zeroed).sum(axis=0)
         if block.q is not None:
@@ -161,7 +175,7 @@ class RunSums:
         return found[0], found[1]
 
 
-def collinearity(sums: list[RunSums], noise: FloatArray) -> tuple[FloatArray, FloatArray, float, FloatArray]:
+def collinearity(sums: Sequence[PairSums], noise: FloatArray) -> tuple[FloatArray, FloatArray, float, FloatArray]:
     """Return correlation of the sensors within runs, variance inflation, condition number, and slow deviations [K].
 
     A sensor's slow deviation is what the others do not explain of it, ``1 / (C^-1)_ii``, less its own noise and the

@@ -8,7 +8,9 @@ from typing import Any
 import numpy as np
 
 from hexathermal.learn.check import CampaignCheck, RunCheck
+from hexathermal.learn.check_remarks import Clock, of_clock, of_collinearity, of_fahrenheit, of_noise, of_roles
 from hexathermal.learn.check_sums import Separability
+from hexathermal.learn.cleaning import is_lost
 from hexathermal.learn.cleaning_record import NOTED, CleaningStep
 from hexathermal.poses import FloatArray
 
@@ -20,11 +22,11 @@ APART, HARDLY = 0.97, 0.99
 SMALLEST_SPAN_K = 0.5
 """Temperatures that rise by less teach next to nothing."""
 
-LARGEST_INFLATION = 30.0
-"""Variance inflation from which a sensor says what the others say."""
-
 CYCLE_SHARE = 0.35
 """Share of a temperature's swing, trend taken off, that one period must have to be called a cycle."""
+
+SMALLEST_SPAN_M, SMALLEST_SHARE = 1e-5, 0.01
+"""A rod that moves by more than the first, and by less than this share of the stroke, moves in another unit."""
 
 CYCLE_NOISES = 5.0
 LARGEST_DRIFT_M = 1e-3
@@ -103,17 +105,13 @@ def told_apart(item: Separability, stroke: float | None = None) -> str:
 
 def warnings_of(check: CampaignCheck) -> tuple[str, ...]:
     """Return what the experimenter should know before fitting, one sentence each."""
-    return (*_of_roles(check), *_of_runs(check), *_of_sensors(check), *_of_apart(check), *_of_weather(check))
-
-
-def _of_roles(check: CampaignCheck) -> list[str]:
-    """Return what is said of the roles of runs."""
-    found = []
-    if not check.campaign.runs_of("validation"):
-        found.append('no validation run: what is identified cannot be validated; give a run role = "validation"')
-    if not check.campaign.runs_of("identification"):
-        found.append('no identification run: nothing can be identified; give a run role = "identification"')
-    return found
+    campaign = check.campaign
+    clocks = [Clock(run.run.name, run.record.rows, run.record.duration, run.record.sampling) for run in check.runs]
+    lowest = [run.lowest_degC for run in check.runs]
+    return (*of_roles(campaign), *of_clock(clocks), *_of_runs(check), *_of_stroke(check),
+            *of_noise(campaign.sensors, check.sensor_noise), *of_collinearity(campaign.sensors, check.inflation),
+            *_of_apart(check), *_of_weather(check),
+            *of_fahrenheit(campaign.sensors, lowest, float(check.weather[0, 0])))  # fmt: skip
 
 
 def _of_runs(check: CampaignCheck) -> list[str]:
@@ -122,8 +120,13 @@ def _of_runs(check: CampaignCheck) -> list[str]:
     for run in check.runs:
         name, record = run.run.name, run.record
         if not record.used:
-            found.append(f"{name}: no row may be used")
+            found.append(f"{name}: no row may be used: {record.why_rows}")
             continue
+        if is_lost(record):
+            found.append(
+                f"{name}: cleaning left only {record.used} of {record.rows} rows, identify and validate refuse it: "
+                f"{record.why_rows}"
+            )
         if max(map(abs, run.drift)) > LARGEST_DRIFT_M:
             largest = max(map(abs, run.drift)) * 1e3
             found.append(f"{name}: the drift reaches {largest:.3g} mm: is a column in another unit, or the zero lost?")
@@ -142,30 +145,27 @@ def _of_runs(check: CampaignCheck) -> list[str]:
     return found
 
 
+def _of_stroke(check: CampaignCheck) -> list[str]:
+    """Return what is said of displacements that cover next to nothing of the stroke."""
+    spans = [run.q for run in check.runs if run.q is not None]
+    if check.campaign.leg is None or not spans:
+        return []
+    low, high = min(q[0] for q in spans), max(q[1] for q in spans)
+    stroke = check.campaign.leg.stroke[1] - check.campaign.leg.stroke[0]
+    if not SMALLEST_SPAN_M < high - low < SMALLEST_SHARE * stroke:
+        return []
+    return [
+        f"q_mm covers {(high - low) * 1e3:.3g} mm in all runs together, the stroke is {stroke * 1e3:g} mm: are q_mm "
+        "and the beams in metres?"
+    ]
+
+
 def _matters(step: CleaningStep, rows: int) -> bool:
     """Whether a step of cleaning is worth a warning of its own."""
     if step.step in ("not settled", "gap", "no drift"):
         return False
     many = step.count > 0.01 * rows
     return many if step.step in COMMON_STEPS or step.action == NOTED else True
-
-
-def _of_sensors(check: CampaignCheck) -> list[str]:
-    """Return what is said of the thermocouples."""
-    found = []
-    sensors, noise = check.campaign.sensors, check.sensor_noise
-    usual = float(np.nanmedian(noise)) if np.isfinite(noise).any() else np.nan
-    for k, sensor in enumerate(sensors):
-        if noise[k] > 4.0 * usual:
-            found.append(f"{sensor}: noise {noise[k]:.3f} K, {noise[k] / usual:.0f} times that of the other sensors")
-    high = [sensor for sensor, value in zip(sensors, check.inflation, strict=True) if value > LARGEST_INFLATION]
-    if high:
-        which = "all sensors" if len(high) == len(sensors) else ", ".join(high)
-        found.append(
-            f"{which}: the others say nearly the same (variance inflation above {LARGEST_INFLATION:g}); their "
-            "coefficients in one law would be large, of opposite sign and worthless: take one or two"
-        )
-    return found
 
 
 def _of_apart(check: CampaignCheck) -> list[str]:
@@ -185,7 +185,7 @@ def _of_apart(check: CampaignCheck) -> list[str]:
 def _of_weather(check: CampaignCheck) -> list[str]:
     """Return what is said of the air."""
     beams = check.campaign.beams
-    if check.campaign.kind != "leg" or beams is None:
+    if check.campaign.kind != "leg" or beams is None or not any(run.record.used for run in check.runs):
         return []
     if np.isnan(check.weather).any():
         if beams.index_compensated:

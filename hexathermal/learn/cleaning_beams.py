@@ -219,6 +219,7 @@ class BeamRules:
                 spikes = spikes_in(drift[:, None], noise)[:, 0] & steady
                 spikes |= spikes_in(drift[:, None], wide)[:, 0]
             self.ledger.note("drift spike", "row", ROW, f"the drift of a rest {SPIKE_RULE}", spikes[own], time[own])
+            self.ledger.mark("drift", time[own][spikes[own]], drift[own][spikes[own]])
             level = filled(np.where(spikes, np.nan, drift)[:, None])[:, 0]
             jump = np.abs(np.diff(level, prepend=level[0])) > ALL_LOST_M
             jump[: own.start] = False

@@ -123,6 +123,8 @@ class Ledger:
 
     def mark(self, channel: str, time: FloatArray, values: FloatArray) -> None:
         """Keep readings that were left out, with their time in the table, in the core's units."""
+        if not len(time):
+            return
         kept = self._marks.setdefault(channel, [])
         free = MOST_MARKS - len(kept)
         kept.extend((float(t), float(value)) for t, value in zip(time[:free], values[:free], strict=True))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
@@ -126,6 +127,80 @@ def test_a_cycle_of_the_room_is_seen(tmp_path: Path) -> None:
     assert found.sensor == "T1"
     assert abs(found.period - 1200.0) < 100.0
     assert abs(found.amplitude - 1.0) < 0.1
+
+
+def milliseconds(table: Table) -> None:
+    """Write milliseconds under the name of seconds."""
+    table["time_s"] *= 1e3
+
+
+def hours_of_time(table: Table) -> None:
+    """Write hours under the name of seconds."""
+    table["time_s"] /= 3600.0
+
+
+def fahrenheit(table: Table) -> None:
+    """Write degrees Fahrenheit of all thermocouples and of the air."""
+    for name in table:
+        if name.endswith("_degC"):
+            table[name] = 32.0 + 1.8 * table[name]
+
+
+def all_metres(table: Table) -> None:
+    """Write rod and beams in metres."""
+    for name in ("q_mm", "beam1_mm", "beam2_mm", "beam3_mm"):
+        table[name] *= 1e-3
+
+
+def never_settled(table: Table) -> None:
+    """Let the flag be 0 throughout."""
+    table["settled"][:] = 0.0
+
+
+def beams_lost_early(table: Table) -> None:
+    """Let all beams lose count in the 30th row."""
+    for beam in (1, 2, 3):
+        table[f"beam{beam}_mm"][30:] += 5.0
+
+
+@pytest.mark.parametrize(
+    ("edit", "wanted"),
+    [
+        (milliseconds, "a: one row every 5.56 h: is time_s in milliseconds?"),
+        (hours_of_time, "rows a second over the whole run: is time_s in hours or minutes?"),
+        (fahrenheit, "all sensors: never below 6"),
+        (fahrenheit, "air_temperature_degC: never below 6"),
+        (all_metres, "the stroke is 250 mm: are q_mm and the beams in metres?"),
+        (never_settled, "a: no row may be used: 600 not settled"),
+        (beams_lost_early, "a: cleaning left only 28 of 600 rows, identify and validate refuse it"),
+    ],
+)
+def test_what_is_probably_wrong_is_a_warning(tmp_path: Path, edit: Callable[[Table], None], wanted: str) -> None:
+    """Clocks and temperatures in other units, and runs of which nothing is left: `check` goes on and says so."""
+    folder = leg_campaign(tmp_path, edit=edit, validation=False)
+    text = (folder / "campaign.toml").read_text()
+    (folder / "campaign.toml").write_text(text[: text.index('[[runs]]\nname = "b"')])
+    said = warnings_of(check_campaign(load_campaign(folder)))
+    assert any(wanted in line for line in said), said
+    assert not any("weather is not recorded" in line for line in said)
+
+
+def test_spikes_that_were_left_out_are_kept_for_the_pictures(tmp_path: Path) -> None:
+    """Each with its time, its reading in degC, and for the drift in metres from the zero."""
+
+    def edit(table: Table) -> None:
+        table["time_s"] += 1000.0
+        table["T02_degC"][100] += 3.0
+        for beam in (1, 2, 3):
+            table[f"beam{beam}_mm"][212] += 0.004
+
+    check = checked(tmp_path, edit=edit)
+    spikes = check.runs[0].spikes
+    assert set(spikes) == {"T02_degC", "drift"}
+    assert spikes["T02_degC"][0, 0] == 2000.0
+    assert spikes["T02_degC"][0, 1] == leg_table(0)["T02_degC"][100] + 3.0
+    assert spikes["drift"][0, 0] == 20.0 * 212
+    assert abs(spikes["drift"][0, 1] - check.runs[0].trace.drift[190:200].mean() - 4e-6) < 3e-6
 
 
 def test_the_command_prints_and_writes(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

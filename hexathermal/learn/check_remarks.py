@@ -1,0 +1,115 @@
+"""What is said of any campaign before a fit, in words: roles, clocks, units, noise and likeness of thermometers."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+from hexathermal.learn.campaign import Campaign
+from hexathermal.poses import FloatArray
+
+LARGEST_INFLATION = 30.0
+"""Variance inflation from which a sensor says what the others say."""
+
+HOUR_S, YEAR_S = 3600.0, 365.25 * 86400.0
+
+SLOWEST_H = 1.0
+"""A row after more hours than that is not of a bench's clock in seconds;"""
+
+SHORTEST_S, FEWEST_ROWS, FASTEST_HZ = 60.0, 100, 5.0
+"""nor is a run shorter than this with more rows, and more in a second, than a thermometer has to say."""
+
+FAHRENHEIT = (50.0, 100.0)
+"""A room [degC] that is never colder is one in degrees Fahrenheit."""
+
+
+@dataclass(frozen=True)
+class Clock:
+    """Rows, duration [s] and median step in time [s] of a run."""
+
+    run: str
+    rows: int
+    duration: float
+    sampling: float
+
+
+def of_roles(campaign: Campaign) -> list[str]:
+    """Return what is said of the roles of runs."""
+    found = []
+    if not campaign.runs_of("validation"):
+        found.append('no validation run: what is identified cannot be validated; give a run role = "validation"')
+    if not campaign.runs_of("identification"):
+        found.append('no identification run: nothing can be identified; give a run role = "identification"')
+    return found
+
+
+def of_clock(clocks: list[Clock]) -> list[str]:
+    """Return what is said of runs whose time can hardly be in seconds."""
+    kinds: tuple[tuple[str, Callable[[Clock], float], float], ...] = (
+        ("one row every {:.3g} h: is time_s in milliseconds?", lambda one: one.sampling / HOUR_S, SLOWEST_H),
+        ("a duration of {:.3g} years: is time_s in milliseconds?", lambda one: one.duration / YEAR_S, 1.0),
+        ("{:.3g} rows a second over the whole run: is time_s in hours or minutes?", _short_rate, FASTEST_HZ),
+    )
+    found, said = list[str](), set[str]()
+    for words, value, limit in kinds:
+        odd = [one for one in clocks if value(one) > limit and one.run not in said]
+        said |= {one.run for one in odd}
+        if odd:
+            which = "every run" if len(odd) == len(clocks) > 1 else ", ".join(one.run for one in odd)
+            found.append(f"{which}: {words.format(max(map(value, odd)))}")
+    return found
+
+
+def _short_rate(one: Clock) -> float:
+    """Return the rows a second of a run that is short and has many rows; 0 of any other."""
+    short = 0.0 < one.duration < SHORTEST_S and one.rows > FEWEST_ROWS
+    return one.rows / one.duration if short else 0.0
+
+
+def of_fahrenheit(sensors: tuple[str, ...], lowest: list[FloatArray], air: float) -> list[str]:
+    """Return what is said of temperatures that look like degrees Fahrenheit: a room of 50 to 100 degC."""
+    if not lowest or not sensors:
+        return []
+    with np.errstate(all="ignore"):
+        low = np.fmin.reduce(lowest)
+    warm = [sensor for sensor, value in zip(sensors, low, strict=True) if FAHRENHEIT[0] < value < FAHRENHEIT[1]]
+    found = []
+    if warm and len(warm) >= 0.5 * np.isfinite(low).sum():
+        least = float(np.nanmin(low))
+        found.append(
+            f"{listed(warm, sensors)}: never below {least:.0f} degC in any run: degrees Fahrenheit? "
+            "The columns are in degrees Celsius"
+        )
+    if FAHRENHEIT[0] < air < FAHRENHEIT[1]:
+        found.append(f"air_temperature_degC: never below {air:.0f} degC: degrees Fahrenheit?")
+    return found
+
+
+def listed(some: list[str], everything: tuple[str, ...]) -> str:
+    """Return names, or that it is all sensors."""
+    return "all sensors" if len(some) == len(everything) > 1 else ", ".join(some)
+
+
+def of_noise(sensors: tuple[str, ...], noise: FloatArray) -> list[str]:
+    """Return what is said of thermometers that are much noisier than the others."""
+    found = []
+    usual = float(np.nanmedian(noise)) if np.isfinite(noise).any() else np.nan
+    for k, sensor in enumerate(sensors):
+        if noise[k] > 4.0 * usual:
+            found.append(f"{sensor}: noise {noise[k]:.3f} K, {noise[k] / usual:.0f} times that of the other sensors")
+    return found
+
+
+def of_collinearity(sensors: tuple[str, ...], inflation: FloatArray) -> list[str]:
+    """Return what is said of thermometers that say nearly the same."""
+    found = []
+    high = [sensor for sensor, value in zip(sensors, inflation, strict=True) if value > LARGEST_INFLATION]
+    if high:
+        found.append(
+            f"{listed(high, sensors)}: the others say nearly the same (variance inflation above "
+            f"{LARGEST_INFLATION:g}); their coefficients in one law would be large, of opposite sign and worthless: "
+            "take one or two"
+        )
+    return found
