@@ -1,9 +1,8 @@
 """The proof on runs never fitted: residuals, reductions with intervals, coverage of the prediction intervals.
 
-Landings are the independent units, and runs above them: intervals of RMSE, largest residual and reductions come from a
-bootstrap that draws runs and, within each, landings. A law that makes the drift worse is found and said; so is a run
-whose rows were fitted, by its fingerprint. Memory does not grow with the rows of a run: beyond `MOST_LANDINGS`,
-neighbouring landings are drawn together.
+Landings are the independent units, and runs above them; `hexathermal.learn.validation_scores` tells how intervals are
+made. A law that makes the drift worse is found and said; so is a run whose rows were fitted, by its fingerprint. Memory
+does not grow with the rows of a run: beyond `MOST_LANDINGS`, neighbouring landings are taken together.
 """
 
 from __future__ import annotations

@@ -110,11 +110,11 @@ def written_folder(folder: Path) -> Iterator[Path]:
     try:
         part.parent.mkdir(parents=True, exist_ok=True)
         part.mkdir()
-    except FileExistsError:
-        raise ArgumentError(
-            f"{part} exists: another run is writing it, or was killed; remove it if none is, and try again"
-        ) from None
     except OSError as error:
+        if part.exists():
+            raise ArgumentError(
+                f"{part} exists: another run is writing it, or was killed; remove it if none is, and try again"
+            ) from None
         raise ArgumentError(f"cannot make the folder {folder}: {error.strerror or error}") from None
     try:
         yield part

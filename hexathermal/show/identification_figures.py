@@ -151,10 +151,10 @@ def validation_figure(found: Validation, curves: RunCurves, sensors: Sequence[st
                 hours, curves.dT[:, k], color=VIOLET, ls=("-", "--", ":", "-.")[k % 4], lw=1.2, label=f"ΔT {name}"
             )
         heat.set_ylabel("ΔT (K)", color=VIOLET)
-        # above the axes: inside it would cover the rod's line
-        heat.legend(loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=4, borderaxespad=0.2)
+        # between title and axes: inside it would cover the rod's line
+        heat.legend(loc="lower left", bbox_to_anchor=(0.0, 1.0), ncols=4, borderaxespad=0.2, borderpad=0.2)
         one = found.runs[curves.run]
-        top.set_title(_heading(found, curves.run))
+        top.set_title(_heading(found, curves.run), pad=22.0)
         low, high = (curves.predicted - curves.half_width) * 1e6, (curves.predicted + curves.half_width) * 1e6
         bottom.fill_between(hours, low, high, color=BLUE, alpha=0.15, lw=0.0, label="95 % prediction interval")
         bottom.plot(hours, curves.measured * 1e6, ".", color=RED, ms=2.5, label="measured")

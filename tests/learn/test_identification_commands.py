@@ -2,14 +2,24 @@
 
 from __future__ import annotations
 
+import dataclasses
 import json
+import shutil
 from pathlib import Path
 
 import numpy as np
+import pyarrow as pa
+import pyarrow.csv
+import pyarrow.parquet as pq
 import pytest
 
 import hexathermal as ht
 from hexathermal.cli import main
+from hexathermal.learn.campaign_dataset import read_run
+from hexathermal.learn.campaign_files import load_campaign
+from hexathermal.learn.campaign_laws import identify_campaign, validate_campaign
+from hexathermal.learn.leg_law_files import read_leg_law, write_leg_law
+from hexathermal.show import identification_figures
 from tests.learn.legs import SENSORS, drawn_leg
 
 
@@ -63,6 +73,114 @@ def test_from_campaign_to_machine(campaign: Path, tmp_path: Path, capsys: pytest
     capsys.readouterr()
 
 
+def test_python_gives_what_the_command_line_gives(campaign: Path, tmp_path: Path) -> None:
+    """`identify_campaign` and `validate_campaign` give the written law and the printed figures; the law tells the
+    temperatures that its sensor met.
+    """
+    law, answer = tmp_path / "leg.toml", tmp_path / "v.json"
+    assert main(["identify", str(campaign), "--sensors", "T07", "--out", str(law)]) == 0
+    assert main(["validate", str(law), str(campaign), "--json", str(answer)]) == 0
+    loaded = load_campaign(campaign)
+    found = identify_campaign(loaded, "T07")
+    assert np.array_equal(found.law.coefficients, read_leg_law(law).coefficients)
+    assert found.law.origin == read_leg_law(law).origin
+    heat = [read_run(loaded, run)["temperature"].sel(thermocouple="T07") for run in loaded.runs_of("identification")]
+    assert found.law.validity.degC == pytest.approx(
+        (min(float(one.min()) for one in heat), max(float(one.max()) for one in heat))
+    )
+    assert read_leg_law(law).validity.degC == found.law.validity.degC
+    steps: list[tuple[int, int]] = []
+    total = validate_campaign(found.law, loaded, lambda done, of, _label: steps.append((done, of))).total
+    shown = json.loads(answer.read_text(encoding="utf-8"))["total"]["rmse_um"]
+    assert total.rmse.value * 1e6 == pytest.approx(shown["value"], rel=1e-12)
+    assert steps == sorted(steps)
+    assert steps[-1][0] == steps[-1][1] > 0
+
+
+def test_a_fitted_run_is_warned_of_under_any_name(
+    campaign: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """A fitted table as a run for validation, renamed and stored as Parquet: warned of, marked, no proof."""
+    law, other = tmp_path / "leg.toml", tmp_path / "other"
+    assert main(["identify", str(campaign), "--sensors", "T07", "--out", str(law)]) == 0
+    shutil.copytree(campaign, other)
+    pq.write_table(pa.csv.read_csv(other / "identification-1.csv"), other / "night.parquet")
+    text = (other / "campaign.toml").read_text(encoding="utf-8")
+    text = text.replace('file = "validation-1.csv"', 'file = "night.parquet"').replace('"validation-1"', '"night"')
+    (other / "campaign.toml").write_text(text, encoding="utf-8")
+    capsys.readouterr()
+    answer = tmp_path / "v.json"
+    assert main(["validate", str(law), str(other), "--json", str(answer)]) == 0
+    said = capsys.readouterr()
+    assert "run night was fitted: the law was identified on its rows, then named identification-1" in said.err
+    assert "night (fitted)" in said.out
+    assert "all never fitted" in said.out
+    facts = json.loads(answer.read_text(encoding="utf-8"))
+    assert facts["fitted_runs"] == {"night": "identification-1"}
+    assert facts["total"]["rmse_um"]["value"] == facts["runs"]["validation-0"]["rmse_um"]["value"]
+    shutil.copy(other / "identification-0.csv", other / "validation-0.csv")
+    assert main(["validate", str(law), str(other)]) == 0
+    assert "Verdict: nothing proven: every run was fitted." in capsys.readouterr().out
+
+
+def test_an_interrupted_report_leaves_nothing(
+    campaign: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Ctrl-C while pictures are drawn: no law, no part of a report, an older report as it was."""
+    law, report = tmp_path / "leg.toml", tmp_path / "deep" / "report"
+    assert main(["identify", str(campaign), "--sensors", "T07", "--out", str(law)]) == 0
+
+    def stopped(*_arguments: object) -> None:
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(identification_figures, "front_figure", stopped)
+    monkeypatch.setattr(identification_figures, "validation_figure", stopped)
+    again = tmp_path / "again.toml"
+    words = ["identify", str(campaign), "--sensors", "T07", "--out", str(again), "--report"]
+    assert main([*words, str(report)]) == 130
+    assert main(["validate", str(law), str(campaign), "--report", str(report)]) == 130
+    assert [item.name for item in tmp_path.iterdir()] == ["leg.toml"]
+    report.mkdir(parents=True)
+    (report / "sets.csv").write_text("older", encoding="utf-8")
+    assert main([*words, str(report)]) == 130
+    assert [item.name for item in report.iterdir()] == ["sets.csv"]
+    assert (report / "sets.csv").read_text(encoding="utf-8") == "older"
+    assert not again.exists()
+    assert "nothing half-written is left" in capsys.readouterr().err
+
+
+def test_a_law_of_another_kind_is_refused_by_its_kind(
+    campaign: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """The law of a component meets a leg's campaign, or a machine: the kind is what is said."""
+    law, text = tmp_path / "leg.toml", tmp_path / "component.toml"
+    assert main(["identify", str(campaign), "--sensors", "T07", "--out", str(law)]) == 0
+    leg = read_leg_law(law)
+    component = dataclasses.replace(leg, kind="component", sensors=("other",), coefficients=leg.A.copy(),
+                                    covariance=leg.covariance[:1, :1], retracted_length=None, stroke=None)  # fmt: skip
+    write_leg_law(component, text)
+    capsys.readouterr()
+    assert main(["validate", str(text), str(campaign)]) == 2
+    assert "the law of a component" in capsys.readouterr().err
+    assert main(["apply", str(text), "--machine", "reference", "--out", str(tmp_path / "m")]) == 2
+    assert "component.toml is the law of a component (C)" in capsys.readouterr().err
+
+
+def test_a_law_that_makes_it_worse_says_how_much_more(
+    campaign: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Residuals larger than the drift are so many per cent more, not less than nothing."""
+    law = tmp_path / "leg.toml"
+    assert main(["identify", str(campaign), "--sensors", "T07", "--out", str(law)]) == 0
+    right = read_leg_law(law)
+    write_leg_law(dataclasses.replace(right, coefficients=-right.coefficients), law)
+    assert main(["validate", str(law), str(campaign)]) == 0
+    said = capsys.readouterr().out
+    assert "Verdict: the law makes it worse." in said
+    assert " % more); mean " in said
+    assert "(-" not in said
+
+
 def test_wrong_input_is_one_message(campaign: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     """Unknown sensor, existing file, missing law, five laws: each one message that says what to do, no traceback."""
     law = tmp_path / "leg.toml"
@@ -70,6 +188,8 @@ def test_wrong_input_is_one_message(campaign: Path, tmp_path: Path, capsys: pyte
     cases = [
         (["identify", str(campaign), "--sensors", "T77"], "it has T01"),
         (["identify", str(campaign), "--sensors", "T07", "--out", str(law)], "--force"),
+        (["identify", str(campaign), "--out", str(tmp_path / "no" / "leg.toml")], "create it first"),
+        (["identify", str(campaign), "--report", str(campaign / "campaign.toml")], "campaign.toml"),
         (["identify", str(tmp_path)], "campaign.toml"),
         (["validate", str(tmp_path / "no.toml"), str(campaign)], "'hexathermal identify' writes"),
         (
@@ -98,4 +218,5 @@ def test_legs_that_are_alike_get_one_law(campaign: Path, tmp_path: Path, capsys:
     assert len(two["runs"]) == 2 * len(one["runs"])
     for alone, shared in zip(one["coefficients"], two["coefficients"], strict=True):
         assert shared["standard_uncertainty"] < alone["standard_uncertainty"]
+    assert all(not leg["clearly_worse"] for leg in two["common_legs"].values())
     assert "one law serves all legs" in capsys.readouterr().out

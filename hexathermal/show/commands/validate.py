@@ -76,7 +76,7 @@ def run(arguments: argparse.Namespace, progress: Progress) -> Answer:
 def _fitted(found: Validation) -> list[str]:
     """Return warnings about runs that were fitted."""
     return [
-        f"warning: run {name} was fitted: the law was identified on the same rows, run {before}; it proves nothing"
+        f"warning: run {name} was fitted: the law was identified on its rows, then named {before}; it proves nothing"
         for name, before in found.fitted.items()
     ]
 
