@@ -6,34 +6,46 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from hexathermal.learn.campaign import Thermocouple
 from hexathermal.learn.check import CampaignCheck, RunCheck
-from hexathermal.show.figures import BLACK, BLUE, GREY, PURPLE, VERMILION
-from hexathermal.show.figures import STYLE as STYLE
+from hexathermal.poses import FloatArray
+from hexathermal.show.figures import BLACK, BLUE, GREEN, GREY, PURPLE, STYLE, VERMILION
+from hexathermal.show.figures import _spaced as spaced
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
+
+PART_COLOURS = (BLUE, VERMILION, GREEN, PURPLE, "#8A6D00", "#56B4E9", BLACK, GREY)
+STYLES = ("-", "--", "-.", ":")
+
+MOST_LABELS = 26
+"""So many sensors are named at their lines; more in a legend."""
 
 GAP_STEPS = 5.0
 """A curve is broken where the step in time is more than so many usual ones."""
 
 
 def run_figure(check: CampaignCheck, run: RunCheck) -> Figure:
-    """Return temperatures, drift and displacement (or inputs) of a run against time."""
+    """Return temperatures, drift and displacement (or inputs) of a run against time; spikes left out are marked."""
     import matplotlib as mpl
     from matplotlib.figure import Figure
 
     trace = run.trace
     lower = trace.q is not None or trace.inputs.shape[1] > 0
     with mpl.rc_context(STYLE):
-        figure = Figure(figsize=(7.6, 6.6 if lower else 5.2), layout="constrained")
-        heights = [1.5, 1.0, 0.6] if lower else [1.5, 1.0]
+        figure = Figure(figsize=(7.6, 7.2 if lower else 5.8), layout="constrained")
+        heights = [1.7, 1.0, 0.6] if lower else [1.7, 1.0]
         panels = figure.subplots(len(heights), 1, sharex=True, height_ratios=heights)
         hours = trace.time / 3600.0
-        _temperatures(panels[0], hours, run, check.campaign.sensors)
+        heat = trace.dT + np.nan_to_num(run.highest_degC - run.highest_dT)
+        columns = [f"{name}_degC" for name in check.campaign.sensors]
+        marked = [run.spikes[column] for column in columns if column in run.spikes]
+        temperatures(panels[0], hours, heat, check.campaign.thermocouples, marked)
         panels[0].set_title(f"{run.run.name} ({run.run.role}): {run.record.used} of {run.record.rows} rows usable")
-        x, y = _broken(hours, trace.drift * 1e6)
+        x, y = broken(hours, trace.drift * 1e6)
         panels[1].plot(x, y, color=VERMILION, lw=0.8, marker=".", ms=2.0)
+        _mark(panels[1], [run.spikes["drift"] * [1.0, 1e6]] if "drift" in run.spikes else [])
         panels[1].set_ylabel("drift (µm)")
         if trace.q is not None:
             panels[2].plot(hours, trace.q * 1e3, ".", color=BLACK, ms=2.0)
@@ -48,21 +60,91 @@ def run_figure(check: CampaignCheck, run: RunCheck) -> Figure:
     return figure
 
 
-def _temperatures(axes: Axes, hours: Any, run: RunCheck, sensors: tuple[str, ...]) -> None:
-    """Draw all temperatures; from the first sensor (dark) to the last (light)."""
+def temperatures(
+    axes: Axes, hours: Any, heat: FloatArray, sensors: tuple[Thermocouple, ...], spikes: list[FloatArray] | None = None
+) -> None:
+    """Draw temperatures [degC], shape (n, s), each named at its line's end, and mark spikes (time [s], degC).
+
+    A part has a colour, its sensors differ in style; where no parts are named, colours go from the first sensor to the
+    last.
+    """
+    ends = []
+    looks = _looks(sensors)
+    for item, (colour, style), values in zip(sensors, looks, heat.T, strict=True):
+        x, y = broken(hours, values)
+        axes.plot(x, y, color=colour, ls=style, lw=0.9, label=item.name)
+        known = np.flatnonzero(np.isfinite(values))
+        if known.size:
+            ends.append((item.name, colour, float(hours[known[-1]]), float(values[known[-1]])))
+    axes.set_ylabel("temperature (°C)")
+    _mark(axes, spikes or [])
+    if len(sensors) > MOST_LABELS:
+        axes.legend(loc="center left", bbox_to_anchor=(1.0, 0.5), fontsize=6.0, ncols=2)
+        return
+    _name_ends(axes, ends)
+    parts = {item.part: look[0] for item, look in reversed(list(zip(sensors, looks, strict=True)))}
+    if len(parts) > 1:
+        lines = [axes.plot([], [], color=colour, lw=2.5)[0] for colour in parts.values()]
+        axes.legend(lines, [part or "no part named" for part in parts], loc="best", fontsize=7.0)
+
+
+def _name_ends(axes: Axes, ends: list[tuple[str, Any, float, float]]) -> None:
+    """Write names beside the axes, each joined to its line's end: name, colour, and where the line ends."""
+    if not ends:
+        return
+    low, high = axes.get_ylim()
+    axes.set_ylim(low, high)
+    gap = min(0.042, 0.96 / len(ends))
+    places = np.array(spaced([(end[3] - low) / (high - low) for end in ends], gap))
+    places = places - max(0.0, places.max() - 0.98) + max(0.0, 0.02 - places.min())
+    line = {"arrowstyle": "-", "lw": 0.4, "shrinkA": 0.0, "shrinkB": 0.0}
+    for (name, colour, x_end, y_end), place in zip(ends, places, strict=True):
+        axes.annotate(
+            name, (x_end, y_end), (1.03, place), textcoords="axes fraction", color=colour, fontsize=6.8, va="center",
+            annotation_clip=False, arrowprops={**line, "color": colour},
+        )  # fmt: skip
+
+
+def _looks(sensors: tuple[Thermocouple, ...]) -> list[tuple[Any, str]]:
+    """Return colour and style of each sensor's line."""
     import matplotlib as mpl
 
-    colours = mpl.colormaps["viridis"](np.linspace(0.0, 0.92, max(1, len(sensors))))
-    offset = np.nan_to_num(run.highest_degC - run.highest_dT)
-    for k, sensor in enumerate(sensors):
-        x, y = _broken(hours, run.trace.dT[:, k] + offset[k])
-        axes.plot(x, y, color=colours[k], lw=0.8, label=sensor)
-    axes.set_ylabel("temperature (°C)")
-    if len(sensors) <= 34:
-        axes.legend(loc="center left", bbox_to_anchor=(1.0, 0.5), fontsize=6.5, ncols=1 + (len(sensors) > 17))
+    parts = list(dict.fromkeys(item.part for item in sensors))
+    if len(parts) == 1 or len(parts) > len(PART_COLOURS):
+        colours: list[Any] = list(mpl.colormaps["viridis"](np.linspace(0.0, 0.86, max(1, len(sensors)))))
+        return [(colour, STYLES[k % len(STYLES)]) for k, colour in enumerate(colours)]
+    before = dict.fromkeys(parts, 0)
+    found = []
+    for item in sensors:
+        found.append((PART_COLOURS[parts.index(item.part)], STYLES[before[item.part] % len(STYLES)]))
+        before[item.part] += 1
+    return found
 
 
-def _broken(hours: Any, values: Any) -> tuple[Any, Any]:
+def _mark(axes: Axes, spikes: list[FloatArray]) -> None:
+    """Mark readings that were left out as spikes; those far off the picture by a triangle at its edge."""
+    if not spikes:
+        return
+    time, value = np.concatenate(spikes).T
+    low, high = axes.get_ylim()
+    room = 0.5 * (high - low)
+    far = (value < low - room) | (value > high + room)
+    if (~far).any():
+        low, high = min(low, float(value[~far].min())), max(high, float(value[~far].max()))
+    if far.any():
+        low, high = (low - 0.05 * room if (value < low).any() else low), high + 0.05 * room * (value > high).any()
+    label = f"left out as a spike ({len(value)})"
+    axes.plot(time[~far] / 3600.0, value[~far], "x", color=BLACK, ms=5.0, mew=1.0, label=label)
+    for beyond, edge, mark in ((far & (value > high), high, "^"), (far & (value < low), low, "v")):
+        if beyond.any():
+            axes.plot(time[beyond] / 3600.0, np.full(int(beyond.sum()), edge), mark, color=BLACK, ms=5.0)
+    pad = 0.03 * (high - low)
+    axes.set_ylim(low - pad, high + pad)
+    axes.annotate(f"x {label}" + ("; triangles: farther off" if far.any() else ""), (0.01, 0.02),
+                  xycoords="axes fraction", fontsize=7.5, color=BLACK)  # fmt: skip
+
+
+def broken(hours: Any, values: Any) -> tuple[Any, Any]:
     """Return a curve that is broken at gaps in time."""
     step = np.diff(hours)
     if not len(step):
@@ -71,38 +153,40 @@ def _broken(hours: Any, values: Any) -> tuple[Any, Any]:
     return np.insert(hours, gaps, np.nan), np.insert(values, gaps, np.nan)
 
 
-def noise_figure(check: CampaignCheck) -> Figure:
-    """Return noise and slow deviation of each sensor as bars."""
+def noise_figure(sensors: tuple[str, ...], noise: FloatArray, slow: FloatArray) -> Figure:
+    """Return noise and slow deviation [K] of each sensor as bars."""
     import matplotlib as mpl
     from matplotlib.figure import Figure
+    from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
 
-    sensors = check.campaign.sensors
     with mpl.rc_context({**STYLE, "axes.grid.axis": "y"}):
         figure = Figure(figsize=(7.6, 3.4), layout="constrained")
         axes = figure.subplots()
         place = np.arange(len(sensors))
-        axes.bar(place - 0.2, check.sensor_noise * 1e3, 0.4, color=BLUE, label="noise of single readings")
-        axes.bar(place + 0.2, check.sensor_slow * 1e3, 0.4, color=PURPLE,
+        axes.bar(place - 0.2, noise * 1e3, 0.4, color=BLUE, label="noise of single readings")
+        axes.bar(place + 0.2, slow * 1e3, 0.4, color=PURPLE,
                  label="slow deviation that the other sensors do not explain")  # fmt: skip
         axes.set_xticks(place, sensors, rotation=90 if len(sensors) > 10 else 0)
         axes.set_yscale("log")
+        axes.yaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
+        axes.yaxis.set_major_formatter(FuncFormatter(lambda value, _place: f"{value:g}"))
+        axes.yaxis.set_minor_formatter(NullFormatter())
         axes.set_ylabel("standard deviation (mK)")
         axes.set_title("Noise of the thermocouples")
-        axes.legend(loc="upper center", bbox_to_anchor=(0.5, -0.16), ncols=2)
+        figure.legend(loc="outside lower center", ncols=2)
     return figure
 
 
-def collinearity_figure(check: CampaignCheck) -> Figure:
+def collinearity_figure(sensors: tuple[str, ...], correlation: FloatArray) -> Figure:
     """Return how alike the sensors are: ``1 - |r|`` on a logarithmic scale, darker is more alike."""
     import matplotlib as mpl
     from matplotlib.colors import LogNorm
     from matplotlib.figure import Figure
 
-    sensors = check.campaign.sensors
     with mpl.rc_context({**STYLE, "axes.grid": False}):
         figure = Figure(figsize=(5.8, 4.9), layout="constrained")
         axes = figure.subplots()
-        apart = np.maximum(1.0 - np.abs(check.correlation), 1e-6)
+        apart = np.maximum(1.0 - np.abs(correlation), 1e-6)
         np.fill_diagonal(apart, np.nan)
         known = apart[np.isfinite(apart)]
         low = float(known.min()) if known.size else 1e-3

@@ -106,9 +106,10 @@ def _plots(check: CampaignCheck, folder: Path, progress: Progress) -> list[Path]
         folder.mkdir(parents=True, exist_ok=True)
     except OSError as error:
         raise ArgumentError(f"cannot create the folder {folder}: {error.strerror or error}") from None
+    sensors = check.campaign.sensors
     written = []
-    jobs: list[tuple[str, Any]] = [("noise", lambda: noise_figure(check)),
-                                   ("collinearity", lambda: collinearity_figure(check)),
+    jobs: list[tuple[str, Any]] = [("noise", lambda: noise_figure(sensors, check.sensor_noise, check.sensor_slow)),
+                                   ("collinearity", lambda: collinearity_figure(sensors, check.correlation)),
                                    ("coverage", lambda: coverage_figure(check))]  # fmt: skip
     jobs += [(_file_name(item.run.name), lambda item=item: run_figure(check, item)) for item in check.runs]
     for k, (name, make) in enumerate(jobs):
