@@ -46,7 +46,8 @@ def matrices_figure(ranked: RankedSets) -> Figure:
             ticks = range(len(sensors))
             axes.set_xticks(ticks, sensors, rotation=90, fontsize=7.5)
             axes.set_yticks(ticks, sensors, fontsize=7.5)
-            axes.set_title(f"{what} of fitted rows: pairs; singles on the diagonal")
+            axes.set_title(f"{what[0].upper()}{what[1:]} of the rows fitted")
+            axes.set_xlabel("pairs of sensors; single sensors on the diagonal")
             best = np.unravel_index(int(np.ma.argmin(values)), values.shape)
             for i, j in {(best[0], best[1]), (best[1], best[0])}:
                 axes.plot(j, i, "o", mfc="none", mec=RED, ms=9.0, mew=1.4)
@@ -90,18 +91,21 @@ def front_figure(ranked: RankedSets, chosen: int = -1) -> Figure:
 
 
 def _zoom(axes: Axes, kept: Sequence[int], x: Any, y: Any) -> None:
-    """Set limits about some points."""
-    for values, limit in ((x[list(kept)], axes.set_xlim), (y[list(kept)], axes.set_ylim)):
+    """Set limits about some points, with room on the left for names."""
+    for values, limit, before in ((x[list(kept)], axes.set_xlim, 1.5), (y[list(kept)], axes.set_ylim, 1.0)):
         room = 0.25 * max(float(np.ptp(values)), 0.02 * float(values.max()), 1e-6)
-        limit(float(values.min()) - room, float(values.max()) + 2.0 * room)
+        limit(float(values.min()) - before * room, float(values.max()) + 2.0 * room)
 
 
 def _named(axes: Axes, ranked: RankedSets, front: Sequence[int], x: Any, y: Any) -> None:
-    """Write the names of the front's sets, one step up each time, so that they do not cover each other."""
-    for k, point in enumerate(front):
+    """Write the names of the front's sets into the left margin, where no set can be, under each other."""
+    low, high = axes.get_ylim()
+    height = 1.0
+    for point in front:
+        height = min(float((y[point] - low) / (high - low)), height - 0.045)
         axes.annotate(
-            "–".join(ranked.names[point]), (x[point], y[point]), (10, 12 + 22 * (k % 3)), textcoords="offset points",
-            fontsize=8.0, arrowprops={"arrowstyle": "-", "color": GREY, "lw": 0.6},
+            "–".join(ranked.names[point]), (x[point], y[point]), (0.01, height), textcoords="axes fraction",
+            fontsize=8.0, va="center", arrowprops={"arrowstyle": "-", "color": GREY, "lw": 0.6},
         )  # fmt: skip
 
 
