@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import dataclasses
+
 import numpy as np
 import pytest
 
@@ -11,7 +13,7 @@ from hexathermal.learn.gram import Rows, columns_for
 from hexathermal.learn.identification import identify
 from hexathermal.learn.materials import physical_check
 from hexathermal.learn.sensor_errors import sensor_errors
-from hexathermal.learn.windows import WindowCollector
+from hexathermal.learn.windows import HELD_WINDOWS, WindowCollector
 from tests.learn.legs import LEG, SENSORS, TRUE_A, TRUE_B, drawn_leg
 from tests.learn.test_selection import cut
 
@@ -59,6 +61,24 @@ def test_blocks_do_not_matter(rng: np.random.Generator) -> None:
     one = identify(lambda: blocks, SENSORS, LEG, wanted="T07", sizes=(1,)).law
     many = identify(lambda: cut(blocks, 37), SENSORS, LEG, wanted="T07", sizes=(1,)).law
     assert many.coefficients == pytest.approx(one.coefficients, rel=2e-3)
+
+
+def test_windows_of_a_long_run_are_alike(rng: np.random.Generator) -> None:
+    """With a landing a row, windows are merged evenly along the run, and are the same whatever the blocks."""
+    block = drawn_leg(rng, runs=1, hours=90.0)[0]
+    many = dataclasses.replace(block, landing=np.arange(len(block)))
+    assert len(many) > 2 * HELD_WINDOWS
+    made = []
+    for blocks in ([many], cut([many], 500)):
+        collector = WindowCollector(columns_for(SENSORS, LEG), np.ones(17, dtype=bool))
+        for one in blocks:
+            collector.add(one)
+        made.append(collector.made().runs[0])
+    assert made[0].rows[:-1].min() == made[0].rows.max()
+    assert made[0].rows.sum() == made[0].landings.sum() == len(block)
+    assert np.array_equal(made[0].rows, made[1].rows)
+    for name in ("time", "X", "drift", "q"):
+        assert getattr(made[0], name) == pytest.approx(getattr(made[1], name), rel=1e-9, abs=1e-12)
 
 
 def test_a_robust_fit_stands_beside_and_outliers_are_said(rng: np.random.Generator) -> None:
