@@ -134,11 +134,13 @@ def identification_facts(found: Identification) -> dict[str, Any]:
                 "linf_um": plain(ranked.fit.linf[k] * 1e6), "left_out_rmse_um": plain(ranked.left_out.rmse[k] * 1e6),
                 "left_out_linf_um": plain(ranked.left_out.linf[k] * 1e6),
                 "mean_reduction": plain(ranked.fit.mean_reduction[k]),
-                "largest_reduction": plain(ranked.fit.largest_reduction[k])}  # fmt: skip
+                "largest_reduction": plain(ranked.fit.largest_reduction[k]),
+                "left_out_mean_reduction": plain(ranked.left_out.mean_reduction[k]),
+                "left_out_largest_reduction": plain(ranked.left_out.largest_reduction[k])}  # fmt: skip
 
     single = ranked.best(1, left_out=False)
     off = ranked.off_front(single)
-    sizes, judged = sorted(set(ranked.sizes.tolist())), bool(np.isfinite(ranked.left_out.rmse).any())
+    fitted, judged = (sorted(set(ranked.sizes[np.isfinite(by.rmse)].tolist())) for by in (ranked.fit, ranked.left_out))
     check = found.check
     return {
         "kind": law.kind,
@@ -171,8 +173,8 @@ def identification_facts(found: Identification) -> dict[str, Any]:
         "runs": list(law.origin.runs),
         "sets": len(ranked.names),
         "chosen": one(found.chosen) if found.chosen >= 0 else None,
-        "best": [one(ranked.best(size, left_out=False)) for size in sizes],
-        "best_left_out": [one(ranked.best(size)) for size in sizes] if judged else [],
+        "best": [one(ranked.best(size, left_out=False)) for size in fitted],
+        "best_left_out": [one(ranked.best(size)) for size in judged],
         "pareto_front": [one(k) for k in ranked.front()],
         "best_single_off_front_um": {"sensor": ranked.names[single][0], "criterion": "fitted rows",
                                      "rmse": off[0] * 1e6, "linf": off[1] * 1e6},
