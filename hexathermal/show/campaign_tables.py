@@ -7,6 +7,7 @@ from rich.table import Table
 
 from hexathermal.learn.check import CampaignCheck
 from hexathermal.learn.check_words import cycles, hours, told_apart
+from hexathermal.poses import FloatArray
 from hexathermal.show.tables import framed
 
 
@@ -64,15 +65,20 @@ def sensors_table(check: CampaignCheck, pretty: bool) -> Table:
         low = np.fmin.reduce([run.lowest_degC for run in check.runs])
         high = np.fmax.reduce([run.highest_degC for run in check.runs])
     for k, item in enumerate(check.campaign.thermocouples):
-        others = np.where(np.arange(len(low)) == k, np.nan, check.correlation[k])
-        like = "-"
-        if np.isfinite(others).any():
-            best = int(np.nanargmax(np.abs(others)))
-            like = f"{check.campaign.sensors[best]} {others[best]:.4f}"
+        like = most_like(check.campaign.sensors, check.correlation, k)
         table.add_row(item.name, item.part or "-", number(check.sensor_noise[k] * 1e3, 1),
                       number(check.sensor_slow[k] * 1e3, 1), number(low[k], 2), number(high[k], 2),
                       number(check.separability[k].span, 2), number(check.inflation[k], 1), like)  # fmt: skip
     return table
+
+
+def most_like(sensors: tuple[str, ...], correlation: FloatArray, k: int) -> str:
+    """Return the sensor that sensor `k` is most like, and their correlation."""
+    others = np.where(np.arange(len(sensors)) == k, np.nan, correlation[k])
+    if not np.isfinite(others).any():
+        return "-"
+    best = int(np.nanargmax(np.abs(others)))
+    return f"{sensors[best]} {others[best]:.4f}"
 
 
 def ranges_table(check: CampaignCheck, pretty: bool) -> Table:

@@ -203,6 +203,28 @@ def test_spikes_that_were_left_out_are_kept_for_the_pictures(tmp_path: Path) -> 
     assert abs(spikes["drift"][0, 1] - check.runs[0].trace.drift[190:200].mean() - 4e-6) < 3e-6
 
 
+@pytest.mark.parametrize("size", [3.0, -300.0, 90.0])
+def test_spikes_near_and_far_are_drawn_and_the_panels_keep_their_size(tmp_path: Path, size: float) -> None:
+    """Spikes that were left out are in the picture of their run, with their number, and do not squeeze its curves."""
+    from hexathermal.show.campaign_figures import run_figure
+
+    def edit(table: Table) -> None:
+        table["T02_degC"][100] += np.clip(size, -90.0, 90.0)
+        for beam in (1, 2, 3):
+            table[f"beam{beam}_mm"][212] += 1e-3 * size
+
+    check = checked(tmp_path, edit=edit)
+    figure = run_figure(check, check.runs[0])
+    figure.draw_without_rendering()
+    heat, drift = figure.axes[:2]
+    assert any("left out as a spike (1)" in text.get_text() for text in drift.texts)
+    assert {text.get_text() for text in heat.texts} >= set(SENSORS)
+    assert min(axes.get_position().height for axes in figure.axes) > 0.1
+    low, high = drift.get_ylim()
+    values = check.runs[0].trace.drift * 1e6
+    assert high - low < 2.5 * np.ptp(values)
+
+
 def test_the_command_prints_and_writes(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     """Tables on stdout, warnings on stderr, pictures, JSON and NetCDF in their places."""
     pytest.importorskip("h5py", reason="h5py is not installed")

@@ -13,24 +13,32 @@ from hexathermal.show.options import EXIT_CODES, STYLE, path
 if TYPE_CHECKING:
     from hexathermal.learn.campaign import Campaign
     from hexathermal.learn.check import CampaignCheck
+    from hexathermal.learn.check_hexapod import HexapodCheck
 
 CHECK = """\
 Reads a campaign row by row and tells what it is worth: duration, noise of every channel, temperature ranges, how alike
-the thermocouples are, whether the coefficients A and B of the law can be told apart, and what cleaning leaves out, with
-reasons and counts. Every fault of every file is listed at once. Tables are never altered.
+the thermometers are, what the data can tell apart (the coefficients A and B of a leg's law; the laws of six legs and
+two plates), and what is left out, with reasons and counts. Every fault of every file is listed at once. Tables are
+never altered.
 """
 
 EPILOG = f"""\
 columns:
-  noise       of single readings, robust and blind to trends
-  slow        slow deviation that the other sensors do not explain, noise taken off: an upper bound of the sensor's bias
-  inflation   variance inflation of a sensor among all of them: above 30 it says what the others say
-  r           cosine of the angle between q0 dT and q dT: above 0.97 A and B are hardly told apart
-  for 1 um    uncertainty of a coefficient for 1 um of noise of a rest
+  noise         of single readings, robust and blind to trends
+  slow          slow deviation that the other sensors do not explain, noise taken off: an upper bound of its bias
+  inflation     variance inflation of a sensor among all of them: above 30 it says what the others say;
+                of a hexapod's coefficient: its uncertainty over that if all others were known
+  r             cosine of the angle between q0 dT and q dT: above 0.97 A and B are hardly told apart
+  for 1 um      uncertainty of a coefficient for 1 um of noise of a rest
+  pose held     kind hexapod: noise of the measured pose where the commanded one stays; from pose to pose the errors of
+                the machine are in it
 
 files of --plots DIR, each as .png and .svg:
-  run-NAME      temperatures, drift and q (or the inputs) of a run
-  noise, collinearity, coverage
+  run-NAME      leg: temperatures, drift, q · component: temperatures, drift, inputs · hexapod: temperatures, measured
+                less commanded pose; spikes that were left out are marked (leg, component)
+  noise, collinearity           of the thermometers
+  coverage                      leg: where it was when it was warm
+  observability                 hexapod: which laws the poses and temperatures tell apart
 
 examples:
   hexathermal check my-campaign
@@ -48,7 +56,9 @@ def add(commands: Any) -> None:
     check.add_argument("--plots", type=path, metavar="DIR", help="write pictures into this folder, which is created")
     check.add_argument("--netcdf", type=path, metavar="FILE", help="write all runs, as recorded, into one NetCDF file")
     check.add_argument("--force", action="store_true", help="overwrite an existing NetCDF file")
-    check.add_argument("--ranges", action="store_true", help="show the range of every sensor in every run too")
+    check.add_argument(
+        "--ranges", action="store_true", help="show the range of every sensor in every run too (leg, component)"
+    )
     add_json(check)
 
 
@@ -60,12 +70,7 @@ def run(arguments: argparse.Namespace, progress: Progress) -> Answer:
     if arguments.netcdf is not None:
         refuse_netcdf(arguments.netcdf, arguments.force)
     campaign = load_campaign(arguments.campaign, progress=progress)
-    if campaign.kind == "hexapod":
-        if arguments.plots is not None:
-            raise ArgumentError("--plots draws the drift of one leg or component; this campaign measures poses")
-        answer = _hexapod(campaign)
-    else:
-        answer = _checked(campaign, arguments, progress)
+    answer = (_hexapod if campaign.kind == "hexapod" else _checked)(campaign, arguments, progress)
     if arguments.netcdf is None:
         return answer
     file = save_campaign_netcdf(campaign, arguments.netcdf, overwrite=arguments.force, progress=progress)
@@ -93,25 +98,33 @@ def _checked(campaign: Campaign, arguments: argparse.Namespace, progress: Progre
     if arguments.plots is not None:
         written = _plots(check, arguments.plots, progress)
         data["written"] = [str(file) for file in written]
-        shown.append(f"Written into {arguments.plots}:\n  " + "\n  ".join(file.name for file in written))
+        shown.append(_written_into(arguments.plots, written))
     return Answer(tuple(shown), data, tuple(f"warning: {text}" for text in warnings_of(check)))
 
 
 def _plots(check: CampaignCheck, folder: Path, progress: Progress) -> list[Path]:
-    """Write all pictures; returns their paths."""
+    """Write all pictures of a leg or component; returns their paths."""
     from hexathermal.show.campaign_figures import collinearity_figure, coverage_figure, noise_figure, run_figure
+
+    sensors = check.campaign.sensors
+    jobs: list[tuple[str, Any]] = [
+        ("noise", lambda: noise_figure(sensors, check.sensor_noise, check.sensor_slow)),
+        ("collinearity", lambda: collinearity_figure(sensors, check.correlation)),
+        ("coverage", lambda: coverage_figure(check)),
+    ]
+    jobs += [(_file_name(item.run.name), lambda item=item: run_figure(check, item)) for item in check.runs]
+    return _drawn(jobs, folder, progress)
+
+
+def _drawn(jobs: list[tuple[str, Any]], folder: Path, progress: Progress) -> list[Path]:
+    """Draw and write pictures, each as PNG and SVG; returns their paths."""
     from hexathermal.show.figures import save_figure
 
     try:
         folder.mkdir(parents=True, exist_ok=True)
     except OSError as error:
         raise ArgumentError(f"cannot create the folder {folder}: {error.strerror or error}") from None
-    sensors = check.campaign.sensors
     written = []
-    jobs: list[tuple[str, Any]] = [("noise", lambda: noise_figure(sensors, check.sensor_noise, check.sensor_slow)),
-                                   ("collinearity", lambda: collinearity_figure(sensors, check.correlation)),
-                                   ("coverage", lambda: coverage_figure(check))]  # fmt: skip
-    jobs += [(_file_name(item.run.name), lambda item=item: run_figure(check, item)) for item in check.runs]
     for k, (name, make) in enumerate(jobs):
         progress(k, len(jobs), f"drawing {name}")
         figure = make()
@@ -125,24 +138,48 @@ def _file_name(run: str) -> str:
     return run if run.startswith("run") else f"run-{run}"
 
 
-def _hexapod(campaign: Campaign) -> Answer:
-    """Return the answer for a whole machine: what was recorded; its poses are judged by the diagnosis."""
-    import numpy as np
+def _hexapod(campaign: Campaign, arguments: argparse.Namespace, progress: Progress) -> Answer:
+    """Return the answer for a whole machine."""
+    from hexathermal.learn.check_hexapod import check_hexapod_campaign, hexapod_warnings
+    from hexathermal.show import campaign_hexapod as tables
+    from hexathermal.show.hexapod_tables import observability_table
 
-    from hexathermal.learn.campaign_dataset import read_run
+    check = check_hexapod_campaign(campaign, progress)
+    shown: list[Any] = [tables.overview(check), lambda pretty, _: tables.runs_table(check, pretty),
+                        lambda pretty, _: tables.coordinates_table(check, pretty)]  # fmt: skip
+    if campaign.sensors:
+        shown.append(lambda pretty, _: tables.thermometers_table(check, pretty))
+    if check.observability is not None:
+        seen = check.observability
+        shown.append(lambda pretty, _: observability_table(seen, pretty))
+    if text := tables.remarks(check):
+        shown.append(text)
+    data = tables.hexapod_check_facts(check)
+    if arguments.plots is not None:
+        written = _hexapod_plots(check, arguments.plots, progress)
+        data["written"] = [str(file) for file in written]
+        shown.append(_written_into(arguments.plots, written))
+    return Answer(tuple(shown), data, tuple(f"warning: {text}" for text in hexapod_warnings(check)))
 
-    runs, lines = [], [f"{campaign.title or 'Campaign without a title'} (kind hexapod): {len(campaign.runs)} runs."]
-    for one in campaign.runs:
-        data = read_run(campaign, one)
-        time, count = data["time"].values, int(data.sizes["sample"])
-        heat = data["temperature"].values if "temperature" in data else np.full((count, 1), np.nan)
-        known = bool(np.isfinite(heat).any())
-        low, high = (float(np.nanmin(heat)), float(np.nanmax(heat))) if known else (None, None)
-        span = "no temperatures" if low is None else f"{low:.1f} to {high:.1f} degC"
-        hours = float(np.nanmax(time) - np.nanmin(time)) / 3600.0
-        lines.append(f"  {one.name} ({one.role}): {count} rows, {hours:.2f} h, {span}")
-        runs.append({"name": one.name, "role": one.role, "rows": count, "hours": hours, "lowest_degC": low,
-                     "highest_degC": high, "unknown_columns": data.attrs["unknown_columns"]})  # fmt: skip
-    facts = {"format": "hexathermal-check/1", "title": campaign.title, "kind": campaign.kind, "runs": runs,
-             "sensors": list(campaign.sensors)}  # fmt: skip
-    return Answer(("\n".join(lines),), facts)
+
+def _hexapod_plots(check: HexapodCheck, folder: Path, progress: Progress) -> list[Path]:
+    """Write all pictures of a whole machine; returns their paths."""
+    from hexathermal.show.campaign_figures import collinearity_figure, noise_figure
+    from hexathermal.show.campaign_hexapod import hexapod_run_figure
+    from hexathermal.show.hexapod_figures import observability_figure
+
+    sensors, seen = check.campaign.sensors, check.observability
+    jobs: list[tuple[str, Any]] = []
+    if sensors:
+        jobs = [("noise", lambda: noise_figure(sensors, check.sensor_noise, check.sensor_slow)),
+                ("collinearity", lambda: collinearity_figure(sensors, check.correlation))]  # fmt: skip
+    if seen is not None:
+        jobs.append(("observability", lambda: observability_figure(seen)))
+    jobs += [(_file_name(item.run.name), lambda item=item: hexapod_run_figure(check, item))
+             for item in check.runs if len(item.time)]  # fmt: skip
+    return _drawn(jobs, folder, progress)
+
+
+def _written_into(folder: Path, files: list[Path]) -> str:
+    """Return the names of what was written."""
+    return f"Written into {folder}:\n  " + "\n  ".join(file.name for file in files)
