@@ -195,3 +195,22 @@ def test_the_specification_of_the_help_is_one(tmp_path: Path, capsys: Said) -> N
     assert [limit.key for limit in read_specification(tmp_path / "spec.toml").limits] == [
         "AP_um", "RP_um", "AP_rz_urad", "ETVE_z_um",
     ]  # fmt: skip
+
+
+def test_an_empty_list_of_limits_is_no_pass(files: list[str], tmp_path: Path, capsys: Said) -> None:
+    """A limit written as [] is bad input with line and column, and no JUnit appears."""
+    words = specified(tmp_path, "RP_um = 9\nAP_um = []\n")
+    assert cli.main([*words, "--junit", str(tmp_path / "j.xml")]) == 3
+    assert "line 7, column 1" in capsys.readouterr().err
+    assert not (tmp_path / "j.xml").exists()
+
+
+def test_junit_and_json_are_written_together(files: list[str], tmp_path: Path, capsys: Said) -> None:
+    """Where JSON cannot be written, JUnit is not left behind; where both can, both are there."""
+    both = [*files, "--junit", str(tmp_path / "j.xml"), "--json"]
+    assert cli.main([*both, str(tmp_path / "no" / "a.json")]) == 3
+    assert not (tmp_path / "j.xml").exists()
+    assert cli.main([*both, str(tmp_path / "a.json")]) == 0
+    assert ET.parse(tmp_path / "j.xml").getroot().tag == "testsuites"
+    assert json.loads((tmp_path / "a.json").read_text())["verdict"] == "pass"
+    capsys.readouterr()

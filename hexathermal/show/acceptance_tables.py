@@ -17,6 +17,10 @@ CODES = {PASS: 0, FAIL: 1, NOT_DECIDED: 2}
 """Exit code of each verdict."""
 
 
+MOST_ROWS = 500
+"""Of the table: more nobody reads, and a file for machines holds all."""
+
+
 def place(result: Result) -> str:
     """Return where a result comes from."""
     return f"pose {result.pose}" + (f" group {result.group}" if result.group else "")
@@ -98,13 +102,18 @@ def verdict_lines(acceptance: Acceptance) -> str:
         if abs(result.decision.value) > abs(other.decision.value):
             largest[result.limit] = result
     details = [f"{label(item)}, largest at {place(item)}: {item.detail}" for item in largest.values() if item.detail]
+    if len(acceptance.results) > MOST_ROWS:
+        line = f"{line}\nthe table holds {MOST_ROWS} decisions, those that do not pass first; --json holds all"
     return "\n".join([line, *details])
 
 
 def results_table(acceptance: Acceptance, pretty: bool) -> Table:
-    """Return one row for each limit at each pose."""
+    """Return one row for each limit at each pose; of very many those that do not pass first."""
     table = framed(pretty, "quantity", "pose", "group", "value>", "limit>", "u>", "probability>", "verdict")
-    for result in acceptance.results:
+    listed = acceptance.results
+    if len(listed) > MOST_ROWS:
+        listed = tuple(sorted(listed, key=lambda result: result.decision.verdict == PASS))[:MOST_ROWS]
+    for result in listed:
         decision = result.decision
         table.add_row(
             label(result), result.pose, result.group or "-", _number(decision.value), _zone(result),

@@ -190,7 +190,7 @@ def test_letters_are_read_as_axes_only_where_they_are_told(tmp_path: Path) -> No
     for letters, value in (("zyx", 3.0), ("xyz", 1.0)):
         found = judged(tmp_path, turned, f'rule = "simple"\nletters = "{letters}"\n[limits]\nAP_a_urad = 9\n')
         assert values(found) == pytest.approx([value], rel=1e-6)
-    with pytest.raises(FileFormatError, match="which axis is 'a'"):
+    with pytest.raises(FileFormatError, match="which angle is 'a'"):
         judged(tmp_path, turned, "[limits]\nAP_a_urad = 9\n")
 
 
@@ -271,6 +271,7 @@ SPEC = FORMAT + "[limits]\n"
         (SPEC + "AP_um = {upper = 1, nonnegative = 1}\n", 3, "true or false"),
         (SPEC + "AP_x_um = {within = 1, nonnegative = true}\n", 3, "may be negative"),
         (FORMAT + "warm_up_s = 60\n[limits]\nAP_um = 1\n", 2, "at least 3600"),
+        (FORMAT + "[limits]\nRP_um = 1\nAP_um = []\n", 4, "empty list"),
         (FORMAT + "letters = 'abc'\n[limits]\nAP_um = 1\n", 2, "one of xyz, zyx"),
         (FORMAT + "[uncertainty]\nposition_um = 0\n[limits]\nAP_um = 1\n", 3, "above 0"),
         (FORMAT + "limits = 3\n", 2, "must be a table"),
@@ -353,3 +354,50 @@ def test_one_fail_fails_and_probabilities_bound_the_whole(tmp_path: Path) -> Non
     }  # fmt: skip
     assert said[2.1, 1.1].probability == pytest.approx((1.0 - 2.0 * 0.158655, 0.841345), abs=1e-5)
     assert said[1, 0.5].probability == pytest.approx((0.0, 0.0), abs=1e-6)
+
+
+def test_every_bad_field_of_one_table_is_told(tmp_path: Path) -> None:
+    """Six bad fields of one inline table, one of them behind an unknown quantity, are six problems with columns."""
+    spec = 'limits.RP_um = { upper = "x", u = -1, rule = "foo", probability = 7, k = 0 }\nlimits.XX_um = { u = -1 }\n'
+    with pytest.raises(FileFormatError) as caught:
+        read_specification(written(tmp_path, FORMAT + spec, "spec.toml"))
+    places = [(problem.line, problem.column) for problem in caught.value.problems]
+    assert places == [(2, 1 + spec.index(word)) for word in ("upper", "u = ", "rule", "prob", "k =")] + [
+        (3, 8),
+        (3, 18),
+    ]
+
+
+@pytest.mark.parametrize("convention", ["fixed-xyz", "fixed-zyx"])
+def test_letters_are_differences_of_angles(tmp_path: Path, convention: str) -> None:
+    """At a rotated command, across 180 degrees, AP_a .. AP_c are mean less commanded angle and RP_c is 3 S of it."""
+    command = (-20.0, 60.0, 179.9999)
+    around = np.radians([5.0e-5, -3.0e-5, 4.0e-4]) * 1e6
+    rows = []
+    for sign in (-1.0, 1.0):
+        angles = np.array(command) + np.degrees((around + sign * np.array([2.0, 0.0, 0.0])) * 1e-6)
+        angles[2] -= 360.0
+        rows.append(("A", "0,0,0," + ",".join(map(repr, command)), "0,0,0," + ",".join(map(repr, angles.tolist()))))
+    spec = 'rule = "simple"\nletters = "zyx"\n[limits]\n' + "".join(f"AP_{k}_urad = 90\n" for k in "cba")
+    found = judged(tmp_path, visits(*rows), spec + "RP_c_urad = 9\n", convention=convention)
+    assert values(found) == pytest.approx([*around, 3.0 * 2.0 * 2.0**0.5], rel=1e-5)
+
+
+def test_angles_are_refused_near_gimbal_lock(tmp_path: Path) -> None:
+    """At ry = 89.5 degrees a letter's limit is refused, with the quantity to limit instead, and the turn is not."""
+    locked = visits(*[("A", "0,0,0,0,89.5,0", "0,0,0,0,89.5001,0")] * 2)
+    spec = 'rule = "simple"\nletters = "zyx"\n[limits]\n'
+    with pytest.raises(ArgumentError, match=r"AP_c_urad: pose A has ry within 1 degree.*AP_rx_urad"):
+        judged(tmp_path, locked, spec + "AP_c_urad = 9\n")
+    assert values(judged(tmp_path, locked, spec + "AP_ry_urad = 9\n")) == pytest.approx([np.radians(1e-4) * 1e6])
+
+
+def test_rows_of_a_pose_in_any_order(tmp_path: Path) -> None:
+    """Rows of a pose and of a group are found wherever they stand in the table, in the order of the file."""
+    names = [f"N{k}" for k in (3, 1, 3, 2, 1, 3)]
+    table = visits(*[(name, f"{name[1]},0,0,0,0,0", f"{name[1]},0,0,0,0,0") for name in names])
+    measured = read_measured_poses(written(tmp_path, table))
+    assert measured.pose_names == ("N3", "N1", "N2")
+    assert [measured.rows(name).tolist() for name in measured.pose_names] == [[0, 2, 5], [1, 4], [3]]
+    assert measured.rows("N3", "").tolist() == [0, 2, 5]
+    assert measured.rows("N3", "other").size == measured.rows("none").size == 0

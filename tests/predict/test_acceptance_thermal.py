@@ -9,6 +9,7 @@ from hypothesis import strategies as st
 
 from hexathermal.errors import ArgumentError
 from hexathermal.predict.acceptance import environmental_variation, warm_up_distortion
+from hexathermal.predict.acceptance.environmental_variation import allowed_gap
 
 STEPS = st.lists(st.integers(1, 50), min_size=1, max_size=40)
 
@@ -109,3 +110,13 @@ def test_warm_up_needs_an_hour(end: float | None, words: str) -> None:
         return
     with pytest.raises(ArgumentError, match=words):
         warm_up_distortion([0.0, 7200.0], [0.0, 1.0], end)
+
+
+def test_a_hole_in_the_record_is_longer_than_allowed() -> None:
+    """One sample in 10 s for a day, with a hole of 20 minutes: more than 5 % of an hour; without it, not."""
+    whole = np.arange(0.0, 86_400.0, 10.0)
+    holed = whole[(whole < 40_000.0) | (whole > 41_200.0)]
+    for times, decided in ((whole, True), (holed, False)):
+        found = environmental_variation(times, np.zeros(len(times)), 3600.0)
+        assert (found.longest_gap <= allowed_gap(times, 3600.0)) is decided
+    assert allowed_gap(np.arange(0.0, 36_000.0, 600.0), 3600.0) == 1800.0

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
+from functools import lru_cache
 from numbers import Real
 from typing import Any
 
@@ -82,6 +83,7 @@ def _within(y: float, u: float, low: float, high: float) -> float:
     return max(0.0, float(ndtr(b)) - float(ndtr(a)))
 
 
+@lru_cache(maxsize=1024)  # one limit is asked at every pose, with one uncertainty
 def acceptance_by_probability(
     u: float, lower: float | None, upper: float | None, wanted: float, nonnegative: bool
 ) -> tuple[tuple[float, float] | None, float]:

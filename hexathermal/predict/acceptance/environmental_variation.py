@@ -132,6 +132,19 @@ def environmental_variation(
     )
 
 
+def allowed_gap(time: npt.ArrayLike, window: float) -> float:
+    """Return the longest time between samples [s] that a window may hold: five usual intervals, or 5 % of the window.
+
+    The larger of both, and never more than half the window: a machine may move and return in a longer gap.
+
+    Examples
+    --------
+    >>> allowed_gap(np.arange(0.0, 600.0), 3600.0), allowed_gap(np.arange(0.0, 7200.0, 600.0), 3600.0)
+    (180.0, 1800.0)
+    """
+    return min(0.5 * window, max(5.0 * float(np.median(np.diff(np.asarray(time)))), 0.05 * window))
+
+
 def warm_up_distortion(time: npt.ArrayLike, values: npt.ArrayLike, end: float | None = None) -> WarmUpDistortion:
     """Return how far a coordinate moves while the machine warms up (ISO 230-3:2020, d_60 and d_t).
 

@@ -13,11 +13,16 @@ from scipy.spatial.transform import Rotation
 from hexathermal.errors import ArgumentError
 from hexathermal.poses import FloatArray
 from hexathermal.predict.acceptance.decision_rules import FAIL, NOT_DECIDED, PASS, Decision, decide
-from hexathermal.predict.acceptance.environmental_variation import environmental_variation, warm_up_distortion
+from hexathermal.predict.acceptance.environmental_variation import (
+    allowed_gap,
+    environmental_variation,
+    warm_up_distortion,
+)
 from hexathermal.predict.acceptance.measured_poses import UNCERTAINTIES, MeasuredPoses
 from hexathermal.predict.acceptance.pose_accuracy import (
     ASKED_CYCLES,
     PoseAccuracy,
+    angle_differences,
     pose_accuracy,
     pose_drift,
 )
@@ -155,11 +160,13 @@ def _accuracies(measured: MeasuredPoses) -> dict[tuple[str, str], PoseAccuracy]:
     """Return pose accuracy of each pose in each group that has at least two visits."""
     found = {}
     for pose in measured.pose_names:
-        for group in measured.group_names:
+        for group in measured.groups_of(pose):
             rows = measured.rows(pose, group)
             if len(rows) > 1:
                 try:
-                    found[pose, group] = pose_accuracy(measured.measured[rows], measured.commanded[rows[0]])
+                    found[pose, group] = pose_accuracy(
+                        measured.measured[rows], measured.commanded[rows[0]], measured.convention
+                    )
                 except ArgumentError as error:
                     raise ArgumentError(f"{measured.path}, {_where(pose, group)}: {error}") from None
     return found
@@ -201,6 +208,8 @@ def _decided(
     """Return the decisions about one limit at all its poses."""
     for pose in limit.poses or measured.pose_names:
         for found in _values(limit, specification, measured, accuracies, pose):
+            if not np.isfinite(found.value):
+                raise _locked(limit, pose)
             u = _from_rows(limit, measured, found) if limit.uncertainty is None else limit.uncertainty
             decision = decide(
                 found.value, u, lower=limit.lower, upper=limit.upper, rule=limit.rule, probability=limit.probability,
@@ -221,6 +230,16 @@ def _from_rows(limit: Limit, measured: MeasuredPoses, found: _Value) -> float | 
     return float(column[found.rows].max()) * limit.quantity.sensitivity(fewest)
 
 
+def _locked(limit: Limit, pose: str) -> ArgumentError:
+    """Return the error of an angle that does not exist at a pose."""
+    turn = limit.quantity.axis.removeprefix("angle_")
+    other = limit.quantity.key.replace("angle_", "")
+    return ArgumentError(
+        f"pose {pose} has ry within 1 degree of +-90 (gimbal lock), where the angle {turn} is not certain; limit the "
+        f"turn about the axis instead ({other}), or name other poses (poses = [...])"
+    )
+
+
 def _values(
     limit: Limit,
     specification: Specification,
@@ -231,7 +250,7 @@ def _values(
     """Return the values of a limit's quantity at a pose, one for each group where groups are told apart."""
     quantity, rows = limit.quantity, measured.rows(pose)
     if quantity.family == ACCURACY:
-        for group in dict.fromkeys(measured.groups[row] for row in rows):
+        for group in measured.groups_of(pose):
             own = measured.rows(pose, group)
             _check_visits(measured, accuracies, pose, group)
             yield _Value(accuracy_values(accuracies[pose, group])[quantity.name], own, group)
@@ -239,6 +258,8 @@ def _values(
         yield _drift(limit, measured, accuracies, pose)
     else:
         series = _deviations(measured, rows)[:, AXES.index(quantity.axis)]
+        if not np.isfinite(series).all():
+            raise _locked(limit, pose)
         times = np.zeros(0) if measured.time is None else measured.time[rows]
         if quantity.family == ETVE:
             yield _variation(limit, measured, rows, times, series)
@@ -262,7 +283,7 @@ def _check_visits(
 
 def _drift(limit: Limit, measured: MeasuredPoses, accuracies: dict[tuple[str, str], PoseAccuracy], pose: str) -> _Value:
     """Return the drift of a pose over its groups."""
-    groups = list(dict.fromkeys(measured.groups[row] for row in measured.rows(pose)))
+    groups = measured.groups_of(pose)
     for group in groups:
         _check_visits(measured, accuracies, pose, group)
     if len(groups) < 2:
@@ -280,7 +301,7 @@ def _variation(limit: Limit, measured: MeasuredPoses, rows: Any, times: FloatArr
     spans = ", ".join(f"{name} {span:.3g} K" for name, span in found.temperature_ranges.items())
     detail = f"window of {found.window:g} s, {found.start:g} to {found.end:g} s; temperature range: "
     detail += spans or "no temperatures recorded"
-    allowed = 0.5 * found.window if limit.gap is None else limit.gap
+    allowed = allowed_gap(times, found.window) if limit.gap is None else limit.gap
     sparse = found.longest_gap > allowed
     if sparse:
         detail += f"; longest gap {found.longest_gap:g} s, allowed {allowed:g} s: a lower bound"
@@ -288,10 +309,11 @@ def _variation(limit: Limit, measured: MeasuredPoses, rows: Any, times: FloatArr
 
 
 def _deviations(measured: MeasuredPoses, rows: Any) -> FloatArray:
-    """Return measured less commanded: shifts [m] and rotation vectors [rad], shape (n, 6)."""
+    """Return measured less commanded, in the order of `AXES`: shifts [m], rotation vectors and angles [rad], (n, 9)."""
     found, wanted = measured.measured[rows], measured.commanded[rows]
     turns = Rotation.from_matrix(found[:, :3, :3] @ np.swapaxes(wanted[:, :3, :3], -1, -2)).as_rotvec()
-    return np.concatenate([found[:, :3, 3] - wanted[:, :3, 3], turns], axis=1)
+    angles = angle_differences(found, wanted, measured.convention)
+    return np.concatenate([found[:, :3, 3] - wanted[:, :3, 3], turns, angles], axis=1)
 
 
 def _notes(specification: Specification, measured: MeasuredPoses, results: list[Result]) -> Iterator[str]:
@@ -301,9 +323,9 @@ def _notes(specification: Specification, measured: MeasuredPoses, results: list[
         counts = {
             (pose, group): len(measured.rows(pose, group))
             for pose in measured.pose_names
-            for group in measured.group_names
+            for group in measured.groups_of(pose)
         }
-        place = min((place for place, count in counts.items() if count), key=counts.__getitem__)
+        place = min(counts, key=counts.__getitem__)
         asked = ASKED_OF_GROUP if len(measured.group_names) > 1 else ASKED_CYCLES
         if counts[place] < asked:
             yield f"{_where(*place)} was visited {counts[place]} times; ISO 9283 asks for {asked}"

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
+from functools import cached_property
 from pathlib import Path
 from typing import Any
 
@@ -44,6 +45,8 @@ class MeasuredPoses:
         Whether rotations were measured; otherwise the measured poses carry the commanded rotations.
     unused : tuple of str
         Columns of the file that are not used.
+    convention : str
+        Of the angles of the file.
     """
 
     path: Path
@@ -57,6 +60,7 @@ class MeasuredPoses:
     u_rotation: FloatArray | None
     turns: bool
     unused: tuple[str, ...]
+    convention: str = "fixed-xyz"
 
     def __len__(self) -> int:
         return len(self.poses)
@@ -64,18 +68,34 @@ class MeasuredPoses:
     @property
     def pose_names(self) -> tuple[str, ...]:
         """Names of the commanded poses, in the order of the file."""
-        return tuple(dict.fromkeys(self.poses))
+        return tuple(self._places)
 
     @property
     def group_names(self) -> tuple[str, ...]:
         """Names of the groups, in the order of the file."""
         return tuple(dict.fromkeys(self.groups))
 
+    def groups_of(self, pose: str) -> tuple[str, ...]:
+        """Return the names of the groups in which a pose was visited, in the order of the file."""
+        return tuple(self._places.get(pose, {}))
+
     def rows(self, pose: str, group: str | None = None) -> Any:
         """Return the numbers of the rows of a pose, of one group or of all."""
-        return np.flatnonzero(
-            [name == pose and group in (None, own) for name, own in zip(self.poses, self.groups, strict=True)]
-        )
+        groups = self._places.get(pose, {})
+        if group is not None:
+            return groups.get(group, np.zeros(0, dtype=np.intp))
+        return np.sort(np.concatenate([np.zeros(0, dtype=np.intp), *groups.values()]))
+
+    @cached_property
+    def _places(self) -> dict[str, dict[str, Any]]:
+        """Rows by pose and group, in the order of the file."""
+        found: dict[str, dict[str, list[int]]] = {}
+        for row, (pose, group) in enumerate(zip(self.poses, self.groups, strict=True)):
+            found.setdefault(pose, {}).setdefault(group, []).append(row)
+        return {
+            pose: {group: np.array(rows, dtype=np.intp) for group, rows in groups.items()}
+            for pose, groups in found.items()
+        }
 
 
 def read_measured_poses(path: str | Path, convention: str = "fixed-xyz", frames: Frames | None = None) -> MeasuredPoses:
@@ -128,6 +148,7 @@ def read_measured_poses(path: str | Path, convention: str = "fixed-xyz", frames:
         u_rotation=None if u_rotation is None else u_rotation * 1e-6,
         turns=turns,
         unused=tuple(name for name in stream.header.extras if name not in LABELS),
+        convention=convention,
     )
 
 

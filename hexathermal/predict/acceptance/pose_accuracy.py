@@ -8,13 +8,17 @@ and ``R_c`` the commanded ones, all in the same axes::
     AP_r  = log(R_mean R_c^T)                        AP_rx, AP_ry, AP_rz: turns about the axes; AP_rotation: its length
     RP_rx = 3 S_rx,   S_rx^2 = sum (r_j)_x^2 / (n - 1),   r_j = log(R_j R_mean^T)
     RP_rotation = mean |r_j| + 3 S of |r_j|
+    AP_angle_rx = rx(R_mean) - rx(R_c)               ISO's AP_a, AP_b, AP_c; likewise ry and rz
+    RP_angle_rx = 3 S of rx(R_j) - rx(R_mean)        ISO's RP_a, RP_b, RP_c, with n - 1
     dAP   = max over later groups |AP(first) - AP(later)|,   dRP likewise, and likewise for each turn
 
 Rotations are averaged as rotations: ``R_mean`` is the rotation with the least sum of squared differences of matrices
 (chordal mean, `scipy.spatial.transform.Rotation.mean`), and turns are rotation vectors about the axes in which poses
 are given.  Numbers of Euler angles are never averaged: they jump at +-180 degrees and mix near ry = +-90 degrees.
-Turned about one axis, the rotation vector is the difference of that angle.  Turns are named after their axes; which
-axis the letters a, b, c mean depends on the maker.
+ISO's own quantities are differences of the angles ``rx``, ``ry``, ``rz`` of the coordinates (in the convention of the
+data), taken here from the mean rotation and brought into +-180 degrees; at rotated commands they are no turns about
+axes.  Near ``ry = +-90`` degrees ``rx`` and ``rz`` cannot be told apart: the angles are then NaN.  Which angle the
+letters a, b, c mean depends on the maker.
 
 ISO 9283's drift compares lengths: a platform that moves from one side of the command to the other has ``dAP = 0``.
 `PoseDrift.shift`, the largest move of the mean position itself, does not miss that.
@@ -32,13 +36,16 @@ from scipy.spatial.transform import Rotation
 
 from hexathermal.errors import ArgumentError
 from hexathermal.machine.thermal import frozen
-from hexathermal.poses import FloatArray, PoseLike, pose_array
+from hexathermal.poses import FloatArray, PoseLike, coordinates_from_pose, pose_array
 
 ASKED_CYCLES = 30
 """Visits of each pose that ISO 9283 asks for; fewer are evaluated, and said."""
 
 WIDEST_SPREAD = np.pi / 4
 """Visits turned further from their mean than this are not visits of one pose [rad]."""
+
+LARGEST_RY = np.radians(89.0)
+"""Nearer to 90 degrees the other two angles cannot be told apart."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -57,6 +64,8 @@ class PoseAccuracy:
     AP_rotation, RP_rotation : float [rad]
     RP_axes : array, shape (3,) [rad]
         ``3 S`` about x, y and z: RP_rx, RP_ry, RP_rz.
+    angles, RP_angles : array, shape (3,) [rad]
+        Of the coordinates rx, ry and rz: AP_angle_rx .., RP_angle_rx ..; NaN near ``ry = +-90`` degrees.
     """
 
     count: int
@@ -65,6 +74,8 @@ class PoseAccuracy:
     RP: float
     RP_rotation: float
     RP_axes: FloatArray
+    angles: FloatArray
+    RP_angles: FloatArray
 
     @property
     def AP(self) -> float:
@@ -88,6 +99,8 @@ class PoseDrift:
         Of AP_x, AP_y and AP_z.
     dAP_rotations, dRP_rotations : array, shape (3,) [rad]
         Of the turns about x, y and z.
+    dAP_angles, dRP_angles : array, shape (3,) [rad]
+        Of the angles rx, ry and rz.
     shift : float [m]
         Largest move of the mean position from that of the first group.
     worst : dict of str to int
@@ -99,11 +112,15 @@ class PoseDrift:
     dAP_axes: FloatArray
     dAP_rotations: FloatArray
     dRP_rotations: FloatArray
+    dAP_angles: FloatArray
+    dRP_angles: FloatArray
     shift: float
     worst: dict[str, int]
 
 
-def pose_accuracy(measured: PoseLike | Iterable[Any], commanded: PoseLike) -> PoseAccuracy:
+def pose_accuracy(
+    measured: PoseLike | Iterable[Any], commanded: PoseLike, convention: str = "fixed-xyz"
+) -> PoseAccuracy:
     """Return pose accuracy and repeatability of one commanded pose (ISO 9283:1998, 7.2).
 
     Parameters
@@ -112,6 +129,8 @@ def pose_accuracy(measured: PoseLike | Iterable[Any], commanded: PoseLike) -> Po
         Measured poses, n >= 2; the standard asks for 30.
     commanded : SE3 or array, shape (4, 4) [m]
         In the same axes as the measured ones.
+    convention : str
+        Of the angles rx, ry, rz, see `hexathermal.poses`.
 
     Returns
     -------
@@ -145,6 +164,9 @@ def pose_accuracy(measured: PoseLike | Iterable[Any], commanded: PoseLike) -> Po
     deviations = (turned * mean.inv()).as_rotvec()
     _check_spread(deviations)
     lengths = np.linalg.norm(visits[:, :3, 3] - centre, axis=1)
+    middle = command.copy()
+    middle[:3, :3] = mean.as_matrix() @ command[:3, :3]
+    angles = angle_differences(np.concatenate([visits, command[None]]), middle, convention)
     return PoseAccuracy(
         count=len(visits),
         position=frozen(centre - command[:3, 3]),
@@ -152,7 +174,22 @@ def pose_accuracy(measured: PoseLike | Iterable[Any], commanded: PoseLike) -> Po
         RP=_radius(lengths),
         RP_rotation=_radius(np.linalg.norm(deviations, axis=1)),
         RP_axes=frozen(3.0 * np.sqrt((deviations**2).sum(axis=0) / (len(visits) - 1))),
+        angles=frozen(-angles[-1]),
+        RP_angles=frozen(3.0 * np.sqrt((angles[:-1] ** 2).sum(axis=0) / (len(visits) - 1))),
     )
+
+
+def angle_differences(measured: FloatArray, commanded: FloatArray, convention: str) -> FloatArray:
+    """Return differences (n, 3) of the angles of poses (n, 4, 4) and (n or 1, 4, 4), within +-pi.
+
+    They are NaN near ``ry = +-90`` degrees.
+    """
+    both = np.concatenate([measured.reshape(-1, 4, 4), commanded.reshape(-1, 4, 4)])
+    angles = np.radians(coordinates_from_pose(both, convention)[:, 3:])
+    own, other = angles[: -commanded.size // 16], angles[-commanded.size // 16 :]
+    locked = np.maximum(np.abs(own[:, 1]), np.abs(other[:, 1])) > LARGEST_RY
+    difference = (own - other + np.pi) % (2.0 * np.pi) - np.pi
+    return np.asarray(np.where(locked[:, None], np.nan, difference))
 
 
 def pose_drift(groups: Sequence[PoseAccuracy]) -> PoseDrift:
@@ -186,6 +223,8 @@ def pose_drift(groups: Sequence[PoseAccuracy]) -> PoseDrift:
         dAP_axes=frozen(np.abs([group.position - first.position for group in later]).max(axis=0)),
         dAP_rotations=frozen(np.abs([group.rotation - first.rotation for group in later]).max(axis=0)),
         dRP_rotations=frozen(np.abs([group.RP_axes - first.RP_axes for group in later]).max(axis=0)),
+        dAP_angles=frozen(np.abs([group.angles - first.angles for group in later]).max(axis=0)),
+        dRP_angles=frozen(np.abs([group.RP_angles - first.RP_angles for group in later]).max(axis=0)),
         shift=max(curves["shift"]),
         worst={name: 1 + int(np.argmax(values)) for name, values in curves.items()},
     )

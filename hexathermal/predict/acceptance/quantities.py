@@ -14,7 +14,9 @@ from hexathermal.predict.acceptance.environmental_variation import WarmUpDistort
 from hexathermal.predict.acceptance.pose_accuracy import PoseAccuracy, PoseDrift
 
 SHIFTS, TURNS = ("x", "y", "z"), ("rx", "ry", "rz")
-AXES = (*SHIFTS, *TURNS)
+ANGLES = tuple(f"angle_{turn}" for turn in TURNS)
+AXES = (*SHIFTS, *TURNS, *ANGLES)
+"""Shifts along axes, turns about axes (rotation vector), differences of the angles of coordinates (ISO: a, b, c)."""
 
 ACCURACY, DRIFT, ETVE, WARM_UP = "accuracy", "drift", "ETVE", "warm-up"
 """Families: what a quantity is made of."""
@@ -47,8 +49,8 @@ class Quantity:
 
     @property
     def axis(self) -> str:
-        """Axis of the name, empty where it has none."""
-        return self.name.rpartition("_")[2] if "_" in self.name else ""
+        """Axis of the name, one of `AXES`; empty where it has none."""
+        return self.name.partition("_")[2]
 
     def sensitivity(self, count: int) -> float:
         """Return how many times the standard uncertainty of a measured coordinate the quantity may be uncertain.
@@ -74,9 +76,9 @@ def _all() -> dict[str, Quantity]:
     add("AP", ("",), ACCURACY, False)
     add("AP", AXES, ACCURACY, True)
     add("AP", ("rotation",), ACCURACY, False)
-    add("RP", ("", "rotation", *TURNS), ACCURACY, False)
+    add("RP", ("", "rotation", *TURNS, *ANGLES), ACCURACY, False)
     add("dAP", ("", *AXES), DRIFT, False)
-    add("dRP", ("", *TURNS), DRIFT, False)
+    add("dRP", ("", *TURNS, *ANGLES), DRIFT, False)
     add("shift", ("",), DRIFT, False)
     add("ETVE", AXES, ETVE, False)
     add("d60", AXES, WARM_UP, True)
@@ -100,9 +102,11 @@ def accuracy_values(found: PoseAccuracy) -> dict[str, float]:
         **_by_axis("AP", SHIFTS, found.position),
         "AP_rotation": found.AP_rotation,
         **_by_axis("AP", TURNS, found.rotation),
+        **_by_axis("AP", ANGLES, found.angles),
         "RP": found.RP,
         "RP_rotation": found.RP_rotation,
         **_by_axis("RP", TURNS, found.RP_axes),
+        **_by_axis("RP", ANGLES, found.RP_angles),
     }
 
 
@@ -112,8 +116,10 @@ def drift_values(found: PoseDrift) -> dict[str, float]:
         "dAP": found.dAP,
         **_by_axis("dAP", SHIFTS, found.dAP_axes),
         **_by_axis("dAP", TURNS, found.dAP_rotations),
+        **_by_axis("dAP", ANGLES, found.dAP_angles),
         "dRP": found.dRP,
         **_by_axis("dRP", TURNS, found.dRP_rotations),
+        **_by_axis("dRP", ANGLES, found.dRP_angles),
         "shift": found.shift,
     }
 

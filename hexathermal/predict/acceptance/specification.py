@@ -25,8 +25,11 @@ TABLES: dict[str, dict[str, str]] = {
 }  # fmt: skip
 """Keys of each table and their rules, see `hexathermal.machine.forms.Form`."""
 
+ZONE = ("upper", "lower", "within")
+"""Keys that bound a quantity."""
+
 LETTERS = {"xyz": ("rx", "ry", "rz"), "zyx": ("rz", "ry", "rx")}
-"""Axes that the letters a, b, c of turns stand for."""
+"""Angles of the coordinates that the letters a, b, c stand for."""
 
 PER_UNIT = 1e6
 """Micrometres in a metre, microradians in a radian: numbers are divided, which rounds once."""
@@ -50,7 +53,7 @@ class Limit:
     window : float or None [s]
         Of ETVE; None: the whole record.
     gap : float or None [s]
-        Of ETVE: longest time between samples with which it may pass; None: half the window.
+        Of ETVE: longest time between samples with which it may pass; None: `allowed_gap`.
     poses : tuple of str
         Poses it holds for; empty: all.
     """
@@ -114,6 +117,8 @@ def read_specification(path: str | Path) -> Specification:
     common["uncertainty"] = _common_uncertainty(form, top.get("uncertainty"))
     limits = []
     for key, value in top.get("limits", {}).items():
+        if value == []:
+            form.complain(("limits", key), f"{key} is an empty list: it limits nothing; state a limit, or leave it out")
         entries = value if isinstance(value, list) and all(isinstance(item, dict) for item in value) else [value]
         for k, entry in enumerate(entries):
             place = ("limits", key, k) if entries is value else ("limits", key)
@@ -161,17 +166,18 @@ def _common_uncertainty(form: Form, data: Any) -> dict[str, float]:
 
 
 def _quantity(form: Form, key: str, place: Where, letters: str | None) -> Quantity | None:
-    """Return the quantity of a key, the letters a, b, c read as axes; None after a complaint."""
+    """Return the quantity of a key, the letters a, b, c read as angles; None after a complaint."""
     stem, _, unit = key.rpartition("_")
     name, _, letter = stem.rpartition("_")
     if letter in ("a", "b", "c"):
         if letters is None:
             message = (
-                f'{key}: which axis is {letter!r}? State letters = "zyx" (a about z, b about y, c about x) or '
-                f'letters = "xyz", or name the axis: {name}_rx_{unit}, {name}_ry_{unit}, {name}_rz_{unit}'
+                f'{key}: which angle is {letter!r}? State letters = "zyx" (a is rz, b is ry, c is rx) or '
+                f'letters = "xyz"; or name the angle, such as {name}_angle_rz_{unit}, or the turn about an axis, such '
+                f"as {name}_rz_{unit}"
             )
             return form.complain(place, message)  # type: ignore[no-any-return]
-        key = f"{name}_{LETTERS[letters]['abc'.index(letter)]}_{unit}"
+        key = f"{name}_angle_{LETTERS[letters]['abc'.index(letter)]}_{unit}"
     if key in QUANTITIES:
         return QUANTITIES[key]
     close = get_close_matches(key, QUANTITIES, 3, 0.5)
@@ -180,28 +186,29 @@ def _quantity(form: Form, key: str, place: Where, letters: str | None) -> Quanti
 
 
 def _limit(form: Form, key: str, value: Any, place: Where, common: dict[str, Any], letters: str | None) -> Limit | None:
-    """Return one limit, or None after complaints."""
+    """Return one limit, or None after complaints about every bad field of it."""
     before = len(form.problems)
     quantity = _quantity(form, key, place, letters)
     bare = not isinstance(value, dict)
     if bare:
-        found = {"within" if quantity is not None and quantity.signed else "upper": form.value(value, place, "number")}
+        number = form.value(value, place, "number")
+        found = {} if number is None else {"within" if quantity is not None and quantity.signed else "upper": number}
     else:
         found = form.table(value, place, "limit")
-    if quantity is None or len(form.problems) > before:
-        return None
-    lower, upper = _zone(form, quantity, found, place, bare)
+    lower = upper = None
+    if quantity is not None and (found if bare else all(name in found for name in ZONE if name in value)):
+        lower, upper = _zone(form, quantity, found, place, bare)
     fields = {name: item for name, item in common.items() if name != "uncertainty"} | _decided_by(form, found, place)
     for name in ("window_s", "gap_s"):
         if name in found:
-            if quantity.family != ETVE:
+            if quantity is not None and quantity.family != ETVE:
                 form.complain((*place, name), f"{name} is of ETVE only, not of {quantity.name}")
             form.check((*place, name), found[name] > 0.0, "above 0")
             fields[name.removesuffix("_s")] = float(found[name])
-    if found.get("nonnegative") and quantity.signed:
+    if quantity is not None and quantity.signed and found.get("nonnegative"):
         form.complain((*place, "nonnegative"), f"{quantity.name} may be negative: leave out nonnegative")
     u = _uncertainty(form, found, place, fields.get("coverage_factor", 2.0))
-    if len(form.problems) > before:
+    if quantity is None or len(form.problems) > before:
         return None
     return Limit(
         quantity, key, lower, upper, common["uncertainty"].get(quantity.unit) if u is None else u,

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import json
 from pathlib import Path
 from typing import Any
 
@@ -48,6 +49,8 @@ quantities (with _um, or _urad for turns; all keys: docs/acceptance.md):
   dAP, dAP_x .. dAP_rz, shift      its drift over groups    dRP, dRP_rx .. dRP_rz             its drift over groups
   ETVE_x .. ETVE_rz                largest range in any window (the whole record where window_s is left out)
   d60_x .. d60_rz, dt_x .. dt_rz   change after 60 minutes, and at the end
+  AP_rx: turn about an axis.  AP_angle_rx: difference of the angle rx, which is ISO's AP_a, AP_b or AP_c; the letters
+  themselves need letters = "zyx" (a is rz, b is ry, c is rx) or "xyz"; likewise for the other quantities of turns
 
 examples:
   hexathermal accept measured.csv --spec spec.toml
@@ -81,7 +84,7 @@ def add(commands: Any) -> None:
 def run(arguments: argparse.Namespace, progress: Progress) -> Answer:
     """Hold measured poses against a specification."""
     from hexathermal.predict.acceptance import accept, read_measured_poses, read_specification
-    from hexathermal.predict.table_writing import written_whole
+    from hexathermal.predict.table_writing import written_together
     from hexathermal.show.acceptance_tables import CODES, acceptance_data, results_table, verdict_lines
     from hexathermal.show.junit import junit
 
@@ -92,12 +95,17 @@ def run(arguments: argparse.Namespace, progress: Progress) -> Answer:
     frames = Frames(tuple(arguments.user_frame), tuple(arguments.object_frame), arguments.convention)
     measured = read_measured_poses(arguments.measured, arguments.convention, frames if own else None)
     acceptance = accept(measured, specification)
-    if arguments.junit is not None:
-        with written_whole(arguments.junit) as part:
-            part.write_bytes(junit(acceptance))
+    data = acceptance_data(acceptance)
+    files = {} if arguments.junit is None else {arguments.junit: junit(acceptance)}
+    if files and arguments.json not in (None, "-"):
+        # here too, so that no JUnit is left behind where JSON cannot be written
+        files[Path(arguments.json)] = json.dumps(data, indent=2, allow_nan=False).encode() + b"\n"
+    with written_together(tuple(files)) as parts:
+        for part, text in zip(parts, files.values(), strict=True):
+            part.write_bytes(text)
     return Answer(
         shown=(lambda pretty, _: results_table(acceptance, pretty), verdict_lines(acceptance)),
-        data=acceptance_data(acceptance),
+        data=data,
         warnings=tuple(f"note: {note}" for note in acceptance.notes),
         code=CODES[acceptance.verdict],
     )
