@@ -29,6 +29,7 @@ if TYPE_CHECKING:
     from hexathermal.learn.campaign import Campaign
     from hexathermal.learn.campaign_dataset import read_run, save_campaign_netcdf
     from hexathermal.learn.campaign_files import load_campaign
+    from hexathermal.learn.campaign_laws import identify_campaign, validate_campaign
     from hexathermal.learn.check import check_campaign
     from hexathermal.learn.cleaning import usable_blocks, used_run
     from hexathermal.learn.common import fit_common
@@ -61,6 +62,7 @@ _LATER = {
     "default_sources": "hexathermal.predict.budget_defaults",
     "fit_common": "hexathermal.learn.common",
     "identify": "hexathermal.learn.identification",
+    "identify_campaign": "hexathermal.learn.campaign_laws",
     "load_campaign": "hexathermal.learn.campaign_files",
     "monte_carlo": "hexathermal.predict.montecarlo",
     "pose_grid": "hexathermal.predict.budget_maps",
@@ -71,6 +73,7 @@ _LATER = {
     "usable_blocks": "hexathermal.learn.cleaning",
     "used_run": "hexathermal.learn.cleaning",
     "validate": "hexathermal.learn.validation",
+    "validate_campaign": "hexathermal.learn.campaign_laws",
     "write_leg_law": "hexathermal.learn.leg_law_files",
 }
 """Names that are imported on first use: what stands behind them loads SciPy, PyArrow or xarray."""
@@ -102,6 +105,7 @@ __all__ = [
     "default_sources",
     "fit_common",
     "identify",
+    "identify_campaign",
     "load_campaign",
     "load_hexapod",
     "monte_carlo",
@@ -114,6 +118,7 @@ __all__ = [
     "usable_blocks",
     "used_run",
     "validate",
+    "validate_campaign",
     "write_hexapod",
     "write_leg_law",
 ]

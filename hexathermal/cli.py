@@ -135,16 +135,18 @@ def _run(argv: list[str]) -> int:
 
 def _answer(arguments: argparse.Namespace) -> int:
     """Run a command that has its own module, print its answer and return its exit code."""
-    from hexathermal.predict.table_writing import written_whole
+    from hexathermal.predict.table_writing import refuse_no_folder, written_whole
     from hexathermal.show.commands import found
     from hexathermal.show.outputs import protect
 
     protect(arguments)
+    target = getattr(arguments, "json", None)
+    if target not in (None, "-"):
+        refuse_no_folder(Path(target))
     with _bar(arguments.command) as progress, _place_for_fonts():
         answer = found()[arguments.command].run(arguments, progress)
     for warning in answer.warnings:
         _say(warning)
-    target = getattr(arguments, "json", None)
     text = "" if target is None else json.dumps(answer.data, indent=2, allow_nan=False)
     if target not in (None, "-"):
         with written_whole(Path(target)) as part:

@@ -5,7 +5,6 @@ from __future__ import annotations
 import argparse
 import json
 import tomllib
-from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -266,24 +265,21 @@ def _identification_report(
     found: HexapodIdentification, seen: Observability, design: PoseDesign | None, facts: dict[str, Any], folder: Path
 ) -> list[Path]:
     """Write pictures, poses and numbers; returns their paths."""
-    from hexathermal.predict.table_writing import written_whole
-    from hexathermal.show.commands.identify import made_folder
+    from hexathermal.predict.table_writing import written_folder
     from hexathermal.show.hexapod_figures import laws_figure, observability_figure
     from hexathermal.show.identification_figures import save_both
 
-    made_folder(folder)
-    files = save_both(laws_figure(found), folder, "laws") + save_both(
-        observability_figure(seen), folder, "observability"
-    )
-    if design is not None:
-        lines = ["x_mm,y_mm,z_mm,rx_deg,ry_deg,rz_deg"]
-        lines += [",".join(f"{value:.4f}" for value in pose) for pose in design.coordinates]
-        with written_whole(folder / "poses.csv") as part:
-            part.write_text("\n".join(lines) + "\n", encoding="utf-8")
-        files.append(folder / "poses.csv")
-    with written_whole(folder / "identification.json") as part:
-        part.write_text(json.dumps(facts, indent=2, allow_nan=False) + "\n", encoding="utf-8")
-    return [*files, folder / "identification.json"]
+    with written_folder(folder) as part:
+        files = save_both(laws_figure(found), part, "laws")
+        files += save_both(observability_figure(seen), part, "observability")
+        if design is not None:
+            lines = ["x_mm,y_mm,z_mm,rx_deg,ry_deg,rz_deg"]
+            lines += [",".join(f"{value:.4f}" for value in pose) for pose in design.coordinates]
+            files.append(part / "poses.csv")
+            files[-1].write_text("\n".join(lines) + "\n", encoding="utf-8")
+        files.append(part / "identification.json")
+        files[-1].write_text(json.dumps(facts, indent=2, allow_nan=False) + "\n", encoding="utf-8")
+    return [folder / file.name for file in files]
 
 
 def validate_answer(arguments: argparse.Namespace, progress: Progress) -> Answer:
@@ -323,18 +319,18 @@ def _validated(found: HexapodValidation) -> str:
 
 def _validation_report(
     found: HexapodValidation, facts: dict[str, Any], folder: Path, progress: Progress
-) -> Iterator[Path]:
-    """Write pictures and numbers; gives their paths."""
-    from hexathermal.predict.table_writing import written_whole
-    from hexathermal.show.commands.identify import made_folder
+) -> list[Path]:
+    """Write pictures and numbers; returns their paths."""
+    from hexathermal.predict.table_writing import written_folder
     from hexathermal.show.hexapod_figures import validation_figure
     from hexathermal.show.identification_figures import save_both
 
-    made_folder(folder)
-    for k, run in enumerate(found.runs):
-        progress(k, len(found.runs), "drawing")
-        name = "".join(letter if letter.isalnum() or letter in "-_." else "_" for letter in run)
-        yield from save_both(validation_figure(found, run), folder, name)
-    with written_whole(folder / "validation.json") as part:
-        part.write_text(json.dumps(facts, indent=2, allow_nan=False) + "\n", encoding="utf-8")
-    yield folder / "validation.json"
+    files = []
+    with written_folder(folder) as part:
+        for k, run in enumerate(found.runs):
+            progress(k, len(found.runs), "drawing")
+            name = "".join(letter if letter.isalnum() or letter in "-_." else "_" for letter in run)
+            files += save_both(validation_figure(found, run), part, name)
+        files.append(part / "validation.json")
+        files[-1].write_text(json.dumps(facts, indent=2, allow_nan=False) + "\n", encoding="utf-8")
+    return [folder / file.name for file in files]

@@ -211,7 +211,7 @@ def test_a_broken_run_leaves_nothing(tmp_path: Path) -> None:
         (("--runs", "-1"), "whole number"),
         (("--truth", "leg/truth.json"), "inside the campaign's folder"),
         (("--plots", "leg/plots"), "inside the campaign's folder"),
-        (("--json", "leg/answer.json"), "inside the campaign's folder"),
+        (("--json", "leg/answer.json"), "there is no folder"),
         (("--out", "."), "the folder you are in"),
         (("--truth", "nowhere/truth.json"), "there is no folder"),
         (("--scenario", "none.csv"), "is not there"),

@@ -231,11 +231,3 @@ def _report(found: Identification, facts: dict[str, Any], folder: Path) -> list[
         files.append(part / "identification.json")
         files[-1].write_text(json.dumps(facts, indent=2, allow_nan=False) + "\n", encoding="utf-8")
     return [folder / file.name for file in files]
-
-
-def made_folder(folder: Path) -> None:
-    """Make a folder for results."""
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise ArgumentError(f"cannot make the folder {folder}: {error.strerror or error}") from None

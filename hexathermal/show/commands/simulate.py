@@ -5,6 +5,7 @@ from __future__ import annotations
 import argparse
 import json
 from collections.abc import Iterator
+from contextlib import nullcontext
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -111,7 +112,7 @@ def run(arguments: argparse.Namespace, progress: Progress) -> Answer:
 
 def _bench(arguments: argparse.Namespace, progress: Progress) -> Answer:
     """Simulate a leg on its bench."""
-    from hexathermal.predict.table_writing import written_whole
+    from hexathermal.predict.table_writing import written_folder, written_whole
     from hexathermal.simulate.bench.bench import simulate_bench
     from hexathermal.simulate.bench.campaign_folder import check_folder, write_campaign
     from hexathermal.simulate.bench.truth import bench_truth, law_sums, run_summary, run_truth
@@ -132,12 +133,13 @@ def _bench(arguments: argparse.Namespace, progress: Progress) -> Answer:
             if arguments.truth is not None:
                 truths.append(run_truth(made))
                 sums.extend([law_sums(bench, made, arguments.seed)] * (made.role == "identification"))
-            if arguments.plots is not None:
-                figures.append(_drawn(arguments.plots, bench, made))
+            if pictures is not None:
+                figures.append(arguments.plots / _drawn(pictures, bench, made).name)
             yield made
             progress(k + 1, len(plans), f"{made.name} written")
 
-    files = write_campaign(arguments.out, bench, plans, runs(), parquet=arguments.parquet, force=arguments.force)
+    with nullcontext() if arguments.plots is None else written_folder(arguments.plots) as pictures:
+        files = write_campaign(arguments.out, bench, plans, runs(), parquet=arguments.parquet, force=arguments.force)
     extra = list(figures)
     if arguments.truth is not None:
         with written_whole(arguments.truth) as part:
