@@ -24,6 +24,9 @@ from hexathermal.poses import FloatArray
 LONGEST_GAP_ROWS = 10
 """So many missing values in a row, one below the other, are a lost block; fewer are cleaned."""
 
+MOST_DISORDER = 0.5
+"""Share from which leaving such rows out is no advice: too little would be left."""
+
 LARGEST_DISORDER = 0.01
 """Share of a run's rows whose time may lie before that of an earlier row; more is a fault."""
 
@@ -149,8 +152,10 @@ class _Scan:
             clock = self._parts.index("time")
             message = (
                 f"time_s goes back: {self._late} of {self.count} rows are earlier than a row before them, this is the "
-                'first; sort the table, or write accept = ["clock-disorder"] in [cleaning] to leave them out'
+                "first; sort the table by time_s"
             )
+            if share < MOST_DISORDER:
+                message += ', or write accept = ["clock-disorder"] in [cleaning] to leave them out'
             self._fault(self._first_late, clock, message)
 
     def _finish_columns(self) -> None:

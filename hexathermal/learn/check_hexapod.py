@@ -160,11 +160,13 @@ def check_hexapod_campaign(campaign: Campaign, progress: Progress | None = None)
     if progress is not None:
         progress(0, 0, "what can be told apart (the first time compiles)")
     seen, why_not = _told_apart(campaign, np.fmin(coordinates, scatter))
+    heat, largest = (
+        np.concatenate([one.heat for one in runs]),
+        _extreme(np.array(spans).reshape(len(spans), s), np.fmax),
+    )
     return HexapodCheck(
-        campaign, tuple(runs), noise, slow, _extreme(np.concatenate([one.heat for one in runs]), np.fmin),
-        _extreme(np.concatenate([one.heat for one in runs]), np.fmax),
-        _extreme(np.array(spans).reshape(len(spans), s), np.fmax), correlation, inflation, condition, coordinates, scatter,
-        seen, why_not,
+        campaign, tuple(runs), noise, slow, _extreme(heat, np.fmin), _extreme(heat, np.fmax), largest, correlation,
+        inflation, condition, coordinates, scatter, seen, why_not,
     )  # fmt: skip
 
 

@@ -11,11 +11,14 @@ import pyarrow as pa
 import pyarrow.csv
 import pyarrow.parquet
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
 from hexathermal.errors import ArgumentError, FileFormatError, UnknownNameError
 from hexathermal.learn.campaign_dataset import fingerprint, read_run, save_campaign_netcdf
 from hexathermal.learn.campaign_faults import CampaignError
 from hexathermal.learn.campaign_files import load_campaign
+from hexathermal.learn.campaign_units import MOST_ROWS, Sample
 from hexathermal.learn.cleaning import used_run
 
 from .campaign_folders import SENSORS, Table, campaign_text, component_campaign, leg_campaign, leg_table, write_table
@@ -281,6 +284,31 @@ def test_sound_campaigns_have_no_unit_fault(tmp_path: Path) -> None:
         table["air_humidity_percent"][:] = 100.4
 
     load_campaign(leg_campaign(tmp_path, edit=edit))
+
+
+@given(st.lists(st.integers(1, 9000), min_size=1, max_size=6))
+def test_a_sample_is_even_and_does_not_depend_on_the_blocks(blocks: list[int]) -> None:
+    """Every k-th row from the first on, k the smallest power of two that leaves no more than the rows allowed."""
+    rows = np.arange(float(sum(blocks)))[:, None]
+    sample = Sample(1)
+    for part in np.split(rows, np.cumsum(blocks)[:-1]):
+        sample.add(part)
+    stride = 1
+    while len(rows[::stride]) > MOST_ROWS:
+        stride *= 2
+    assert np.array_equal(sample.rows, rows[::stride])
+
+
+def test_advice_stands_only_where_it_works(tmp_path: Path) -> None:
+    """Some rows out of order may be left out by name; of a table that runs backwards nothing would be left."""
+
+    def edit(table: Table) -> None:
+        table["time_s"][100:150] = table["time_s"][100:150][::-1].copy()
+
+    assert 'accept = ["clock-disorder"]' in messages(leg_campaign(tmp_path / "some", edit=edit))[0]
+    (found,) = messages(leg_campaign(tmp_path / "all", edit=backwards))
+    assert "accept" not in found
+    assert "sort the table by time_s" in found
 
 
 def test_two_names_for_one_column_are_a_fault_and_a_swap_is_none(tmp_path: Path) -> None:
