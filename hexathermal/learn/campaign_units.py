@@ -165,11 +165,11 @@ def _of_movement(one: str, moved: FloatArray, other: str, seen: FloatArray) -> s
     large, answer = (float(np.quantile(np.abs(values), 0.9)) for values in (steps, answers))
     if max(large, answer) <= SMALLEST_MOVE:
         return ""
+    if large <= SMALLEST_MOVE and (np.abs(np.diff(seen)) > SMALLEST_MOVE).sum() < FEWEST_MOVES:
+        return ""  # it lost count once or twice
     if large > 0.0:
         far = np.abs(steps) >= 0.5 * large
         answer = float(np.median(answers[far] / steps[far])) * large
-    elif (np.abs(np.diff(seen)) > SMALLEST_MOVE).sum() < FEWEST_MOVES:
-        return ""  # it lost count once or twice
     spans = [float(np.ptp(np.quantile(values, [0.005, 0.995]))) for values in (seen, moved)]
     unit = one.rpartition("_")[2]
     if abs(answer) > LARGEST_FACTOR * large or LARGEST_FACTOR * abs(answer) < large:
