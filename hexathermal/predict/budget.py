@@ -22,6 +22,7 @@ from hexathermal.poses import FloatArray, PoseLike, finite_array
 from hexathermal.predict.budget_defaults import default_sources
 from hexathermal.predict.budget_gum import (
     Contribution,
+    checked_probability,
     contributed,
     coverage_factor,
     effective_dof,
@@ -120,9 +121,25 @@ class Budget:
             raise ArgumentError("the budget has no sources: nothing contributes")
         return max(self.contributions, key=lambda item: item.covariance[AXES.index(axis), AXES.index(axis)])
 
-    def region_factor(self, probability: float = 0.95) -> float:
-        """Return ``k_p`` of the 6-D region ``e^T V^-1 e <= k_p^2`` with ``e = error - remaining``."""
-        return region_factor(6, self.joint_dof, probability)
+    def region_factor(self, probability: float = 0.95) -> float | None:
+        """Return ``k_p`` of the 6-D region ``e^T V^-1 e <= k_p^2`` with ``e = error - remaining``.
+
+        None where `joint_dof` is too small for a region of six numbers.
+        """
+        checked_probability(probability)
+        try:
+            return region_factor(6, self.joint_dof, probability)
+        except ArgumentError:
+            return None
+
+    def region_note(self, probability: float = 0.95) -> str:
+        """Return why there is no 6-D region; empty where there is one."""
+        if self.region_factor(probability) is not None:
+            return ""
+        return (
+            f"no 6-D region: {self.joint_dof:.3g} effective degrees of freedom, clearly more than 5 are needed; give "
+            "sources more data"
+        )
 
     def inside(self, errors: npt.ArrayLike, probability: float = 0.95) -> npt.NDArray[np.bool_]:
         """Return whether errors (..., 6) lie inside the 6-D region of a probability.
@@ -130,7 +147,7 @@ class Budget:
         Raises
         ------
         ArgumentError
-            Wrong shape, or the covariance is singular: the region has no volume.
+            Wrong shape; the covariance is singular: the region has no volume; or too few degrees of freedom.
         """
         e = finite_array(errors, (6,), "errors") - self.remaining
         scale = self.uncertainty
@@ -138,7 +155,9 @@ class Budget:
             raise ArgumentError("the covariance is singular: some combination of axes has no uncertainty, no region")
         root = np.linalg.cholesky(self.covariance / np.outer(scale, scale))
         z = np.linalg.solve(root, (e / scale).reshape(-1, 6).T)
-        return np.asarray((z**2).sum(axis=0).reshape(e.shape[:-1]) <= self.region_factor(probability) ** 2)
+        return np.asarray(
+            (z**2).sum(axis=0).reshape(e.shape[:-1]) <= region_factor(6, self.joint_dof, probability) ** 2
+        )
 
     def as_dict(self, probability: float = 0.95) -> dict[str, Any]:
         """Return the budget as plain values: um and urad, as their names say; null where a number is infinite."""
@@ -160,10 +179,11 @@ class Budget:
             "standard_uncertainty": (self.uncertainty * scale).tolist(),
             "covariance": (self.covariance * np.outer(scale, scale)).tolist(),
             "effective_dof": [_finite(value) for value in self.dof],
-            "probability": probability,
+            "probability": float(probability),
             "expanded_uncertainty": (self.expanded(probability) * scale).tolist(),
             "worst_case": (self.worst_case(probability) * scale).tolist(),
-            "region_factor": self.region_factor(probability) if self.joint_dof > 5.0 else None,
+            "region_factor": self.region_factor(probability),
+            "region_note": self.region_note(probability),
             "region_dof": _finite(self.joint_dof),
             "contributions": [
                 {

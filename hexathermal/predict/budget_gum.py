@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from numbers import Real
 from typing import Any
 
 import numpy as np
@@ -15,6 +16,9 @@ import numpy as np
 from hexathermal.errors import ArgumentError
 from hexathermal.machine.thermal import frozen, refreeze
 from hexathermal.poses import FloatArray
+
+LARGEST_FACTOR = 1e4
+"""A region that many standard uncertainties wide says nothing."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -29,8 +33,10 @@ class Contribution:
     unit : str
     dof : float
     covariance : array, shape (m, m)
-    fourth : array, shape (m,)
-        ``sum_j u_j(y)^4 / nu``: the source's part of the Welch-Satterthwaite sum.
+    columns : array, shape (m, r)
+        What one standard uncertainty of each of the source's own variables moves.
+    together : bool
+        Whether those variables count as one component with `dof` degrees of freedom.
     """
 
     label: str
@@ -41,13 +47,25 @@ class Contribution:
     correlation: str
     dof: float
     covariance: FloatArray
-    fourth: FloatArray
+    columns: FloatArray
+    together: bool
     basis: str = ""
 
     @property
     def uncertainty(self) -> FloatArray:
         """Standard uncertainty that the source gives each result, shape (m,)."""
         return np.asarray(np.sqrt(np.diag(self.covariance)))
+
+    @property
+    def fourth(self) -> FloatArray:
+        """``sum_j u_j(y)^4 / nu``: the source's part of the Welch-Satterthwaite sum, shape (m,)."""
+        squares = np.diag(self.covariance)[:, None] if self.together else self.columns**2
+        return np.asarray((squares**2).sum(axis=1) / self.dof)
+
+    @property
+    def largest_single(self) -> FloatArray:
+        """Variance that the source's largest own variable gives each result, shape (m,)."""
+        return np.asarray((self.columns**2).max(axis=1, initial=0.0))
 
     def __setstate__(self, state: dict[str, Any]) -> None:
         refreeze(self, state)
@@ -62,10 +80,9 @@ def contributed(rates: FloatArray, dof: float, together: bool, **told: Any) -> C
         The variables stem from one set of data (a correlation matrix): they count as one component with `dof`.
         Otherwise each variable is a component of its own.
     """
-    covariance = rates @ rates.T
-    squares = np.diag(covariance)[:, None] if together else rates**2
-    fourth = (squares**2).sum(axis=1) / dof
-    return Contribution(dof=dof, covariance=frozen(covariance), fourth=frozen(fourth), **told)
+    return Contribution(
+        dof=dof, covariance=frozen(rates @ rates.T), columns=frozen(np.array(rates)), together=together, **told
+    )
 
 
 def total(contributions: Sequence[Contribution], size: int) -> FloatArray:
@@ -89,19 +106,27 @@ def joint_dof(contributions: Sequence[Contribution], size: int) -> float:
     """Return the effective degrees of freedom of the whole result (Nel and van der Merwe 1986).
 
     ``nu = (m + m^2) / sum_i ((tr W_i^2 + (tr W_i)^2) / nu_i)`` with ``W_i = V^-1 V_i``: unchanged by the choice of
-    frame and of units; the formula of one number is its case m = 1.  A source counts as one component, which errs on
-    the side of few degrees of freedom.
+    frame and of units; the formula of one number is its case m = 1.  Components are those of `effective_dof`: each
+    variable of a source, whose standard uncertainty is an estimate of its own, or all of a source that a matrix joins.
     """
     finite = [item for item in contributions if np.isfinite(item.dof)]
     V = total(contributions, size)
-    rank = int(np.linalg.matrix_rank(_scaled(V)[0])) if V.any() else 0
+    scaled, scale = _scaled(V)
+    rank = int(np.linalg.matrix_rank(scaled)) if V.any() else 0
     if not finite or rank == 0:
         return float("inf")
-    W = [np.linalg.pinv(_scaled(V)[0]) @ (item.covariance * np.outer(_scaled(V)[1], _scaled(V)[1])) for item in finite]
-    below = sum(
-        (float(np.trace(w @ w)) + float(np.trace(w)) ** 2) / item.dof for w, item in zip(W, finite, strict=True)
-    )
+    below = sum(_spread(item, np.linalg.pinv(scaled), scale) / item.dof for item in finite)
     return (rank + rank**2) / below if below > 0.0 else float("inf")
+
+
+def _spread(item: Contribution, inverse: FloatArray, scale: FloatArray) -> float:
+    """Return ``tr W^2 + (tr W)^2``, summed over the components of a source."""
+    if item.together:
+        w = inverse @ (item.covariance * np.outer(scale, scale))
+        return float(np.trace(w @ w)) + float(np.trace(w)) ** 2
+    columns = item.columns * scale[:, None]
+    # one variable: tr W = g^T V^-1 g = q and tr W^2 = q^2
+    return 2.0 * float((np.einsum("ir,ij,jr->r", columns, inverse, columns) ** 2).sum())
 
 
 def _scaled(V: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -113,7 +138,7 @@ def _scaled(V: FloatArray) -> tuple[FloatArray, FloatArray]:
 
 def checked_probability(probability: float) -> float:
     """Return a coverage probability inside (0, 1)."""
-    if not isinstance(probability, int | float) or not 0.0 < probability < 1.0:
+    if not isinstance(probability, Real) or not 0.0 < probability < 1.0:
         raise ArgumentError(f"probability must lie between 0 and 1, such as 0.95, found {probability!r}")
     return float(probability)
 
@@ -144,7 +169,7 @@ def region_factor(size: int, dof: float, probability: float = 0.95) -> float:
     Raises
     ------
     ArgumentError
-        Too few degrees of freedom: ``nu <= m - 1``.
+        Too few degrees of freedom: ``nu <= m - 1``, or so little above that the region is larger than `LARGEST_FACTOR`.
     """
     from scipy import special
 
@@ -152,9 +177,11 @@ def region_factor(size: int, dof: float, probability: float = 0.95) -> float:
     if not np.isfinite(dof):
         return float(np.sqrt(special.chdtri(size, 1.0 - p)))
     left = dof - size + 1.0
-    if left <= 0.0:
+    with np.errstate(over="ignore"):
+        k = float(np.sqrt(size * dof / left * special.fdtri(size, left, p))) if left > 0.0 else np.inf
+    if not k <= LARGEST_FACTOR:
         raise ArgumentError(
-            f"{dof:.3g} effective degrees of freedom hold no region of {size} numbers: more than {size - 1} are "
-            "needed; give sources more data"
+            f"{dof:.3g} effective degrees of freedom hold no region of {size} numbers: clearly more than {size - 1} "
+            "are needed; give sources more data"
         )
-    return float(np.sqrt(size * dof / left * special.fdtri(size, left, p)))
+    return k

@@ -315,7 +315,8 @@ def variables(source: Source, shape: tuple[int, int], generator: np.random.Gener
 def shortest_interval(values: FloatArray, probability: float) -> tuple[FloatArray, FloatArray]:
     """Return the shortest intervals (JCGM 101, 7.7.4) that hold a part of values (n, k); one for each column.
 
-    Among all intervals between sorted values with ``q = p n`` values inside, the narrowest.
+    Among all intervals between sorted values with ``q = p n`` values inside, the narrowest; where `n` is so small that
+    ``q`` is all of them, the whole range.
 
     Examples
     --------
@@ -324,7 +325,7 @@ def shortest_interval(values: FloatArray, probability: float) -> tuple[FloatArra
     (10.0, 13.0)
     """
     ordered = np.sort(values, axis=0)
-    q = int(probability * len(ordered) + 0.5)
+    q = min(int(probability * len(ordered) + 0.5), len(ordered) - 1)
     widths = ordered[q:] - ordered[: len(ordered) - q]
     first = widths.argmin(axis=0)
     columns = np.arange(ordered.shape[1])

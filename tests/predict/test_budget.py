@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import json
 
 import numpy as np
 import pytest
@@ -314,3 +315,15 @@ def test_camera_of_rubin_moves_as_published_only_with_six_metres_of_steel() -> N
 
     assert 0.12e-3 < abs(focus(0.493)) < 0.15e-3
     assert abs(focus(5.0)) == pytest.approx(1.32e-3, rel=0.05)
+
+
+@pytest.mark.parametrize("dof", [1.0, 10.0 / 7.0 + 1e-9, 2.0, np.int64(6), np.float32(20)])
+def test_a_budget_of_few_data_is_told_whole(reference: ht.Hexapod, dof: float) -> None:
+    """Plain values of a budget with few degrees of freedom are JSON: a region factor, or null with the reason."""
+    budget = error_budget(reference, reference.home, [25.0] * 6, [Source("l", "length", 1e-6, dof=dof)])
+    data = json.loads(json.dumps(budget.as_dict(np.float32(0.95)), allow_nan=False))
+    assert budget.joint_dof == pytest.approx(3.5 * dof, rel=1e-6)
+    assert (data["region_factor"] is None) == (dof < 1.5) == ("no 6-D region" in data["region_note"])
+    if dof < 1.5:
+        with pytest.raises(ArgumentError, match="effective degrees of freedom"):
+            budget.inside(np.zeros(6))

@@ -154,3 +154,9 @@ def test_errors_of_drawn_lengths(reference: ht.Hexapod, rng) -> None:
         drawn_errors(reference, pose, lengths[:, :5])
     with pytest.raises(NotConvergedError, match="too far"):
         drawn_errors(reference, pose, lengths + 0.2)
+
+
+def test_the_shortest_interval_of_few_values_is_their_range() -> None:
+    """Where the probability rounds to all values, the interval is the whole range."""
+    low, high = shortest_interval(np.array([[3.0], [1.0], [2.0]]), 0.95)
+    assert (low.item(), high.item()) == (1.0, 3.0)
