@@ -157,7 +157,7 @@ def noise_figure(sensors: tuple[str, ...], noise: FloatArray, slow: FloatArray) 
     """Return noise and slow deviation [K] of each sensor as bars."""
     import matplotlib as mpl
     from matplotlib.figure import Figure
-    from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
+    from matplotlib.ticker import FuncFormatter, LogLocator, NullLocator
 
     with mpl.rc_context({**STYLE, "axes.grid.axis": "y"}):
         figure = Figure(figsize=(7.6, 3.4), layout="constrained")
@@ -168,9 +168,11 @@ def noise_figure(sensors: tuple[str, ...], noise: FloatArray, slow: FloatArray) 
                  label="slow deviation that the other sensors do not explain")  # fmt: skip
         axes.set_xticks(place, sensors, rotation=90 if len(sensors) > 10 else 0)
         axes.set_yscale("log")
-        axes.yaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
+        low, high = axes.get_ylim()
+        wide = high > 20.0 * low
+        axes.yaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0) if wide else (1.0, 1.5, 2.0, 3.0, 4.0, 5.0, 7.0)))
+        axes.yaxis.set_minor_locator(NullLocator())
         axes.yaxis.set_major_formatter(FuncFormatter(lambda value, _place: f"{value:g}"))
-        axes.yaxis.set_minor_formatter(NullFormatter())
         axes.set_ylabel("standard deviation (mK)")
         axes.set_title("Noise of the thermocouples")
         figure.legend(loc="outside lower center", ncols=2)
