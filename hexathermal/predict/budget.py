@@ -31,6 +31,7 @@ from hexathermal.predict.budget_gum import (
     total,
 )
 from hexathermal.predict.budget_inputs import Situation, View, situation
+from hexathermal.predict.budget_plates import Plates
 from hexathermal.predict.sources import Source, Sources
 
 AXES = ("x", "y", "z", "rx", "ry", "rz")
@@ -282,13 +283,13 @@ def error_budget(
     >>> bool(abs(budget.shares.sum(axis=0) - 1.0).max() < 1e-12)              # contributions add up
     True
     """
-    return budget_of(situation(hexapod, pose, temps, **view), checked_sources(hexapod, sources))
+    return budget_of(situation(hexapod, pose, temps, **view), checked_sources(hexapod, sources, view.get("plates")))
 
 
-def checked_sources(hexapod: Hexapod, sources: Iterable[Source] | None) -> Sources:
-    """Return the sources of a budget: those given, or the machine's default ones."""
+def checked_sources(hexapod: Hexapod, sources: Iterable[Source] | None, plates: Plates | None = None) -> Sources:
+    """Return the sources of a budget: those given, or the machine's default ones for plates as they are stated."""
     if sources is None:
-        return default_sources(hexapod)
+        return default_sources(hexapod, plates)
     if isinstance(sources, Sources):
         return sources
     if isinstance(sources, Source) or not isinstance(sources, Iterable):

@@ -7,10 +7,12 @@ user should replace by what is known of the machine).
 from __future__ import annotations
 
 import numpy as np
+import numpy.typing as npt
 
 from hexathermal.machine.hexapod import Hexapod
 from hexathermal.machine.thermal import LegLaw
 from hexathermal.poses import FloatArray
+from hexathermal.predict.budget_plates import Plates
 from hexathermal.predict.sources import Source, Sources
 from hexathermal.predict.temperatures import active_model
 
@@ -21,7 +23,14 @@ LEG_TO_LEG = 0.02
 """How differently legs expand that share one law, identified on one of them. Engineering value."""
 
 
-def default_sources(hexapod: Hexapod) -> Sources:
+BLIND_PLATE_K = 2.0
+"""Half-width of the temperature of a plate that nobody measured. Engineering value."""
+
+STATED_PLATE_K = 0.2
+"""Half-width of the temperature of a plate that somebody read off a thermometer. Engineering value."""
+
+
+def default_sources(hexapod: Hexapod, plates: Plates | None = None) -> Sources:
     """Return the sources of a machine, with documented values.
 
     Every one can be left out (`Sources.without`), changed (`Sources.changed`) or joined by others (`Sources.plus`).
@@ -30,6 +39,8 @@ def default_sources(hexapod: Hexapod) -> Sources:
     Parameters
     ----------
     hexapod : Hexapod
+    plates : Plates, optional
+        A plate whose temperature is stated there is uncertain by a thermometer, not by the guess that stands for it.
 
     Returns
     -------
@@ -44,9 +55,9 @@ def default_sources(hexapod: Hexapod) -> Sources:
     --------
     >>> import hexathermal as ht
     >>> default_sources(ht.load_hexapod("reference")).labels[:3]
-    ('sensor noise', 'sensor gain', 'sensor contact')
+    ('sensor noise', 'cold junction', 'sensor gain')
     """
-    return Sources((*_sensors(), *_laws(hexapod), *_lengths(), *_plates(hexapod), *_geometry()))
+    return Sources((*_sensors(), *_laws(hexapod), *_lengths(), *_plates(hexapod, plates or Plates()), *_geometry()))
 
 
 def _sensors() -> tuple[Source, ...]:
@@ -54,6 +65,8 @@ def _sensors() -> tuple[Source, ...]:
     return (
         Source("sensor noise", "temperature", 0.010,
                basis="engineering value: 6 to 14 mK are seen on machine tools"),
+        Source("cold junction", "temperature", 0.1, correlation="common",
+               basis="engineering value: the thermocouples' common reference junction drifts by 0.05 to 0.2 K"),
         Source("sensor gain", "gain", 0.004, basis="class 1 thermocouple, 0.4 %; offsets vanish against the reference"),
         Source("sensor contact", "contact", 0.03,
                basis="engineering value: a taped sensor misses 2 to 10 % of the difference to the air; the law holds "
@@ -127,7 +140,7 @@ def _lengths() -> tuple[Source, ...]:
     )  # fmt: skip
 
 
-def _plates(hexapod: Hexapod) -> tuple[Source, ...]:
+def _plates(hexapod: Hexapod, given: Plates) -> tuple[Source, ...]:
     """Return the sources of the plates that the machine has."""
     model = active_model(hexapod)
     plates = (model.platform, model.base)
@@ -141,16 +154,24 @@ def _plates(hexapod: Hexapod) -> tuple[Source, ...]:
                        basis="engineering value: 10 % of the material's coefficient"),
     ]  # fmt: skip
     if blind.any():
+        stated = np.array([told is not None for told in (given.platform_degC, given.base_degC)]) & blind
+        half_width = np.where(stated, STATED_PLATE_K, BLIND_PLATE_K * blind)
         sources.append(
-            Source.bounded("plate temperature", "plate temperature", 2.0 * blind,
-                           basis="engineering value: a plate without a thermometer is taken at the legs' mean "
-                                 "temperature within 2 K")
-        )  # fmt: skip
+            Source.bounded("plate temperature", "plate temperature", half_width, basis=_plate_basis(blind, stated))
+        )
     sources.append(
         Source("plate gradient", "plate gradient", 0.5 * there[:, None] * np.ones(3),
                basis="engineering value: 0.5 K/m in every direction")
     )  # fmt: skip
     return tuple(sources)
+
+
+def _plate_basis(blind: npt.NDArray[np.bool_], stated: npt.NDArray[np.bool_]) -> str:
+    """Return where the uncertainty of the plates' temperatures comes from."""
+    guess = f"a plate without a thermometer is taken at the legs' mean temperature within {BLIND_PLATE_K:g} K"
+    read = f"a stated plate temperature holds within {STATED_PLATE_K:g} K, as a thermometer tells it"
+    words = [read] * bool(stated.any()) + [guess] * bool((blind & ~stated).any())
+    return f"engineering value: {'; '.join(words)}"
 
 
 def _geometry() -> tuple[Source, ...]:

@@ -20,16 +20,27 @@ A label of a default source replaces it.
 
 from __future__ import annotations
 
+from collections.abc import Iterable, Mapping
+from difflib import get_close_matches
 from pathlib import Path
 from typing import Any
+
+import numpy as np
 
 from hexathermal.errors import ArgumentError
 from hexathermal.machine.forms import Form
 from hexathermal.machine.hexapod import Hexapod
+from hexathermal.machine.toml_positions import Where
+from hexathermal.predict.budget_blocks import source_factors
 from hexathermal.predict.budget_defaults import default_sources
-from hexathermal.predict.sources import Source, Sources
+from hexathermal.predict.budget_plates import Plates
+from hexathermal.predict.sources import DISTRIBUTIONS, HALF_WIDTH, QUANTITIES, Source, Sources
 
 FORMAT = "hexathermal-sources/1"
+
+NAMES: Mapping[str, Iterable[str]] = {
+    "quantity": QUANTITIES, "distribution": DISTRIBUTIONS, "correlation": ("independent", "common"),
+}  # fmt: skip
 
 TABLES = {
     "": {"format": "text!", "defaults": "flag", "without": "texts", "source": "tables"},
@@ -40,8 +51,8 @@ TABLES = {
 }  # fmt: skip
 
 
-def read_sources(path: str | Path, hexapod: Hexapod) -> Sources:
-    """Return the sources that a file describes for a machine.
+def read_sources(path: str | Path, hexapod: Hexapod, plates: Plates | None = None) -> Sources:
+    """Return the sources that a file describes for a machine, default ones for plates as they are stated.
 
     Raises
     ------
@@ -57,33 +68,79 @@ def read_sources(path: str | Path, hexapod: Hexapod) -> Sources:
     top = form.table(form.data, (), "")
     if top.get("format", FORMAT) != FORMAT:
         form.complain(("format",), f"format is {top['format']!r}; this version reads {FORMAT!r}")
-    own = [_source(form, data, k) for k, data in enumerate(top.get("source", []))]
+    known = default_sources(hexapod, plates) if top.get("defaults", True) else Sources(())
+    without = top.get("without", ())
+    for k, label in enumerate(without):
+        if label not in known.labels:
+            place = ("without", k) if isinstance(form.data["without"], list) else ("without",)
+            listed = ", ".join(known.labels) or "none (defaults = false)"
+            form.complain(place, f"label {label!r} in without is not known among the default sources; known: {listed}")
+    made: dict[str, Source | None] = {}
+    for k, data in enumerate(top.get("source", [])):
+        label, source = _source(form, data, k, hexapod)
+        if label in made:
+            form.complain(("source", k, "label"), f"two sources are called {label!r}; labels must be unique")
+        elif label:
+            made[label] = source
     form.finish()
-    made = [source for source in own if source is not None]
-    known = default_sources(hexapod) if top.get("defaults", True) else Sources(())
-    without = form.build(("without",), lambda: known.without(*top.get("without", ())))
-    form.finish()
-    labels = {source.label for source in made}
-    kept = [source for source in without or () if source.label not in labels]
-    sources = form.build(("source",), lambda: Sources((*kept, *made)))
-    form.finish()
-    return sources if sources is not None else Sources(())
+    kept = [source for source in known.without(*without) if source.label not in made]
+    return Sources((*kept, *(source for source in made.values() if source is not None)))
 
 
-def _source(form: Form, data: Any, k: int) -> Source | None:
-    """Return one source, or None after a complaint."""
+def _source(form: Form, data: Any, k: int, hexapod: Hexapod) -> tuple[str, Source | None]:
+    """Return the label of a source and the source itself, or None after complaints about every bad field of it."""
     place = ("source", k)
     if not isinstance(data, dict):
         form.complain(place, "each [[source]] must be a table")
-        return None
+        return "", None
     before = len(form.problems)
     found = form.table(data, place, "source")
     if ("standard" in data) == ("half_width" in data):
         form.complain(place, "give either standard or half_width")
     if "matrix" in data and "correlation" in data:
         form.complain((*place, "matrix"), "give either correlation or matrix")
-    if len(form.problems) > before:
-        return None
+    label = found.get("label", "")
+    if "label" in found and not label.strip():
+        form.complain((*place, "label"), "label is empty; a source needs one")
+    for key, names in NAMES.items():
+        if key in found and found[key] not in names:
+            close = get_close_matches(found[key], names, 1)
+            meant = f"did you mean {close[0]!r}?" if close else f"known: {', '.join(names)}"
+            form.complain((*place, key), f"{key} {found[key]!r} is not known; {meant}")
+    for key in ("standard", "half_width"):
+        if key in found:
+            form.check((*place, key), found[key] >= 0.0, "0 or more")
+    if "dof" in found:
+        form.check((*place, "dof"), found["dof"] > 0.0, "above 0")
+    if "half_width" in found and DISTRIBUTIONS.get(found.get("distribution", "uniform"), "uniform") not in HALF_WIDTH:
+        form.complain((*place, "distribution"), f"half_width goes with {', '.join(HALF_WIDTH)}")
+    if DISTRIBUTIONS.get(found.get("distribution", "")) == "t" and "dof" not in data:
+        form.complain((*place, "distribution"), "a t distribution needs its degrees of freedom (dof)")
+    _check_shapes(form, found, place, hexapod)
+    return label, _made(form, found, place) if len(form.problems) == before else None
+
+
+def _check_shapes(form: Form, found: dict[str, Any], place: Where, hexapod: Hexapod) -> None:
+    """Complain about numbers and matrices that do not fit the quantity on this machine."""
+    quantity = found.get("quantity")
+    if quantity not in QUANTITIES:
+        return
+    label = found.get("label", "").strip() or "without a label"
+    for key in ("standard", "half_width"):
+        if key in found:
+            _probe(form, (*place, key), hexapod, label, quantity, np.abs(found[key]))
+    for key, field in (("matrix", "correlation"), ("within", "within")):
+        if key in found:
+            _probe(form, (*place, key), hexapod, label, quantity, 1.0, **{field: found[key]})
+
+
+def _probe(form: Form, place: Where, hexapod: Hexapod, *words: Any, **fields: Any) -> None:
+    """Complain at a field that a source with nothing else but this field refuses on the machine."""
+    form.build(place, lambda: source_factors(hexapod, Source(*words, **fields)))
+
+
+def _made(form: Form, found: dict[str, Any], place: Where) -> Source | None:
+    """Return the source of checked fields."""
     rest: dict[str, Any] = {key: found[key] for key in ("within", "basis") if key in found}
     if "dof" in found:
         rest["dof"] = float(found["dof"])

@@ -8,7 +8,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from numbers import Real
 from typing import Any
 
 import numpy as np
@@ -115,7 +114,8 @@ def joint_dof(contributions: Sequence[Contribution], size: int) -> float:
     rank = int(np.linalg.matrix_rank(scaled)) if V.any() else 0
     if not finite or rank == 0:
         return float("inf")
-    below = sum(_spread(item, np.linalg.pinv(scaled), scale) / item.dof for item in finite)
+    inverse = np.asarray(np.linalg.pinv(scaled), dtype=np.float64)
+    below = sum((_spread(item, inverse, scale) / item.dof for item in finite), 0.0)
     return (rank + rank**2) / below if below > 0.0 else float("inf")
 
 
@@ -138,7 +138,7 @@ def _scaled(V: FloatArray) -> tuple[FloatArray, FloatArray]:
 
 def checked_probability(probability: float) -> float:
     """Return a coverage probability inside (0, 1)."""
-    if not isinstance(probability, Real) or not 0.0 < probability < 1.0:
+    if not isinstance(probability, float | int | np.floating) or not 0.0 < probability < 1.0:
         raise ArgumentError(f"probability must lie between 0 and 1, such as 0.95, found {probability!r}")
     return float(probability)
 

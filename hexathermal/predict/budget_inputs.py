@@ -10,7 +10,7 @@ from typing import TypedDict
 import numpy as np
 import numpy.typing as npt
 
-from hexathermal.errors import ArgumentError, NotConvergedError, ThermalModelError, UnknownNameError
+from hexathermal.errors import ArgumentError, NotConvergedError, UnknownNameError
 from hexathermal.kinematics import layout as at
 from hexathermal.kinematics.constants import LARGEST_CONDITION, constants
 from hexathermal.kinematics.inverse import inverse_kinematics
@@ -19,6 +19,9 @@ from hexathermal.kinematics.refusals import refuse_forward
 from hexathermal.machine.hexapod import Hexapod
 from hexathermal.machine.thermal import ABSOLUTE_ZERO_DEGC, TemperaturesLike
 from hexathermal.poses import FloatArray, Frames, PoseLike, finite_array, pose_array
+from hexathermal.predict.budget_blocks import blocks, sensor_counts, source_factors
+from hexathermal.predict.budget_plates import Plates as Plates
+from hexathermal.predict.budget_plates import plate_rows
 from hexathermal.predict.correction import corrected_leg_lengths, predicted_pose
 from hexathermal.predict.sources import Source
 from hexathermal.predict.temperatures import active_model, check_temperatures, temperature_array
@@ -37,55 +40,12 @@ class View(TypedDict, total=False):
     air_degC: float | None
 
 
-PARTS = ("platform", "base")
-
-
 @cache
 def drawers() -> ModuleType:
     """Return the compiled loops over deviations."""
     from hexathermal.kinematics import draws_loops
 
     return draws_loops
-
-
-@dataclass(frozen=True)
-class Plates:
-    """Temperatures of plates that no thermometer tells, and gradients across plates.
-
-    Parameters
-    ----------
-    platform_degC, base_degC : float, optional
-        Temperature at the plate's origin. Default: the mean of the legs' thermometers. Not for a plate with a
-        thermometer.
-    platform_gradient, base_gradient : (float, float, float) [K/m]
-        Along x, y and z of the platform's and of the base's frame.
-    base_held_at : (float, float, float) [m], optional
-        Point of the base that does not move, in the base frame. Default: the base frame's origin where the base has a
-        thermometer (the correction counts from there), else the centre of the base joints.
-    """
-
-    platform_degC: float | None = None
-    base_degC: float | None = None
-    platform_gradient: tuple[float, float, float] = (0.0, 0.0, 0.0)
-    base_gradient: tuple[float, float, float] = (0.0, 0.0, 0.0)
-    base_held_at: tuple[float, float, float] | None = None
-
-    def __post_init__(self) -> None:
-        for part in PARTS:
-            value = getattr(self, f"{part}_degC")
-            if value is not None:
-                number = finite_array(value, (), f"{part}_degC")
-                if number.shape or number < ABSOLUTE_ZERO_DEGC:
-                    raise ArgumentError(f"{part}_degC must be one possible temperature, found {value!r}")
-            slope = finite_array(getattr(self, f"{part}_gradient"), (3,), f"{part}_gradient")
-            if slope.shape != (3,):
-                raise ArgumentError(f"{part}_gradient has shape {slope.shape}; expected (3,), K/m along x, y, z")
-            object.__setattr__(self, f"{part}_gradient", tuple(float(value) for value in slope))
-        if self.base_held_at is not None:
-            held = finite_array(self.base_held_at, (3,), "base_held_at")
-            if held.shape != (3,):
-                raise ArgumentError(f"base_held_at has shape {held.shape}; expected (3,), metres in the base frame")
-            object.__setattr__(self, "base_held_at", tuple(float(value) for value in held))
 
 
 @dataclass(frozen=True, eq=False)
@@ -125,45 +85,21 @@ class Situation:
     @property
     def size(self) -> int:
         """How many numbers may be off."""
-        n, m = _counts(self.hexapod)
+        n, m = sensor_counts(self.hexapod)
         return 3 * n + 2 * m + 65
 
     def blocks(self, quantity: str) -> tuple[npt.NDArray[np.int64], int, int]:
-        """Return where a quantity's numbers stand in a deviation, in how many groups, and how many a group has."""
-        n, m = _counts(self.hexapod)
-        after = 3 * n + 2 * m
-        simple = {
-            "temperature": (0, n, 1), "gain": (n, n, 1), "contact": (2 * n, n, 1), "growth": (after, 6, 1),
-            "length": (after + 6, 6, 1), "scale": (after + 12, 6, 1), "base joints": (after + 18, 6, 3),
-            "platform joints": (after + 36, 6, 3), "plate expansion": (after + 54, 2, 1),
-            "plate temperature": (after + 56, 2, 1), "plate gradient": (after + 58, 2, 3),
-            "reference temperature": (after + 64, 1, 1),
-        }  # fmt: skip
-        if quantity in simple:
-            first, groups, width = simple[quantity]
-            return np.arange(first, first + groups * width), groups, width
-        counts = [len(law.sensors) for law in active_model(self.hexapod).legs]
-        starts = np.concatenate([[0], np.cumsum(counts)])
-        index = [3 * n + half * m + k for i in range(6) for half in (0, 1) for k in range(starts[i], starts[i + 1])]
-        if len(set(counts)) > 1:
-            return np.array(index), 1, 2 * m
-        return np.array(index), 6, 2 * counts[0]
+        """Return where a quantity's numbers stand in a deviation, see `hexathermal.predict.budget_blocks.blocks`."""
+        return blocks(self.hexapod, quantity)
 
     def factors(self, source: Source) -> tuple[FloatArray, bool]:
         """Return how the variables of a source move a deviation, shape (size + 6, r); the last six are the pose's.
 
         The second value tells whether they count as one component.
         """
-        if source.quantity == "pose":
-            index, groups, width = np.arange(self.size, self.size + 6), 1, 6
-        else:
-            index, groups, width = self.blocks(source.quantity)
-        if source.quantity == "coefficients" and groups == 1 and source.correlation == "common":
-            raise ArgumentError(
-                f"source {source.label!r} is common to legs with different numbers of sensors, which is not defined; "
-                "make it independent, or give a matrix"
-            )
-        own = source.factors(groups, width)
+        own = source_factors(self.hexapod, source)
+        pose = source.quantity == "pose"
+        index = np.arange(self.size, self.size + 6) if pose else self.blocks(source.quantity)[0]
         out = np.zeros((self.size + 6, own.shape[1]))
         out[index] = own
         return out, source.joint
@@ -240,12 +176,6 @@ def chord_errors(numbers: FloatArray, lengths: FloatArray, joints: FloatArray) -
     return out
 
 
-def _counts(hexapod: Hexapod) -> tuple[int, int]:
-    """Return the number of sensors, and of those on legs."""
-    model = active_model(hexapod)
-    return len(model.sensor_names), sum(len(law.sensors) for law in model.legs)
-
-
 def _vector_rate(r: FloatArray) -> FloatArray:
     """Return the rate of a rotation vector for an angular velocity: the inverse of SO(3)'s left Jacobian."""
     angle = float(np.linalg.norm(r))
@@ -287,7 +217,7 @@ def situation(
     if air < ABSOLUTE_ZERO_DEGC:
         raise ArgumentError(f"air_degC is {air:g} degC, which is impossible")
     axes, arm = axes_and_arm(frame, frames, at_tool, wanted)
-    rows = _plate_rows(hexapod, readings, plates or Plates())
+    rows = plate_rows(hexapod, readings, plates or Plates())
     numbers = pose_numbers(hexapod, wanted, axes, arm)
     return Situation(
         hexapod,
@@ -333,34 +263,6 @@ def axes_and_arm(
         "object": (pose[:3, :3] @ T_platform_object[:3, :3]).T,
     }
     return np.ascontiguousarray(turned[frame]), np.array(arm)
-
-
-def _plate_rows(hexapod: Hexapod, temps: FloatArray, given: Plates) -> FloatArray:
-    """Return expansion, temperature, gradient and resting point of both plates."""
-    model = active_model(hexapod)
-    if not isinstance(given, Plates):
-        raise ArgumentError(f"plates must be a Plates, found {type(given).__name__}")
-    legs = sum(len(law.sensors) for law in model.legs)
-    reference = float(np.mean(model.reference_temperature_degC))
-    rows = np.zeros((2, 8))
-    for k, part in enumerate(PARTS):
-        plate, told, slope = getattr(model, part), getattr(given, f"{part}_degC"), getattr(given, f"{part}_gradient")
-        if plate is None:
-            if told is not None or any(slope):
-                raise ThermalModelError(
-                    f"machine {hexapod.name!r} has no law for its {part}: give it one ([thermal.{part}] with "
-                    "expansion_per_K), or leave its temperature and gradient out"
-                )
-            continue
-        if told is not None and plate.sensor is not None:
-            raise ArgumentError(f"the {part} has a thermometer ({plate.sensor}): its temperature is one of temps")
-        warm = float(temps[:legs].mean()) if told is None else float(told)
-        rows[k, :5] = [plate.expansion, 0.0 if plate.sensor else warm - reference, *slope]
-    if given.base_held_at is not None:
-        rows[1, 5:] = given.base_held_at
-    elif model.base is None or model.base.sensor is None:
-        rows[1, 5:] = hexapod.base_joints.mean(axis=0)
-    return rows
 
 
 def pose_numbers(hexapod: Hexapod, pose: FloatArray, axes: FloatArray, arm: FloatArray) -> FloatArray:

@@ -14,7 +14,8 @@ from hexathermal.machine.hexapod import Hexapod
 from hexathermal.machine.thermal import TemperaturesLike, frozen, refreeze
 from hexathermal.poses import FloatArray, PoseLike, finite_array, pose_array, pose_from_coordinates
 from hexathermal.predict.budget import AXES, Budget, checked_sources, error_budget
-from hexathermal.predict.budget_inputs import Plates, View
+from hexathermal.predict.budget_inputs import View
+from hexathermal.predict.budget_plates import Plates
 from hexathermal.predict.sources import Source
 from hexathermal.predict.temperatures import active_model, temperature_array
 
@@ -183,7 +184,7 @@ def budget_map(
     True
     """
     flat, hot = _paired(hexapod, poses, temps)
-    chosen = checked_sources(hexapod, sources)
+    chosen = None if sources is None else checked_sources(hexapod, sources)
     views = _views(view, len(flat), each_plates, each_air_degC)
     budgets: list[Budget | None] = []
     refused = []

@@ -179,7 +179,7 @@ def monte_carlo(
     length = max(SEQUENCE, int(np.ceil(100.0 / (1.0 - p))))
     least, most = _draws(least_draws, most_draws, length)
     generator = np.random.default_rng(_seed(seed))
-    here, chosen = situation(hexapod, pose, temps, **view), checked_sources(hexapod, sources)
+    here, chosen = situation(hexapod, pose, temps, **view), checked_sources(hexapod, sources, view.get("plates"))
     budget = budget_of(here, chosen)
     delta = _tolerance(tolerance, digits, budget.uncertainty)
     told = progress or (lambda _done, _most: None)

@@ -9,7 +9,6 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field, replace
-from numbers import Real
 from types import MappingProxyType
 from typing import Any
 
@@ -129,7 +128,7 @@ class Source:
         if (values < 0.0).any():
             raise ArgumentError(f"standard uncertainty of source {label!r} is {values.min():g}; it must be 0 or more")
         set_(self, "standard", frozen(values))
-        if not isinstance(dof, Real) or isinstance(dof, bool) or not dof > 0.0:
+        if not isinstance(dof, float | int | np.number) or isinstance(dof, bool) or not dof > 0.0:
             raise ArgumentError(f"degrees of freedom of source {label!r} must be above 0 (inf: known), found {dof!r}")
         set_(self, "dof", float(dof))
         chosen = ("t" if np.isfinite(dof) else "normal") if distribution is None else distribution

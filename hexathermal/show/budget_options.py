@@ -66,7 +66,8 @@ def numbers(words: list[str], count: int, option: str, what: str) -> tuple[float
     except ValueError:
         values = (math.nan,)
     if len(values) != count or not all(map(math.isfinite, values)):
-        raise ArgumentError(f"{option} takes {count} finite numbers ({what}), found {' '.join(words)!r}")
+        wanted = "one finite number" if count == 1 else f"{count} finite numbers"
+        raise ArgumentError(f"{option} takes {wanted} ({what}), found {' '.join(words)!r}")
     return values
 
 
@@ -130,11 +131,10 @@ def requested(
     """Return the question that the command line asks."""
     from hexathermal.predict.budget_defaults import default_sources
     from hexathermal.predict.budget_files import read_sources
-    from hexathermal.predict.budget_inputs import Plates
+    from hexathermal.predict.budget_plates import Plates
     from hexathermal.predict.temperatures import active_model
 
     model = active_model(hexapod)
-    chosen = (read_sources(sources, hexapod) if sources else default_sources(hexapod)).without(*without)
     slopes = {f"{part}_gradient": gradients[part] or (0.0, 0.0, 0.0) for part in ("platform", "base")}
     given = {} if plate_temps is None else {
         f"{part}_degC": value for part, value in zip(("platform", "base"), plate_temps, strict=True)
@@ -150,6 +150,9 @@ def requested(
         scenario = f"simulated day, seed {seed}"
     else:
         temps, time_s = _temperatures(hexapod, words or [], gradients["leg"])
+    stated = plates[0] if isinstance(plates, list) else plates
+    known = read_sources(sources, hexapod, stated) if sources else default_sources(hexapod, stated)
+    chosen = known.without(*without)
     settings = {"frame": frame, "frames": frames, "at_tool": at_tool, "correction": correction}
     return Request(
         hexapod, six, convention, pose_from_coordinates(six, convention, hexapod), temps, time_s, plates, air_degC,
@@ -212,7 +215,7 @@ def _simulated_day(
     hexapod: Hexapod, seed: int, slopes: dict[str, tuple[float, ...]]
 ) -> tuple[FloatArray, FloatArray, list[Any], FloatArray]:
     """Return readings, times, plates and air of a simulated day, every tenth minute."""
-    from hexathermal.predict.budget_inputs import Plates
+    from hexathermal.predict.budget_plates import Plates
     from hexathermal.predict.temperatures import active_model
     from hexathermal.simulate.day import WorkingDay, day_temperatures, readings, reference_degC, sensor_truth
 

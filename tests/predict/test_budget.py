@@ -14,7 +14,8 @@ import hexathermal as ht
 from hexathermal.errors import ArgumentError, HexathermalError, SingularPoseError, ThermalModelError, UnknownNameError
 from hexathermal.predict.budget import AXES, error_budget
 from hexathermal.predict.budget_defaults import default_sources
-from hexathermal.predict.budget_inputs import Plates, situation
+from hexathermal.predict.budget_inputs import situation
+from hexathermal.predict.budget_plates import Plates
 from hexathermal.predict.sources import QUANTITIES, Source, Sources
 from tests.predict.budget_oracle import Oracle, thermal_machine
 
@@ -106,8 +107,8 @@ def test_gradients_of_plates_move_the_platform(machine: ht.Hexapod, temps: np.nd
     assert np.abs(here.errors() - flat.errors()).max() > 1e-7
 
 
-@given(standards=st.lists(st.floats(0.0, 10.0), min_size=16, max_size=16), common=st.lists(st.booleans(), min_size=16,
-       max_size=16))  # fmt: skip
+@given(standards=st.lists(st.floats(0.0, 10.0), min_size=17, max_size=17), common=st.lists(st.booleans(), min_size=17,
+       max_size=17))  # fmt: skip
 def test_contributions_add_up(standards: list[float], common: list[bool]) -> None:
     """Whatever the sources, contributions sum to the covariance, shares to 1, and the largest comes first."""
     machine = ht.load_hexapod("reference")
@@ -327,3 +328,27 @@ def test_a_budget_of_few_data_is_told_whole(reference: ht.Hexapod, dof: float) -
     if dof < 1.5:
         with pytest.raises(ArgumentError, match="effective degrees of freedom"):
             budget.inside(np.zeros(6))
+
+
+def test_a_stated_plate_temperature_is_no_guess(reference: ht.Hexapod) -> None:
+    """Plates that are stated bring a thermometer's uncertainty in place of the guess, each plate for itself."""
+    budgets = [
+        error_budget(reference, reference.home, [25.0] * 6, plates=plates)
+        for plates in (None, Plates(platform_degC=27.0), Plates(platform_degC=27.0, base_degC=24.0))
+    ]
+    found = [next(item for item in each.contributions if item.label == "plate temperature") for each in budgets]
+    z = [item.uncertainty[2] for item in found]
+    assert z[0] > z[1] > z[2] == pytest.approx(z[0] / 10.0, rel=1e-3)
+    assert "stated" not in found[0].basis
+    assert "stated" in found[1].basis
+    assert "taken at the legs" in found[1].basis
+    assert "taken at the legs" not in found[2].basis
+
+
+def test_the_cold_junction_moves_all_thermometers_alike(reference: ht.Hexapod) -> None:
+    """The default cold junction is 0.05 to 0.2 K and common: it scales the legs, and at home moves z alone."""
+    source = default_sources(reference)["cold junction"]
+    assert source.correlation == "common"
+    assert 0.05 <= source.standard <= 0.2
+    u = error_budget(reference, reference.home, [25.0] * 6, [source]).uncertainty
+    assert u[[0, 1, 3, 4, 5]].max() < 1e-5 * u[2]

@@ -9,11 +9,12 @@ import numpy as np
 import pytest
 
 import hexathermal as ht
+from hexathermal import cli
 from hexathermal.errors import ArgumentError, FileFormatError, UnknownNameError
 from hexathermal.predict.budget_defaults import default_sources
 from hexathermal.predict.budget_files import read_sources
-from hexathermal.predict.budget_inputs import Plates
 from hexathermal.predict.budget_maps import budget_map, graded_temperatures, pose_grid
+from hexathermal.predict.budget_plates import Plates
 from hexathermal.predict.sources import Source
 
 TEMPS = [25.0] * 6
@@ -132,14 +133,14 @@ def test_sources_of_a_file(tmp_path: Path, reference: ht.Hexapod) -> None:
     ("old", "new", "line", "words"),
     [
         ('"backlash"', '"backlsh"', 2, "not known"),
-        ('quantity = "length"', 'quantity = "lenght"', 10, "not known"),
-        ("standard = 2e-8", "standard = -2e-8", 10, "0 or more"),
+        ('quantity = "length"', 'quantity = "lenght"', 12, "not known"),
+        ("standard = 2e-8", "standard = -2e-8", 13, "0 or more"),
         ("standard = 2e-8", "", 10, "standard or half_width"),
         ("dof = 7", "dofs = 7", 14, "unknown key"),
         ('"common"', "3", 15, "must be a text"),
-        ('correlation = "common"', "matrix = [[1, 2], [2, 1]]", 10, "not positive semidefinite"),
+        ('correlation = "common"', "matrix = [[1, 2], [2, 1]]", 15, "not positive semidefinite"),
         ("hexathermal-sources/1", "hexathermal-sources/9", 1, "this version reads"),
-        ('label = "encoder"', 'label = "fixture"', 4, "unique"),
+        ('label = "encoder"', 'label = "fixture"', 11, "unique"),
     ],
 )
 def test_bad_sources_are_told_with_their_line(
@@ -160,3 +161,17 @@ def test_laws_with_different_sensors_have_independent_sources(reference: ht.Hexa
     assert machine.error_budget(machine.home, [25.0] * 7).uncertainty.all()
     with pytest.raises(ArgumentError, match="different numbers of sensors"):
         machine.error_budget(machine.home, [25.0] * 7, [Source("c", "coefficients", 1e-8, correlation="common")])
+
+
+def test_every_bad_field_of_sources_is_told(tmp_path: Path, reference: ht.Hexapod) -> None:
+    """Bad fields of several sources, two in one of them, unknown labels and wrong shapes are told in one error."""
+    text = SOURCES.replace('["backlash"]', '["backlash", "nope", "nada"]').replace('"fixture"', '""')
+    text = text.replace("-6, 2e-6", "-6, -2e-6").replace('"length"', '"lenght"').replace("dof = 7", "dof = 0")
+    text += '[[source]]\nlabel = "m"\nquantity = "length"\nstandard = [1, 2]\nmatrix = [[1, 0], [0, 1]]\n'
+    file = tmp_path / "sources.toml"
+    file.write_text(text)
+    with pytest.raises(FileFormatError) as caught:
+        read_sources(file, reference)
+    assert [problem.line for problem in caught.value.problems] == [2, 2, 5, 7, 12, 14, 19, 20]
+    words = ["--pose", *"000000", "--temps", "25", "--sources", str(file)]
+    assert cli.main(["budget", "--machine", "reference", *words]) == 3

@@ -1,0 +1,57 @@
+"""Where each quantity that may be off stands among all the numbers of a machine, and what a source makes of them."""
+
+from __future__ import annotations
+
+import numpy as np
+import numpy.typing as npt
+
+from hexathermal.errors import ArgumentError
+from hexathermal.machine.hexapod import Hexapod
+from hexathermal.poses import FloatArray
+from hexathermal.predict.sources import Source
+from hexathermal.predict.temperatures import active_model
+
+
+def sensor_counts(hexapod: Hexapod) -> tuple[int, int]:
+    """Return the number of sensors, and of those on legs."""
+    model = active_model(hexapod)
+    return len(model.sensor_names), sum(len(law.sensors) for law in model.legs)
+
+
+def blocks(hexapod: Hexapod, quantity: str) -> tuple[npt.NDArray[np.int64], int, int]:
+    """Return where a quantity's numbers stand in a deviation, in how many groups, and how many a group has."""
+    n, m = sensor_counts(hexapod)
+    after = 3 * n + 2 * m
+    simple = {
+        "temperature": (0, n, 1), "gain": (n, n, 1), "contact": (2 * n, n, 1), "growth": (after, 6, 1),
+        "length": (after + 6, 6, 1), "scale": (after + 12, 6, 1), "base joints": (after + 18, 6, 3),
+        "platform joints": (after + 36, 6, 3), "plate expansion": (after + 54, 2, 1),
+        "plate temperature": (after + 56, 2, 1), "plate gradient": (after + 58, 2, 3),
+        "reference temperature": (after + 64, 1, 1),
+    }  # fmt: skip
+    if quantity in simple:
+        first, groups, width = simple[quantity]
+        return np.arange(first, first + groups * width), groups, width
+    counts = [len(law.sensors) for law in active_model(hexapod).legs]
+    starts = np.concatenate([[0], np.cumsum(counts)])
+    index = [3 * n + half * m + k for i in range(6) for half in (0, 1) for k in range(starts[i], starts[i + 1])]
+    if len(set(counts)) > 1:
+        return np.array(index), 1, 2 * m
+    return np.array(index), 6, 2 * counts[0]
+
+
+def source_factors(hexapod: Hexapod, source: Source) -> FloatArray:
+    """Return `Source.factors` on a machine.
+
+    Raises
+    ------
+    ArgumentError
+        The source's numbers do not fit the machine.
+    """
+    _, groups, width = (None, 1, 6) if source.quantity == "pose" else blocks(hexapod, source.quantity)
+    if source.quantity == "coefficients" and groups == 1 and source.correlation == "common":
+        raise ArgumentError(
+            f"source {source.label!r} is common to legs with different numbers of sensors, which is not defined; "
+            "make it independent, or give a matrix"
+        )
+    return source.factors(groups, width)
