@@ -16,6 +16,7 @@ from hexathermal.errors import ArgumentError
 from hexathermal.learn.campaign import Block, Campaign
 from hexathermal.learn.campaign_dataset import fingerprint
 from hexathermal.learn.cleaning import usable_blocks
+from hexathermal.learn.cleaning_record import CleaningRecord
 from hexathermal.learn.identification import AUTO, Identification, Passing, identify
 from hexathermal.learn.law import IdentifiedLaw, Origin
 from hexathermal.learn.validation import Validation, validate
@@ -25,11 +26,28 @@ KINDS = {"leg": "a leg (drift = A q0 dT + B q dT)", "component": "a component (d
 """Kinds of laws in words."""
 
 
-class _Temperatures:
-    """Lowest and highest temperature of each sensor in the rows that pass [degC]."""
+class _Passed:
+    """What passed: lowest and highest temperature of each sensor [degC], and what cleaning did in each run."""
 
     def __init__(self) -> None:
         self.seen: dict[str, tuple[float, float]] = {}
+        self.records: dict[str, CleaningRecord] = {}
+
+    def notes(self) -> tuple[str, ...]:
+        """Return what cleaning did, in words; nothing where it did nothing."""
+        counts: dict[str, int] = {}
+        for record in self.records.values():
+            for item in record.steps:
+                counts[item.step] = counts.get(item.step, 0) + item.count
+        rows, used = (sum(getattr(record, name) for record in self.records.values()) for name in ("rows", "used"))
+        notes = [f"run {record.run} has no usable row: {record.why_rows}" for record in self.records.values()
+                 if not record.used]  # fmt: skip
+        if counts:
+            words = ", ".join(f"{step} {count}" for step, count in counts.items())
+            notes.append(
+                f"{used} of {rows} rows are usable; cleaning: {words} ('hexathermal check' says where and why)"
+            )
+        return tuple(notes)
 
     def add(self, sensors: Sequence[str], values: FloatArray) -> None:
         """Add rows, shape (n, s)."""
@@ -39,7 +57,8 @@ class _Temperatures:
             self.seen[name] = (float(np.fmin(before[0], lowest)), float(np.fmax(before[1], highest)))
 
     def filled(self, found: Identification) -> Identification:
-        """Return an identification whose law tells the range of temperatures that its sensors met."""
+        """Return an identification with the range of temperatures that its sensors met, and what cleaning did."""
+        found = replace(found, notes=(*found.notes, *self.notes()))
         spans = np.array([self.seen[name] for name in found.law.sensors])
         if not np.isfinite(spans).all():
             return found
@@ -49,7 +68,7 @@ class _Temperatures:
 
 
 def role_blocks(
-    campaign: Campaign, role: str, progress: Passing | None = None, temperatures: _Temperatures | None = None
+    campaign: Campaign, role: str, progress: Passing | None = None, passed: _Passed | None = None
 ) -> Iterator[Block]:
     """Give the usable blocks of all runs of a role, in constant memory.
 
@@ -65,11 +84,13 @@ def role_blocks(
     for k, run in enumerate(runs):
         blocks = usable_blocks(campaign, run)
         for block in blocks:
-            if temperatures is not None and blocks.zero is not None:
-                temperatures.add(campaign.sensors, block.dT + blocks.zero.heat)
+            if passed is not None and blocks.zero is not None:
+                passed.add(campaign.sensors, block.dT + blocks.zero.heat)
             yield block
             if progress is not None:
                 progress(int(1000.0 * (k + blocks.done)), 1000 * len(runs), f"reading {run.name}")
+        if passed is not None:
+            passed.records[f"{campaign.folder}/{run.name}"] = blocks.record
 
 
 def _refuse_no_law(campaign: Campaign) -> None:
@@ -116,13 +137,13 @@ def identify_campaign(
         A table is at fault.
     """
     _refuse_no_law(campaign)
-    heat = _Temperatures()
+    passed = _Passed()
     found = identify(
-        lambda: role_blocks(campaign, "identification", temperatures=heat), campaign.sensors, campaign.leg,
+        lambda: role_blocks(campaign, "identification", passed=passed), campaign.sensors, campaign.leg,
         wanted=sensors, sizes=sizes, zero=campaign.zero, origin=Origin(campaign.title, fingerprint(campaign)),
         material=material, positions=[one.position for one in campaign.thermocouples], progress=progress,
     )  # fmt: skip
-    return heat.filled(found)
+    return passed.filled(found)
 
 
 def identify_together(
@@ -152,12 +173,12 @@ def identify_together(
     for one in others:
         refuse_other_build(first, one)
     shared = [name for name in first.sensors if all(name in one.sensors for one in others)]
-    heat = _Temperatures()
+    passed = _Passed()
 
     def rows() -> Iterator[Block]:
         for name, one in legs.items():
             columns = [one.sensors.index(sensor) for sensor in shared]
-            for block in role_blocks(one, "identification", temperatures=heat):
+            for block in role_blocks(one, "identification", passed=passed):
                 run = replace(block.run, name=f"{name}/{block.run.name}")
                 yield replace(block, run=run, dT=block.dT[:, columns])
 
@@ -165,7 +186,7 @@ def identify_together(
     origin = Origin(", ".join(one.title or one.folder.name for one in legs.values()), together)
     found = identify(rows, shared, first.leg, wanted=sensors, zero=first.zero, origin=origin, material=material,
                      progress=progress)  # fmt: skip
-    return heat.filled(found)
+    return passed.filled(found)
 
 
 def refuse_other_build(first: Campaign, other: Campaign) -> None:
@@ -206,4 +227,6 @@ def validate_campaign(law: IdentifiedLaw, campaign: Campaign, progress: Passing 
             f"the law counts temperatures from the first row of the {law.zero}, this campaign from that of the "
             f"{campaign.zero}: they cannot be compared; set zero in campaign.toml as it was for the law"
         )
-    return validate(law, role_blocks(campaign, "validation", progress), campaign.sensors)
+    passed = _Passed()
+    found = validate(law, role_blocks(campaign, "validation", progress, passed), campaign.sensors)
+    return replace(found, notes=(*found.notes, *passed.notes()))

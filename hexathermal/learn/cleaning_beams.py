@@ -12,6 +12,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
+import numpy.typing as npt
 
 from hexathermal.learn.campaign_columns import BEAMS
 from hexathermal.learn.cleaning_channels import PIECE_ROWS
@@ -44,11 +45,14 @@ ALL_LOST_M = 50e-6
 WORST_REPAIR_M = 0.1e-6
 """A step is taken back only where the mean is then known better than this (standard deviation)."""
 
+JUMP_NOISES = 20.0
+"""All beams jump together where the drift of a rest does by more than so many of its noises and `SMALLEST_STEP_M`."""
+
 STEP_RULE = (
     f"one beam alone jumps by more than {STEP_SCALES:g} usual jumps and {SMALLEST_STEP_M * 1e6:g} um and stays there: "
     "its step is taken back"
 )
-RESTLESS = 1.5
+RESTLESS = 3.0
 """A row among movements is held against so many times the scatter of the drift from rest to rest."""
 
 
@@ -221,6 +225,7 @@ class BeamRules:
             self.ledger.note("drift spike", "row", ROW, f"the drift of a rest {SPIKE_RULE}", spikes[own], time[own])
             self.ledger.mark("drift", time[own][spikes[own]], drift[own][spikes[own]])
             level = filled(np.where(spikes, np.nan, drift)[:, None])[:, 0]
+            self._note_jumps(level, rest, time, own)
             jump = np.abs(np.diff(level, prepend=level[0])) > ALL_LOST_M
             jump[: own.start] = False
             gone = np.logical_or.accumulate(jump) | self.lost
@@ -230,6 +235,27 @@ class BeamRules:
             kept = _kept(sheet, own, ~(spikes | gone))
             if len(kept):
                 yield kept
+
+    def _note_jumps(self, level: FloatArray, rest: Flags, time: FloatArray, own: slice) -> None:
+        """Note where the drift of a rest jumps and stays: all beams lost count, or the leg truly slipped."""
+        if len(level) < 10:
+            return
+        windows = np.lib.stride_tricks.sliding_window_view(np.pad(rest, (4, 5)), 10)
+        still: Flags = np.all(windows, axis=1)[: len(level)]
+        size = np.where(still, np.abs(_jumps(level[:, None])[: len(level), 0]), 0.0)
+        limit = max(JUMP_NOISES * self.scales.at_rest, SMALLEST_STEP_M)
+        reason = (
+            f"the drift of a rest jumps by more than {limit * 1e6:.2f} um and stays there: all beams lost count "
+            "together, or the leg slipped; nothing is changed"
+        )
+        sharp = _sharp(size, limit)
+        self.ledger.note("drift step", "row", NOTED, reason, sharp[own], time[own])
+
+
+def _sharp(size: FloatArray, limit: float) -> npt.NDArray[np.bool_]:
+    """Return the rows with the largest of four neighbouring sizes above a limit."""
+    around = np.lib.stride_tricks.sliding_window_view(np.pad(size, 4), 9).max(axis=1)
+    return np.asarray(np.logical_and(size > limit, size == around), dtype=bool)
 
 
 def resting(sheet: Sheet) -> Flags:

@@ -51,6 +51,26 @@ def test_a_sound_run_loses_only_rows_that_are_not_settled(tmp_path: Path) -> Non
     assert np.unique(np.round(block.q[block.landing == 3], 6)).size == 1
 
 
+@pytest.mark.parametrize("jump_um", [2.0, 30.0])
+def test_a_jump_of_all_beams_in_a_rest_is_told_and_kept(tmp_path: Path, jump_um: float) -> None:
+    """All beams jumping together while the leg rests is noted once where it happens; the drift is left as measured."""
+    place = {}
+
+    def edit(table: Table) -> None:
+        q, settled = table["q_mm"], table["settled"]
+        still = [k for k in range(20, 580) if np.ptp(q[k - 6 : k + 7]) == 0.0 and settled[k - 6 : k + 7].all()]
+        place["row"] = still[len(still) // 2]
+        for beam in (1, 2, 3):
+            table[f"beam{beam}_mm"][place["row"] :] += 1e-3 * jump_um
+
+    block, record = cleaned(tmp_path, edit)
+    assert record.count("drift step") == 1
+    (step,) = (item for item in record.steps if item.step == "drift step")
+    table = leg_table(0, 600)
+    assert abs(step.first_time - table["time_s"][place["row"]]) <= 2.0 * record.sampling
+    assert np.ptp(block.drift) > 0.9e-6 * jump_um
+
+
 @pytest.mark.parametrize("rows", [1, 7, 100, 10_000])
 def test_the_size_of_blocks_changes_nothing(tmp_path: Path, rows: int) -> None:
     """Blocks hold at most the rows asked for, and together are the run, bit for bit."""
