@@ -62,6 +62,43 @@ def test_map_tells_the_worst_pose(capsys: Said, tmp_path: Path) -> None:
     assert (out / "map.png").stat().st_size > 10_000
 
 
+@pytest.mark.parametrize("grids", [["x=0:0:1"], ["x=0:0:1", "y=1:1:3"], ["x=0:40:2", "y=0:40:2", "z=0:1:1"]])
+def test_maps_of_one_value(grids: list[str], tmp_path: Path) -> None:
+    """Grids with one value, or with equal ends, are drawn without a warning; three coordinates are not drawn."""
+    assert cli.main([*WARM, "--map", *grids, "--out", str(tmp_path / "m")]) == 0
+    assert (tmp_path / "m" / "map.png").exists() == (len(grids) < 3)
+
+
+def test_a_path_from_a_file(capsys: Said, tmp_path: Path) -> None:
+    """Poses of a file are budgets of the library, in their order; those out of reach are told."""
+    file, out = tmp_path / "p.csv", tmp_path / "out"
+    file.write_text("time_s,x_mm,y_mm,z_mm,rx_deg,ry_deg,rz_deg\n0,0,0,0,0,0,0\n1,30,0,0,0,2,0\n2,0,0,900,0,0,0\n")
+    words = ["budget", "--machine", "reference", "--temps", "25"]
+    assert cli.main([*words, "--path", str(file), "--out", str(out)]) == 0
+    assert "Out of reach: 1 of 3" in capsys.readouterr().out
+    with (out / "path.csv").open() as table:
+        rows = list(csv.DictReader(table))
+    reference = ht.load_hexapod("reference")
+    pose = ht.pose_from_coordinates([30, 0, 0, 0, 2, 0], hexapod=reference)
+    own = reference.error_budget(pose, [25.0] * 6)
+    assert float(rows[1]["worst_case_x_um"]) == pytest.approx(own.worst_case()[0] * 1e6)
+    assert (out / "path.png").stat().st_size > 10_000
+    assert cli.main(words) == 2
+    assert "--path FILE" in capsys.readouterr().err
+
+
+def test_a_bounded_value_that_rules_is_hinted_at(capsys: Said, tmp_path: Path) -> None:
+    """Where one uniform value rules an axis, Monte Carlo is advised; few degrees of freedom are warned of."""
+    file = tmp_path / "s.toml"
+    head = 'format = "hexathermal-sources/1"\ndefaults = false\n[[source]]\nlabel = "l"\nquantity = '
+    file.write_text(head + '"pose"\nhalf_width = [1e-6, 0, 0, 0, 0, 0]\n')
+    assert cli.main([*WARM, "--sources", str(file)]) == 0
+    assert "One bounded value rules x (l)" in capsys.readouterr().out
+    file.write_text(head + '"length"\nstandard = 1e-6\ndof = 1\n')
+    assert cli.main([*WARM, "--sources", str(file)]) == 0
+    assert "no 6-D region" in capsys.readouterr().err
+
+
 def test_day_from_a_file_and_simulated(capsys: Said, tmp_path: Path) -> None:
     """A file of temperatures is a day; so is the simulated one, with its plates' temperatures."""
     names = ",".join(f"leg{i}_T1_degC" for i in range(1, 7))
@@ -106,6 +143,9 @@ def test_gradients_and_plates(capsys: Said) -> None:
         (["--without", "backlsh"], 2, "did you mean 'backlash'?"),
         (["--frame", "user"], 2, "needs --user-frame"),
         (["--at-tool", "1"], 2, "3 finite numbers"),
+        (["--temps", "nan"], 2, "one finite number"),
+        (["--path", "none.csv"], 2, "not there"),
+        (["--path", "none.csv", "--map", "x=0:1:2"], 2, "different questions"),
         (["--sources", "none.toml"], 2, "no file of sources"),
         (["--frame", "tool"], 2, "invalid choice"),
     ],

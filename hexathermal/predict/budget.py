@@ -19,6 +19,7 @@ from hexathermal.kinematics.inverse import inverse_kinematics
 from hexathermal.machine.hexapod import Hexapod
 from hexathermal.machine.thermal import TemperaturesLike, frozen, refreeze
 from hexathermal.poses import FloatArray, PoseLike, finite_array
+from hexathermal.predict.budget_causes import bias_causes
 from hexathermal.predict.budget_defaults import default_sources
 from hexathermal.predict.budget_gum import (
     Contribution,
@@ -58,6 +59,10 @@ class Budget:
         Expected error with nominal lengths: the drift.
     remaining : array, shape (6,)
         Expected error with the lengths that were commanded; plates without thermometers leave one.
+    causes : tuple of str
+        Of `remaining`: plates that no thermometer corrects, gradients across plates; without correction the legs too.
+    cause_parts : array, shape (causes, 6)
+        Part of `remaining` that each cause makes up.
     covariance : array, shape (6, 6) [m^2, m rad, rad^2]
         About `remaining`.
     contributions : tuple of Contribution
@@ -76,6 +81,8 @@ class Budget:
     corrected: bool
     uncorrected: FloatArray
     remaining: FloatArray
+    causes: tuple[str, ...]
+    cause_parts: FloatArray
     covariance: FloatArray
     contributions: tuple[Contribution, ...]
     dof: FloatArray
@@ -177,6 +184,9 @@ class Budget:
             "bias_uncorrected": (self.uncorrected * scale).tolist(),
             "bias_removed": (self.removed * scale).tolist(),
             "bias_remaining": (self.remaining * scale).tolist(),
+            "bias_remaining_causes": {
+                name: (part * scale).tolist() for name, part in zip(self.causes, self.cause_parts, strict=True)
+            },
             "standard_uncertainty": (self.uncertainty * scale).tolist(),
             "covariance": (self.covariance * np.outer(scale, scale)).tolist(),
             "effective_dof": [_finite(value) for value in self.dof],
@@ -310,7 +320,7 @@ def budget_of(here: Situation, sources: Sources) -> Budget:
     drift = here.errors(told=nominal)[0] if here.correction else remaining
     return Budget(
         here.hexapod.name, here.frame, frozen(here.arm), frozen(here.pose), frozen(here.temps), here.correction,
-        frozen(drift), frozen(remaining), frozen(covariance), ordered,
+        frozen(drift), frozen(remaining), *bias_causes(here), frozen(covariance), ordered,
         frozen(effective_dof(parts, 6)), joint_dof(parts, 6),
     )  # fmt: skip
 

@@ -14,6 +14,7 @@ from hexathermal.machine.hexapod import Hexapod
 from hexathermal.machine.thermal import TemperaturesLike, frozen, refreeze
 from hexathermal.poses import FloatArray, PoseLike, finite_array, pose_array, pose_from_coordinates
 from hexathermal.predict.budget import AXES, Budget, checked_sources, error_budget
+from hexathermal.predict.budget_causes import NO_CAUSE
 from hexathermal.predict.budget_inputs import View
 from hexathermal.predict.budget_plates import Plates
 from hexathermal.predict.sources import Source
@@ -42,6 +43,10 @@ class BudgetMap:
         Part of each variance that a source makes up.
     probability : float
     frame : str
+    causes : tuple of str
+        Of `remaining`.
+    cause_parts : array, shape (N, causes, 6) [m, rad]
+        Parts of `remaining`, which add up to it.
     """
 
     poses: FloatArray
@@ -55,6 +60,8 @@ class BudgetMap:
     shares: FloatArray
     probability: float
     frame: str
+    causes: tuple[str, ...]
+    cause_parts: FloatArray
 
     def size(self, what: str, measure: str = "shift") -> FloatArray:
         """Return the length of the shift [m] or of the turn [rad] of one of the arrays, shape (N,).
@@ -86,10 +93,12 @@ class BudgetMap:
         axis = int(np.argmax(self.worst_case[index, part])) + part.start
         bias, u = abs(float(self.remaining[index, axis])), float(self.uncertainty[index, axis])
         share = self.shares[index, :, axis]
-        label = self.labels[int(share.argmax())] if len(share) else ""
-        biased = bias > float(self.worst_case[index, axis]) - bias
-        return Worst(index, measure, AXES[axis], float(sizes[index]), bias, u, label,
-                     float(share.max()) if len(share) else 0.0, biased)  # fmt: skip
+        pushed = self.cause_parts[index, :, axis] * (np.sign(self.remaining[index, axis]) or 1.0)
+        return Worst(
+            index, measure, AXES[axis], float(sizes[index]), bias, u, _equal(self.labels, share),
+            float(share.max(initial=0.0)), bias > float(self.worst_case[index, axis]) - bias,
+            _equal(self.causes, pushed), float(pushed.max(initial=0.0)),
+        )  # fmt: skip
 
     def __setstate__(self, state: dict[str, Any]) -> None:
         refreeze(self, state)
@@ -108,12 +117,16 @@ class Worst:
         Size of the worst case, all three axes.
     bias, uncertainty : float [m or rad]
         In the worst axis.
-    source : str
-        The source with the largest part of the variance in that axis.
+    sources : tuple of str
+        The source with the largest part of the variance in that axis; several that are equal.
     share : float
-        That part.
+        That part, of each.
     mostly_bias : bool
         Whether the bias is larger than the expanded uncertainty there.
+    causes : tuple of str
+        What makes up most of the bias in that axis; several that are equal.
+    cause_part : float [m or rad]
+        How much of the bias, each.
     """
 
     index: int
@@ -122,21 +135,48 @@ class Worst:
     value: float
     bias: float
     uncertainty: float
-    source: str
+    sources: tuple[str, ...]
     share: float
     mostly_bias: bool
+    causes: tuple[str, ...]
+    cause_part: float
+
+    @property
+    def source(self) -> str:
+        """The first of `sources`; empty where there is none."""
+        return self.sources[0] if self.sources else ""
 
     @property
     def reason(self) -> str:
         """One sentence: why it is the worst."""
         unit = "um" if self.measure == "shift" else "urad"
-        cause = (
-            "the bias that remains" if self.mostly_bias else f"{self.source}, {100 * self.share:.0f} % of the variance"
-        )
+        if self.bias <= NO_CAUSE and self.uncertainty == 0.0:
+            return "no bias and no uncertainty: nothing is off"
+        each = " each" * (len(self.sources) > 1)
+        source = f"{' and '.join(self.sources)}, {100 * self.share:.0f} % of the variance{each}"
+        each = " each" * (len(self.causes) > 1)
+        cause = f"the {' and the '.join(self.causes)}, {self.cause_part * 1e6:.3f} {unit} of it{each}"
+        biased, uncertain = f"the bias that remains ({cause})" if self.causes else "the bias that remains", source
+        first, second = (biased, uncertain) if self.mostly_bias else (uncertain, biased)
+        small, large = sorted((self.bias, self.uncertainty))
+        told = f"mostly {first}" + (f"; then {second}" if small > MINOR * large else "")
         return (
             f"{self.axis} weighs most: bias {self.bias * 1e6:.3f} {unit}, standard uncertainty "
-            f"{self.uncertainty * 1e6:.3f} {unit}; mostly {cause}"
+            f"{self.uncertainty * 1e6:.3f} {unit}; {told}"
         )
+
+
+MINOR = 0.05
+"""Of bias and uncertainty, the smaller one is told where it is more than this part of the larger."""
+
+EQUAL = 0.99
+"""Causes at least this part of the largest are named together with it."""
+
+
+def _equal(names: tuple[str, ...], sizes: FloatArray) -> tuple[str, ...]:
+    """Return the names of the largest sizes, equal ones together; none where nothing is above 0."""
+    largest = sizes.max(initial=0.0)
+    return tuple(name for name, size in zip(names, sizes, strict=True) if largest > 0.0 and size >= EQUAL * largest)
 
 
 def budget_map(
@@ -236,20 +276,22 @@ def _gathered(
     frame: str,
 ) -> BudgetMap:
     """Return budgets as arrays, sources in one order."""
-    labels = tuple(sorted({item.label for budget in budgets if budget for item in budget.contributions}))
+    there = [(k, budget) for k, budget in enumerate(budgets) if budget is not None]
+    labels = tuple(sorted({item.label for _, budget in there for item in budget.contributions}))
+    causes = tuple(dict.fromkeys(name for _, budget in there for name in budget.causes))
     numbers = np.full((4, len(budgets), 6), np.nan)
-    shares = np.full((len(budgets), len(labels), 6), np.nan)
-    for k, budget in enumerate(budgets):
-        if budget is not None:
-            numbers[:, k] = (
-                budget.uncorrected, budget.remaining, budget.uncertainty, budget.worst_case(probability)
-            )  # fmt: skip
-            for row, item in zip(budget.shares, budget.contributions, strict=True):
-                shares[k, labels.index(item.label)] = row
+    shares, parts = (np.full((len(budgets), len(names), 6), np.nan) for names in (labels, causes))
+    for k, budget in there:
+        numbers[:, k] = budget.uncorrected, budget.remaining, budget.uncertainty, budget.worst_case(probability)
+        for row, item in zip(budget.shares, budget.contributions, strict=True):
+            shares[k, labels.index(item.label)] = row
+        parts[k] = 0.0
+        for name, row in zip(budget.causes, budget.cause_parts, strict=True):
+            parts[k, causes.index(name)] = row
     drift, remaining, uncertainty, worst = (frozen(array) for array in numbers)
     return BudgetMap(
         frozen(poses), frozen(temps), drift, remaining, uncertainty, worst, refused, labels, frozen(shares),
-        probability, frame,
+        probability, frame, causes, frozen(parts),
     )  # fmt: skip
 
 
@@ -295,6 +337,8 @@ def grid_coordinates(around: npt.ArrayLike, spans: dict[str, tuple[float, float,
     for name, span in spans.items():
         if name not in names:
             raise UnknownNameError(f"span {name!r} is not known; choose from {', '.join(names)}", names)
+        if not isinstance(span, Sequence) or len(span) != 3:
+            raise ArgumentError(f"span {name} must be (low, high, count), such as (-50.0, 50.0, 11), found {span!r}")
         low, high, count = span
         if not isinstance(count, int | np.integer) or isinstance(count, bool) or count < 1:
             raise ArgumentError(f"count of span {name} must be a whole number above 0, found {count!r}")

@@ -8,13 +8,15 @@ from typing import Any
 
 import numpy as np
 
-from hexathermal.poses import FloatArray
-from hexathermal.predict.budget import Budget, error_budget
+from hexathermal.poses import FloatArray, pose_from_coordinates
+from hexathermal.predict.budget import AXES, Budget, error_budget
 from hexathermal.predict.budget_maps import BudgetMap, budget_map, grid_coordinates, pose_grid
 from hexathermal.predict.montecarlo import monte_carlo
+from hexathermal.predict.sources import HALF_WIDTH
 from hexathermal.predict.table_writing import written_whole
+from hexathermal.predict.trajectory import POSE_COLUMNS
 from hexathermal.show.budget_figures import contributions_figure, day_figure, map_figure
-from hexathermal.show.budget_options import Grid, Request
+from hexathermal.show.budget_options import Grid, Request, table
 from hexathermal.show.budget_tables import (
     bias_table,
     contribution_rows,
@@ -27,6 +29,20 @@ from hexathermal.show.budget_tables import (
 )
 from hexathermal.show.commands import Answer, Progress
 from hexathermal.show.figures import save_figure
+
+RULING = 0.5
+"""Part of an axis' variance above which one bounded value gives its distribution away."""
+
+
+def _ruled(budget: Budget) -> str:
+    """Return the axes that one bounded value rules, and its source, for people; empty where there is none."""
+    variance = np.diag(budget.covariance)
+    found = {
+        item.label: [axis for axis, own, whole in zip(AXES, item.largest_single, variance, strict=True)
+                     if own > RULING * whole]
+        for item in budget.contributions if item.distribution in HALF_WIDTH
+    }  # fmt: skip
+    return "; ".join(f"{', '.join(axes)} ({label})" for label, axes in found.items() if axes)
 
 
 class Report:
@@ -74,6 +90,8 @@ class Report:
         self.shown.append(lambda pretty, _width: bias_table(budget, p, pretty))
         self.shown.append(lambda pretty, width: contributions_table(budget, pretty, width))
         self.shown.append(self._advice(budget))
+        if note := budget.region_note(p):
+            self.warnings.append(note)
         self.data["budget"] = budget.as_dict(p)
         self._save_rows("budget.csv", *contribution_rows(budget))
         self._save_figure("contributions.png", lambda: contributions_figure(budget, p))
@@ -84,6 +102,11 @@ class Report:
         if budget.contributions:
             top = budget.contributions[0]
             lines.append(f"Largest contribution: {top.label} ({top.basis or 'no basis stated'}).")
+        if ruled := _ruled(budget):
+            lines.append(
+                f"One bounded value rules {ruled}: there the expanded uncertainty is too large; --monte-carlo tells "
+                "the interval."
+            )
         assumed = [item.label for item in budget.contributions if item.basis.startswith("engineering value")]
         if assumed:
             lines.append(f"Engineering values, to be replaced by what is known of the machine: {', '.join(assumed)}.")
@@ -128,6 +151,25 @@ class Report:
             self._save_figure("map.png", lambda: map_figure(found, [(one.name, one.values) for one in grids]))
         elif self.folder is not None:
             self.warnings.append("no picture of a map over more than two coordinates; map.csv holds all numbers")
+        self._worst_budget(found, plates, air)
+
+    def add_path(self, file: Path, progress: Progress) -> None:
+        """Add budgets along the poses of a file; temperatures are one set for all, or one a pose."""
+        request = self.request
+        coordinates, time_s = table(file, POSE_COLUMNS, "poses")
+        poses = pose_from_coordinates(coordinates, request.convention, request.hexapod)
+        paired = len(request.temps) == len(poses)
+        if request.many and not paired:
+            self.warnings.append(f"the path takes the first of {len(request.temps)} rows of temperatures")
+        plates, air = self._here(0)
+        found = budget_map(
+            request.hexapod, poses, request.temps if paired else request.temps[0], request.sources,
+            probability=request.probability, plates=plates, air_degC=air,
+            progress=lambda done, total: progress(done, total, "path"), **request.settings,
+        )  # fmt: skip
+        self._add_places(found, coordinates, time_s, "path")
+        along = ("pose", np.arange(1.0, len(poses) + 1.0)) if time_s is None else ("time (s)", time_s)
+        self._save_figure("path.png", lambda: map_figure(found, [along]))
         self._worst_budget(found, plates, air)
 
     def add_day(self, progress: Progress) -> None:

@@ -20,6 +20,9 @@ COLOURS = (BLUE, VERMILION, GREEN, PURPLE, ORANGE, SKY, YELLOW)
 HATCHES = ("", "//", "", "\\\\", "", "..", "")
 OTHERS = "#C9C9C9"
 SHOWN = len(COLOURS)
+MAPPED = (("remaining", "Bias that remains"), ("uncertainty", "Standard uncertainty"), ("worst_case", "Worst case"))
+MARKED = 40
+"""Curves of so few points show each: one between two poses out of reach would not be seen."""
 PANELS = (("shift", "µm", slice(0, 3)), ("turn", "µrad", slice(3, 6)))
 
 
@@ -63,7 +66,7 @@ def contributions_figure(budget: Budget, probability: float = 0.95) -> Figure:
 
 
 def map_figure(found: BudgetMap, values: list[tuple[str, FloatArray]]) -> Figure:
-    """Return a map over one or two coordinates: a curve, or a picture with the worst pose marked.
+    """Return a map over one or two coordinates: curves, or pictures of bias, uncertainty and worst case.
 
     Parameters
     ----------
@@ -79,26 +82,38 @@ def map_figure(found: BudgetMap, values: list[tuple[str, FloatArray]]) -> Figure
             name, along = values[0]
             _curves(figure, found, along, _axis(name))
             return figure
-        figure = Figure(figsize=(9.0, 4.0), layout="constrained")
-        (column_name, columns), (row_name, rows) = values
-        for axes, (what, unit, _part) in zip(figure.subplots(1, 2), PANELS, strict=True):
-            sizes = found.size("worst_case", what).reshape(len(columns), len(rows)).T * 1e6
-            axes.grid(visible=False)
-            axes.set_facecolor("#EFEFEF")
-            picture = axes.pcolormesh(columns, rows, sizes, shading="nearest", cmap="cividis")
-            bar = figure.colorbar(picture, ax=axes)
-            bar.set_label(f"worst case ({unit})")
-            if np.isfinite(sizes).any():
-                worst = found.worst(what).index
-                axes.plot(columns[worst // len(rows)], rows[worst % len(rows)], "o", mfc="none",
-                          mec=VERMILION, ms=11, mew=2.0, clip_on=False)  # fmt: skip
-            axes.set_xlabel(_axis(column_name))
-            axes.set_ylabel(_axis(row_name))
-            title = "Shift of the point" if what == "shift" else "Turn of the platform"
-            axes.set_title(f"{title}: |bias| + expanded uncertainty")
+        figure = Figure(figsize=(11.0, 6.4), layout="constrained")
+        for row, (what, unit, _part) in zip(figure.subplots(2, 3), PANELS, strict=True):
+            for axes, (name, title) in zip(row, MAPPED, strict=True):
+                _picture(figure, axes, found, values, (name, what, unit))
+                axes.set_title(f"{title}: {what}")
         note = "; grey: out of reach" if found.refused else ""
-        figure.suptitle(f"Ring: worst pose{note}", fontsize=9.0, color=GREY)
+        figure.suptitle(
+            f"Ring: worst pose{note}. Worst case: |bias| + expanded uncertainty ({100 * found.probability:g} %)",
+            fontsize=9.0, color=GREY,
+        )  # fmt: skip
     return figure
+
+
+def _picture(
+    figure: Figure, axes: Axes, found: BudgetMap, values: list[tuple[str, FloatArray]], shown: tuple[str, str, str]
+) -> None:
+    """Draw one quantity over two coordinates; `shown`: its name, shift or turn, and the unit."""
+    (column_name, columns), (row_name, rows) = values
+    name, what, unit = shown
+    sizes = found.size(name, what).reshape(len(columns), len(rows)).T * 1e6
+    axes.grid(visible=False)
+    axes.set_facecolor("#EFEFEF")
+    # a coordinate with one value, or with equal ends, is drawn one unit wide
+    edges = [along if np.ptp(along) > 0.0 else along[0] + np.arange(len(along)) for along in (columns, rows)]
+    picture = axes.pcolormesh(*edges, sizes, shading="nearest", cmap="cividis")
+    figure.colorbar(picture, ax=axes).set_label(unit)
+    if np.isfinite(sizes).any():
+        worst = found.worst(what).index
+        axes.plot(edges[0][worst // len(rows)], edges[1][worst % len(rows)], "o", mfc="none",
+                  mec=VERMILION, ms=11, mew=2.0, clip_on=False)  # fmt: skip
+    axes.set_xlabel(_axis(column_name))
+    axes.set_ylabel(_axis(row_name))
 
 
 def _axis(name: str) -> str:
@@ -118,7 +133,7 @@ def day_figure(found: BudgetMap, time_s: FloatArray) -> Figure:
 
 
 def _curves(figure: Figure, found: BudgetMap, along: FloatArray, label: str, temps: bool = False) -> None:
-    """Draw drift, bias and worst case along a coordinate, and the temperatures above them where asked for."""
+    """Draw drift, bias, uncertainty and worst case along a coordinate; the temperatures above them where asked for."""
     panels: Any = figure.subplots(3 if temps else 2, 1, sharex=True)
     if temps:
         panels[0].plot(along, found.temps, lw=1.0, color=GREY)
@@ -126,22 +141,25 @@ def _curves(figure: Figure, found: BudgetMap, along: FloatArray, label: str, tem
         panels[0].set_ylabel("temperature (°C)")
         panels[0].set_title("Thermometers (grey) and their mean")
     for axes, (what, unit, _part) in zip(panels[-2:], PANELS, strict=True):
-        _three(axes, found, along, what)
+        _four(axes, found, along, what)
         axes.set_ylabel(f"{what} ({unit})")
         axes.set_ylim(bottom=0.0)
         axes.set_title("Shift of the point" if what == "shift" else "Turn of the platform")
-    panels[-2].legend(loc="upper center", bbox_to_anchor=(0.5, -0.04), ncols=3)
+    panels[-2].legend(loc="upper center", bbox_to_anchor=(0.5, -0.04), ncols=2)
     panels[-1].set_xlabel(label)
-    panels[-1].set_xlim(float(along.min()), float(along.max()))
+    if np.ptp(along) > 0.0:
+        panels[-1].set_xlim(float(along.min()), float(along.max()))
     figure.align_ylabels()
 
 
-def _three(axes: Axes, found: BudgetMap, along: FloatArray, what: str) -> None:
-    """Draw the three curves of one panel."""
+def _four(axes: Axes, found: BudgetMap, along: FloatArray, what: str) -> None:
+    """Draw the four curves of one panel."""
     curves = (
         ("uncorrected", VERMILION, "--", "drift without correction"),
         ("worst_case", BLUE, "-", f"worst case ({100 * found.probability:g} %)"),
         ("remaining", GREEN, "-.", "bias that remains"),
+        ("uncertainty", PURPLE, ":", "standard uncertainty"),
     )
     for name, colour, style, label in curves:
-        axes.plot(along, found.size(name, what) * 1e6, color=colour, ls=style, label=label)
+        marker = "." if len(along) <= MARKED else ""
+        axes.plot(along, found.size(name, what) * 1e6, color=colour, ls=style, marker=marker, label=label)

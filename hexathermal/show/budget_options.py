@@ -168,7 +168,7 @@ def _temperatures(
     if len(words) == 1 and _is_file(words[0]):
         if slope is not None:
             raise ArgumentError("--leg-gradient goes with one temperature, not with a file")
-        return _table(Path(words[0]), names)
+        return table(Path(words[0]), tuple(f"{name}_degC" for name in names), "temperatures")
     count = len([part for word in words for part in word.split(",") if part])
     if count not in (1, len(names)):
         raise ArgumentError(
@@ -192,11 +192,11 @@ def _is_file(word: str) -> bool:
         return True
 
 
-def _table(file: Path, names: tuple[str, ...]) -> tuple[FloatArray, FloatArray | None]:
-    """Return the temperatures of a file, and its times where it has some."""
+def table(file: Path, columns: tuple[str, ...], what: str) -> tuple[FloatArray, FloatArray | None]:
+    """Return columns of a file, and its times where it has some."""
     from hexathermal.predict.table_streams import open_table
 
-    stream = open_table(file, tuple(f"{name}_degC" for name in names), "temperatures")
+    stream = open_table(file, columns, what)
     try:
         blocks, times = [], []
         while (rows := stream.next_rows()) is not None:
@@ -207,8 +207,7 @@ def _table(file: Path, names: tuple[str, ...]) -> tuple[FloatArray, FloatArray |
                 raise ArgumentError(f"{file} has more than 100000 rows; give every tenth")
     finally:
         stream.close()
-    temps = np.concatenate(blocks)
-    return temps, np.concatenate(times) if times else None
+    return np.concatenate(blocks), np.concatenate(times) if times else None
 
 
 def _simulated_day(

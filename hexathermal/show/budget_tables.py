@@ -29,6 +29,8 @@ def bias_table(budget: Budget, probability: float, pretty: bool) -> Table:
     if budget.corrected:
         table.add_row("removed by correction", *_cells(budget.removed))
         table.add_row("bias that remains", *_cells(budget.remaining))
+    for name, part in zip(budget.causes, budget.cause_parts, strict=True):
+        table.add_row(f"  of it {name}", *_cells(part))
     table.add_row("standard uncertainty", *_cells(budget.uncertainty))
     table.add_row("effective degrees of freedom", *("inf" if np.isinf(nu) else f"{nu:.1f}" for nu in budget.dof))
     table.add_row(f"expanded, {100 * probability:g} %", *_cells(budget.expanded(probability)))
@@ -90,6 +92,8 @@ def contribution_rows(budget: Budget) -> tuple[list[str], list[list[Any]]]:
     for kind, values in (("bias uncorrected", budget.uncorrected), ("bias removed", budget.removed),
                          ("bias remaining", budget.remaining)):  # fmt: skip
         rows.append([kind, "", "", "", "", "", "", *(values * 1e6).tolist(), ""])
+    for name, part in zip(budget.causes, budget.cause_parts, strict=True):
+        rows.append(["bias cause", name, "", "", "", "", "", *(part * 1e6).tolist(), ""])
     rows += [
         ["source", item.label, item.standard, item.unit, item.distribution, item.correlation, item.dof,
          *(item.uncertainty * 1e6).tolist(), item.basis]

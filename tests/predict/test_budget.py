@@ -352,3 +352,19 @@ def test_the_cold_junction_moves_all_thermometers_alike(reference: ht.Hexapod) -
     assert 0.05 <= source.standard <= 0.2
     u = error_budget(reference, reference.home, [25.0] * 6, [source]).uncertainty
     assert u[[0, 1, 3, 4, 5]].max() < 1e-5 * u[2]
+
+
+@pytest.mark.parametrize("correction", [True, False])
+def test_causes_of_the_bias_add_up(machine: ht.Hexapod, temps: np.ndarray, correction: bool) -> None:
+    """Causes add up to the bias; each is what the bias loses where that plate or gradient is taken away."""
+    pose = ht.pose_from_coordinates(POSE, hexapod=machine)
+    warm = Plates(base_degC=23.0, platform_gradient=(3.0, 0.0, 0.0))
+    found = error_budget(machine, pose, temps, [], plates=warm, correction=correction)
+    assert np.abs(found.cause_parts.sum(axis=0) - found.remaining).max() < 1e-15
+    parts = dict(zip(found.causes, found.cause_parts, strict=True))
+    assert ("expansion of the legs" in parts) is not correction
+    assert ("expansion of the platform" in parts) is not correction  # its thermometer corrects it
+    level = error_budget(machine, pose, temps, [], plates=Plates(base_degC=23.0), correction=correction)
+    cold = error_budget(machine, pose, temps, [], plates=Plates(base_degC=20.0), correction=correction)
+    assert np.abs(found.remaining - level.remaining - parts["gradient across the platform"]).max() < 1e-15
+    assert np.abs(level.remaining - cold.remaining - parts["expansion of the base"]).max() < 1e-9

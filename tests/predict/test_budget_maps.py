@@ -61,7 +61,19 @@ def test_bias_that_rules_is_named(reference: ht.Hexapod) -> None:
     few = [Source("tiny", "length", 1e-9)]
     worst = budget_map(reference, reference.home, TEMPS, few).worst()
     assert worst.mostly_bias
-    assert "bias that remains" in worst.reason
+    assert worst.causes == ("expansion of the base",)
+    assert "mostly the bias that remains (the expansion of the base" in worst.reason
+    sloped = budget_map(reference, reference.home, TEMPS, few, plates=Plates(base_gradient=(0.0, 50.0, 0.0)))
+    assert sloped.worst("turn").causes == ("gradient across the base",)
+
+
+def test_sources_that_weigh_the_same_are_named_together(reference: ht.Hexapod) -> None:
+    """Joints of base and platform make up equal parts and are both told; nothing at all is called nothing."""
+    worst = budget_map(reference, reference.home, TEMPS).worst()
+    assert set(worst.sources) == {"base joint position", "platform joint position"}
+    assert "base joint position and platform joint position, 4" in worst.reason
+    cold = budget_map(reference, reference.home, [20.0] * 6, [])
+    assert "nothing is off" in cold.worst().reason
 
 
 def test_gradients_across_the_legs(reference: ht.Hexapod, two_plates: ht.Hexapod) -> None:
@@ -83,6 +95,7 @@ def test_gradients_across_the_legs(reference: ht.Hexapod, two_plates: ht.Hexapod
         (lambda m: pose_grid(m), ArgumentError, "at least one span"),
         (lambda m: pose_grid(m, w_mm=(0, 1, 2)), UnknownNameError, "not known"),
         (lambda m: pose_grid(m, x_mm=(0, 1, 0)), ArgumentError, "whole number"),
+        (lambda m: pose_grid(m, x_mm=(0, 1)), ArgumentError, "low, high, count"),
         (lambda m: pose_grid(m, x_mm=(0, 1, 999), y_mm=(0, 1, 999)), ArgumentError, "more than"),
         (lambda m: budget_map(m, np.stack([m.home] * 2), [TEMPS] * 3), ArgumentError, "pair up"),
         (lambda m: budget_map(m, np.stack([m.home] * 2), TEMPS, each_plates=[Plates()] * 3), ArgumentError, "3 plates"),

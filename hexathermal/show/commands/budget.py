@@ -25,6 +25,8 @@ numbers may be parted by blanks or commas: --pose 5 0 12 0 1.5 0, --at-tool 0,0,
            or a CSV or Parquet file with a column NAME_degC for each: one row, or a day (time_s is optional)
 --day      the day that 'hexathermal demo' simulates, with its plates' temperatures
 --map      a grid of poses about --pose: 'x=-50:50:11 y=-50:50:11' (low:high:count, mm and deg; counted from home)
+--path     a CSV or Parquet file with columns x_mm, y_mm, z_mm, rx_deg, ry_deg, rz_deg, counted from home (time_s is
+           optional); a file of temperatures with as many rows is taken row by row
 --sources  a TOML file of own sources; 'docs/budget.md' shows one. Without it the machine gets default sources:
            documented values, most of them engineering values that should be replaced by what is known of the machine
 
@@ -32,7 +34,7 @@ Errors are reached minus wanted: shift of the point, and rotation vector of the 
 Worst case: |bias| + expanded uncertainty. A plate without a thermometer is taken at the legs' mean temperature unless
 --plate-temps says otherwise. Poses of a map that cannot be reached are listed with the reason.
 
---out DIR writes budget.csv and contributions.png; map.csv and map.png; day.csv and day.png, as they were asked for.
+--out DIR writes budget.csv and contributions.png; map.csv and map.png; path or day likewise, as they were asked for.
 
 examples:
   hexathermal budget --machine reference --pose 5 0 12 0 1.5 0 --temps 25 --at-tool 0 0 120
@@ -50,7 +52,12 @@ def add(commands: Any) -> None:
     # so that argparse takes -5,0,120 for numbers, not for an option
     budget._negative_number_matcher = re.compile(r"-[\d.][\d.,eE+-]*$")
     budget.add_argument("--machine", required=True, **MACHINE)
-    budget.add_argument("--pose", required=True, nargs="+", metavar="V", help="x y z rx ry rz from home, mm and deg")
+    budget.add_argument(
+        "--pose",
+        nargs="+",
+        metavar="V",
+        help="x y z rx ry rz from home, mm and deg; only with --path it may be left out",
+    )
     heat = budget.add_mutually_exclusive_group(required=True)
     heat.add_argument("--temps", nargs="+", metavar="T", help="temperatures, degC, or a file of them (see below)")
     heat.add_argument("--day", action="store_true", help="a simulated working day")
@@ -59,6 +66,7 @@ def add(commands: Any) -> None:
         "--monte-carlo", action="store_true", help="by simulation too, with a verdict on the linear one"
     )
     budget.add_argument("--map", nargs="+", type=grid, metavar="GRID", help="over a grid of poses (see below)")
+    budget.add_argument("--path", type=path, metavar="FILE", help="along the poses of a CSV or Parquet file")
     budget.add_argument("--uncorrected", action="store_true", help="nominal lengths are commanded, not corrected ones")
     budget.add_argument("--sources", type=path, metavar="FILE", help="own sources of uncertainty, TOML")
     budget.add_argument("--without", nargs="+", metavar="LABEL", default=[], help="leave sources out")
@@ -83,7 +91,9 @@ def add(commands: Any) -> None:
 def run(arguments: argparse.Namespace, progress: Progress) -> Answer:
     """How far off a warm machine is, which cause weighs most, and what correction leaves."""
     hexapod = machine(arguments.machine)
-    six = numbers(arguments.pose, 6, "--pose", "x y z rx ry rz, mm and deg")
+    if arguments.pose is None and arguments.path is None:
+        raise ArgumentError("give --pose X Y Z RX RY RZ, or --path FILE")
+    six = numbers(arguments.pose or ["0"] * 6, 6, "--pose", "x y z rx ry rz, mm and deg")
     user, own = (
         numbers(given, 6, f"--{name}-frame", "six coordinates, mm and deg") if given else (0.0,) * 6
         for name, given in (("user", arguments.user_frame), ("object", arguments.object_frame))
@@ -97,8 +107,9 @@ def run(arguments: argparse.Namespace, progress: Progress) -> Answer:
     grids: list[Grid] = arguments.map or []
     if len({one.name for one in grids}) < len(grids):
         raise ArgumentError("--map names a coordinate twice")
-    if grids and arguments.day:
-        raise ArgumentError("--map and --day are two different questions; ask one at a time")
+    asked = [name for name, given in (("--map", grids), ("--path", arguments.path), ("--day", arguments.day)) if given]
+    if len(asked) > 1:
+        raise ArgumentError(f"{' and '.join(asked)} are different questions; ask one at a time")
     request = requested(
         hexapod, six, arguments.temps, day=arguments.day, seed=arguments.seed, frames=frames, frame=arguments.frame,
         at_tool=None if tool is None else tuple(value / 1e3 for value in tool), gradients=gradients,
@@ -106,11 +117,12 @@ def run(arguments: argparse.Namespace, progress: Progress) -> Answer:
         sources=arguments.sources, without=tuple(arguments.without), correction=not arguments.uncorrected,
         probability=arguments.probability,
     )  # fmt: skip
-    _check_folder(arguments.out, arguments.force, request, bool(grids))
+    kinds = ["map"] * bool(grids) + ["path"] * (arguments.path is not None)
+    _check_folder(arguments.out, arguments.force, kinds + ["day"] * (request.many and not kinds))
     return _answered(request, grids, arguments, progress)
 
 
-def _check_folder(folder: Path | None, force: bool, request: Request, mapped: bool) -> None:
+def _check_folder(folder: Path | None, force: bool, kinds: list[str]) -> None:
     """Create the folder of results, and refuse files that are there already."""
     if folder is None:
         return
@@ -118,7 +130,6 @@ def _check_folder(folder: Path | None, force: bool, request: Request, mapped: bo
         folder.mkdir(parents=True, exist_ok=True)
     except OSError as error:
         raise ArgumentError(f"cannot create the folder {folder}: {error.strerror or error}") from None
-    kinds = ["map"] * mapped + ["day"] * request.many
     names = ["budget.csv", "contributions.png", *(f"{kind}{end}" for kind in kinds for end in (".csv", ".png"))]
     there = [name for name in names if (folder / name).exists()]
     if there and not force:
@@ -133,6 +144,8 @@ def _answered(request: Request, grids: list[Grid], arguments: argparse.Namespace
     answer = answers.Report(request, arguments.out)
     if grids:
         answer.add_map(grids, progress)
+    elif arguments.path is not None:
+        answer.add_path(arguments.path, progress)
     elif request.many:
         answer.add_day(progress)
     else:
