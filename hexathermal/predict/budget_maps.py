@@ -337,9 +337,12 @@ def grid_coordinates(around: npt.ArrayLike, spans: dict[str, tuple[float, float,
     for name, span in spans.items():
         if name not in names:
             raise UnknownNameError(f"span {name!r} is not known; choose from {', '.join(names)}", names)
-        if not isinstance(span, Sequence) or len(span) != 3:
-            raise ArgumentError(f"span {name} must be (low, high, count), such as (-50.0, 50.0, 11), found {span!r}")
-        low, high, count = span
+        try:
+            low, high, count = span
+        except (TypeError, ValueError):
+            raise ArgumentError(
+                f"span {name} must be (low, high, count), such as (-50.0, 50.0, 11), found {span!r}"
+            ) from None
         if not isinstance(count, int | np.integer) or isinstance(count, bool) or count < 1:
             raise ArgumentError(f"count of span {name} must be a whole number above 0, found {count!r}")
         ends = finite_array([low, high], (2,), f"span {name}")

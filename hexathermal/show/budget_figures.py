@@ -106,7 +106,8 @@ def _picture(
     axes.set_facecolor("#EFEFEF")
     # a coordinate with one value, or with equal ends, is drawn one unit wide
     edges = [along if np.ptp(along) > 0.0 else along[0] + np.arange(len(along)) for along in (columns, rows)]
-    picture = axes.pcolormesh(*edges, sizes, shading="nearest", cmap="cividis")
+    low, high = _colours(sizes, found.size("worst_case", what) * 1e6)
+    picture = axes.pcolormesh(*edges, sizes, shading="nearest", cmap="cividis", vmin=low, vmax=high)
     figure.colorbar(picture, ax=axes).set_label(unit)
     if np.isfinite(sizes).any():
         worst = found.worst(what).index
@@ -114,6 +115,17 @@ def _picture(
                   mec=VERMILION, ms=11, mew=2.0, clip_on=False)  # fmt: skip
     axes.set_xlabel(_axis(column_name))
     axes.set_ylabel(_axis(row_name))
+
+
+def _colours(sizes: FloatArray, worst: FloatArray) -> tuple[float, float]:
+    """Return the range of colours: never less than 2 % of the worst case, so that rounding does not look like a map."""
+    if not np.isfinite(sizes).any():
+        return 0.0, 1.0
+    low, high, least = float(np.nanmin(sizes)), float(np.nanmax(sizes)), 0.02 * float(np.nanmax(worst))
+    if high - low >= least and least > 0.0:
+        return low, high
+    low = max(0.0, 0.5 * (low + high - least))
+    return low, low + (least or 1.0)
 
 
 def _axis(name: str) -> str:
@@ -162,4 +174,5 @@ def _four(axes: Axes, found: BudgetMap, along: FloatArray, what: str) -> None:
     )
     for name, colour, style, label in curves:
         marker = "." if len(along) <= MARKED else ""
-        axes.plot(along, found.size(name, what) * 1e6, color=colour, ls=style, marker=marker, label=label)
+        axes.plot(along, found.size(name, what) * 1e6, color=colour, ls=style, marker=marker, label=label,
+                  clip_on=not marker)  # fmt: skip

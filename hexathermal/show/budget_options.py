@@ -140,6 +140,10 @@ def requested(
         f"{part}_degC": value for part, value in zip(("platform", "base"), plate_temps, strict=True)
         if getattr(model, part) is not None and getattr(model, part).sensor is None
     }  # fmt: skip
+    if plate_temps is not None and not given:
+        raise ArgumentError(
+            "--plate-temps: the machine has no plate with a law and without a thermometer; leave it out"
+        )
     plates: Any = Plates(**given, **slopes)  # type: ignore[arg-type]
     scenario, time_s = "", None
     air_degC: Any = air
