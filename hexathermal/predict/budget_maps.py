@@ -224,7 +224,9 @@ def budget_map(
     True
     """
     flat, hot = _paired(hexapod, poses, temps)
-    chosen = None if sources is None else checked_sources(hexapod, sources)
+    # the default sources know which plates are stated, place by place where they differ
+    own_defaults = sources is None and each_plates is not None
+    chosen = None if own_defaults else checked_sources(hexapod, sources, view.get("plates"))
     views = _views(view, len(flat), each_plates, each_air_degC)
     budgets: list[Budget | None] = []
     refused = []
