@@ -22,18 +22,18 @@ from hexathermal.predict.acceptance.measured_poses import UNCERTAINTIES, Measure
 from hexathermal.predict.acceptance.pose_accuracy import (
     ASKED_CYCLES,
     PoseAccuracy,
+    accuracy_of_visits,
     angle_differences,
-    pose_accuracy,
     pose_drift,
 )
 from hexathermal.predict.acceptance.quantities import (
     ACCURACY,
+    ACCURACY_VALUES,
     AXES,
     DRIFT,
     ETVE,
     WARM_UP,
     WARM_UP_VALUES,
-    accuracy_values,
     drift_values,
 )
 from hexathermal.predict.acceptance.specification import Limit, Specification
@@ -164,7 +164,7 @@ def _accuracies(measured: MeasuredPoses) -> dict[tuple[str, str], PoseAccuracy]:
             rows = measured.rows(pose, group)
             if len(rows) > 1:
                 try:
-                    found[pose, group] = pose_accuracy(
+                    found[pose, group] = accuracy_of_visits(
                         measured.measured[rows], measured.commanded[rows[0]], measured.convention
                     )
                 except ArgumentError as error:
@@ -253,7 +253,7 @@ def _values(
         for group in measured.groups_of(pose):
             own = measured.rows(pose, group)
             _check_visits(measured, accuracies, pose, group)
-            yield _Value(accuracy_values(accuracies[pose, group])[quantity.name], own, group)
+            yield _Value(ACCURACY_VALUES[quantity.name](accuracies[pose, group]), own, group)
     elif quantity.family == DRIFT:
         yield _drift(limit, measured, accuracies, pose)
     else:

@@ -158,6 +158,11 @@ def pose_accuracy(
     command = pose_array(commanded, "commanded pose")
     if command.shape != (4, 4):
         raise ArgumentError(f"commanded pose has shape {command.shape}; expected one pose (4, 4) for all its visits")
+    return accuracy_of_visits(visits, command, convention)
+
+
+def accuracy_of_visits(visits: FloatArray, command: FloatArray, convention: str) -> PoseAccuracy:
+    """Return `pose_accuracy` of arrays (n, 4, 4), n >= 2, and (4, 4) that are known to be poses."""
     centre = visits[:, :3, 3].mean(axis=0)
     turned = Rotation.from_matrix(visits[:, :3, :3] @ command[:3, :3].T)
     mean = turned.mean()

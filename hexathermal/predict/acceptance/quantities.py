@@ -95,19 +95,33 @@ def _by_axis(stem: str, axes: tuple[str, ...], values: FloatArray) -> dict[str, 
     return {f"{stem}_{axis}": float(value) for axis, value in zip(axes, values, strict=True)}
 
 
+def _component(field: str, k: int) -> Callable[[PoseAccuracy], float]:
+    """Return what takes one component of a field."""
+    return lambda found: float(getattr(found, field)[k])
+
+
+def _components(stem: str, axes: tuple[str, ...], field: str) -> dict[str, Callable[[PoseAccuracy], float]]:
+    """Return what takes each component of a field, by name."""
+    return {f"{stem}_{axis}": _component(field, k) for k, axis in enumerate(axes)}
+
+
+ACCURACY_VALUES: dict[str, Callable[[PoseAccuracy], float]] = {
+    "AP": lambda found: found.AP,
+    **_components("AP", SHIFTS, "position"),
+    "AP_rotation": lambda found: found.AP_rotation,
+    **_components("AP", TURNS, "rotation"),
+    **_components("AP", ANGLES, "angles"),
+    "RP": lambda found: found.RP,
+    "RP_rotation": lambda found: found.RP_rotation,
+    **_components("RP", TURNS, "RP_axes"),
+    **_components("RP", ANGLES, "RP_angles"),
+}
+"""Pose accuracy and repeatability by the names of quantities."""
+
+
 def accuracy_values(found: PoseAccuracy) -> dict[str, float]:
     """Return pose accuracy and repeatability by the names of quantities."""
-    return {
-        "AP": found.AP,
-        **_by_axis("AP", SHIFTS, found.position),
-        "AP_rotation": found.AP_rotation,
-        **_by_axis("AP", TURNS, found.rotation),
-        **_by_axis("AP", ANGLES, found.angles),
-        "RP": found.RP,
-        "RP_rotation": found.RP_rotation,
-        **_by_axis("RP", TURNS, found.RP_axes),
-        **_by_axis("RP", ANGLES, found.RP_angles),
-    }
+    return {name: value(found) for name, value in ACCURACY_VALUES.items()}
 
 
 def drift_values(found: PoseDrift) -> dict[str, float]:
