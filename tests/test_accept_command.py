@@ -214,3 +214,20 @@ def test_junit_and_json_are_written_together(files: list[str], tmp_path: Path, c
     assert ET.parse(tmp_path / "j.xml").getroot().tag == "testsuites"
     assert json.loads((tmp_path / "a.json").read_text())["verdict"] == "pass"
     capsys.readouterr()
+
+
+def test_a_hole_in_the_record_is_not_decided(tmp_path: Path, capsys: Said) -> None:
+    """ETVE from a record with a hole of 7 minutes in windows of an hour: not decided, no probability, a note."""
+    header = TABLE.splitlines()[0].replace("pose,", "time_s,")
+    rows = [f"{t}" + ",0" * 12 for t in range(0, 7200, 10) if not 3000 < t < 3420]
+    (tmp_path / "measured.csv").write_text("\n".join([header, *rows]) + "\n", encoding="utf-8")
+    words = specified(tmp_path, "ETVE_z_um = {upper = 5, window_s = 3600}\n")
+    assert cli.main([*words, "--json", "-"]) == 2
+    said = capsys.readouterr()
+    assert "gaps" in said.err
+    data = json.loads(said.out)
+    assert data["results"][0]["conformance_probability"] is None
+    assert data["probability_at_least"] is None
+    (tmp_path / "spec.toml").write_text(SPEC + "ETVE_z_um = {upper = 5, window_s = 3600, gap_s = 500}\n")
+    assert cli.main(words) == 0
+    capsys.readouterr()

@@ -217,7 +217,7 @@ def _decided(
             )  # fmt: skip
             if found.lower_bound and decision.verdict == PASS:
                 note = "the record has gaps in which the machine may have moved further"
-                decision = replace(decision, verdict=NOT_DECIDED, statement=NOT_DECIDED, note=note)
+                decision = replace(decision, verdict=NOT_DECIDED, statement=NOT_DECIDED, probability=None, note=note)
             yield Result(limit, pose, found.group, len(found.rows), decision, found.detail)
 
 
@@ -335,5 +335,5 @@ def _notes(specification: Specification, measured: MeasuredPoses, results: list[
         yield f"columns not used: {', '.join(measured.unused)}"
     coarse = dict.fromkeys(f"{item.limit.key}: {item.decision.note}" for item in results if item.decision.note)
     yield from coarse
-    if any(result.decision.probability is None for result in results):
+    if any(result.decision.probability is None and result.decision.uncertainty is None for result in results):
         yield "limits decided by the rule 'simple' without an uncertainty have no probability"
