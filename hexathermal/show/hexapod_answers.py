@@ -317,9 +317,7 @@ def _validated(found: HexapodValidation) -> str:
     return "\n".join([*lines, *(f"note: {note}" for note in found.notes)])
 
 
-def _validation_report(
-    found: HexapodValidation, facts: dict[str, Any], folder: Path, progress: Progress
-) -> list[Path]:
+def _validation_report(found: HexapodValidation, facts: dict[str, Any], folder: Path, progress: Progress) -> list[Path]:
     """Write pictures and numbers; returns their paths."""
     from hexathermal.predict.table_writing import written_folder
     from hexathermal.show.hexapod_figures import validation_figure
