@@ -225,13 +225,21 @@ def _table(
         if count:
             left_out[reason] = left_out.get(reason, 0) + count
         good &= ~bad
+    told = np.flatnonzero(np.isfinite(own).all(axis=(1, 2)) & np.isfinite(plate[:, known]).all(axis=1))
+    first = None if not told.size else (own[told[0]], plate[told[0]])
     begun = float(np.nanmin(time)) if np.isfinite(time).any() else 0.0
     return {"time": time[good] - begun, "six": six[good], "seen": seen[good], "q": data["leg_q"].values[good],
-            "heat": own[good], "plates": plate[good]}  # fmt: skip
+            "heat": own[good], "plates": plate[good], "first": first}  # fmt: skip
 
 
 def _zero(table: dict[str, Any]) -> tuple[FloatArray, FloatArray]:
-    """Return the temperatures of legs and plates that a run counts from: those of its first usable row."""
-    if not len(table["time"]):
-        raise ArgumentError("the run that temperatures count from has no usable row; set zero in campaign.toml")
-    return table["heat"][0], table["plates"][0]
+    """Return the temperatures of legs and plates that a run counts from: those of its first row that has them all.
+
+    Whether the pose of that row can be used does not matter: temperatures alone count from a zero.
+    """
+    first: tuple[FloatArray, FloatArray] | None = table["first"]
+    if first is None:
+        raise ArgumentError(
+            "the run that temperatures count from has no row with all of them; set zero in campaign.toml"
+        )
+    return first

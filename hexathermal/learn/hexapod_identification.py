@@ -243,7 +243,7 @@ def _plates(rows: HexapodRows, plates: str, notes: list[str]) -> tuple[float | N
         if rows.plate_sensors[k] is None:
             out.append(0.0)
             notes.append(f"the {part} has no thermometer: its expansion is part of what the legs' laws absorb")
-        elif plates == "auto" and law is not None and law.sensor is not None:
+        elif plates == "auto" and law is not None and law.sensor == rows.plate_sensors[k]:
             out.append(law.expansion)
         elif plates in ("fit", "auto"):
             out.append(None)

@@ -16,7 +16,7 @@ from hexathermal.errors import ArgumentError, UnknownNameError
 from hexathermal.kinematics.forward import forward_kinematics
 from hexathermal.learn.campaign import Campaign
 from hexathermal.learn.hexapod_data import PLATES, HexapodRows, hexapod_rows
-from hexathermal.learn.validation import DRAWS, SEED, Figure, Verdict
+from hexathermal.learn.validation import DRAWS, SEED, TRIFLE, Figure, Verdict
 from hexathermal.machine.hexapod import Hexapod
 from hexathermal.machine.thermal import ThermalModel
 from hexathermal.poses import FloatArray
@@ -260,8 +260,9 @@ def _frames(rows: HexapodRows, after: FloatArray) -> tuple[FloatArray, tuple[flo
 
 
 def _verdict(score: PoseScore) -> Verdict:
-    """Return what the reduction says: worse where even its best estimate is, better where its interval is above 0."""
-    if score.reduction.value < 0.0:
+    """Return what the reduction says: worse beyond doubt or by more than a trifle, better beyond doubt, or neither."""
+    gain = score.reduction
+    if gain.value < 0.0 and (gain.high < 0.0 or gain.value < -TRIFLE):
         return Verdict.WORSE
     return Verdict.BETTER if score.reduction.low > 0.0 else Verdict.UNPROVEN
 
@@ -273,7 +274,8 @@ def _doubts(each: dict[str, dict[str, PoseScore]], gain: Figure, runs: int) -> l
         worse = [name for name, one in each.items() if one[key].reduction.value < 0.0]
         if worse:
             notes.append(
-                f"over-correction: in {', '.join(worse)} the {key} error is larger with correction than without"
+                f"over-correction, or a frame that moved between runs: in {', '.join(worse)} the {key} error is larger "
+                "with correction than without (see what is left without each run's mean motion)"
             )
     if gain.high < 1.0:
         notes.append(

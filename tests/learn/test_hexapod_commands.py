@@ -126,3 +126,25 @@ def test_wrong_input_is_one_message(place: Path, tmp_path: Path, capsys: pytest.
         assert "Traceback" not in said.err
         assert said.out == ""
     assert not Path(new).exists()
+
+
+def test_a_lost_pose_does_not_move_the_zero_of_temperatures(tmp_path: Path) -> None:
+    """Temperatures count from the first row of the first run, also where the tracker lost its first poses."""
+    from hexathermal.learn.campaign_files import load_campaign
+    from hexathermal.learn.hexapod_data import hexapod_rows
+
+    words = ["simulate", "machine", "--out", str(tmp_path / "c"), "--runs", "1", "--validation", "1", "--rows", "30"]
+    assert main(words) == 0
+    before = hexapod_rows(load_campaign(tmp_path / "c"), "identification")
+    table = next(iter(sorted((tmp_path / "c" / "runs").iterdir())))
+    lines = table.read_text(encoding="utf-8").splitlines()
+    column = lines[0].split(",").index("measured_x_mm")
+    for k in range(1, 6):
+        fields = lines[k].split(",")
+        fields[column] = ""
+        lines[k] = ",".join(fields)
+    table.write_text("\n".join(lines) + "\n", encoding="utf-8")
+    after = hexapod_rows(load_campaign(tmp_path / "c"), "identification")
+    assert len(after.time) == len(before.time) - 5
+    assert np.array_equal(after.zero_degC, before.zero_degC)
+    assert np.array_equal(after.dT, before.dT[5:])
