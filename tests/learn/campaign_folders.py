@@ -6,6 +6,10 @@ from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
+import pytest
+
+from hexathermal.learn.campaign_faults import CampaignError
+from hexathermal.learn.campaign_files import load_campaign
 
 SENSORS = ("T01", "T02", "T03", "T04")
 A_PER_K, B_PER_K, Q0_M = 2e-6, 1.1e-6, 0.6
@@ -99,3 +103,10 @@ def component_campaign(folder: Path, rows: int = 400) -> Path:
     text += '[[runs]]\nname = "b"\nfile = "runs/b.csv"\nrole = "validation"\n'
     (folder / "campaign.toml").write_text(text, encoding="utf-8")
     return folder
+
+
+def messages(folder: Path, **options: tuple[str, ...]) -> list[str]:
+    """Return the faults of a campaign as texts, file names without folders."""
+    with pytest.raises(CampaignError) as error:
+        load_campaign(folder, **options)  # type: ignore[arg-type]
+    return [f"{Path(file).name}:{p.line}:{p.column} {p.message}" for file, p in error.value.faults]
