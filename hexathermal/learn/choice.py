@@ -91,10 +91,10 @@ def _decide(single: FloatArray, double: FloatArray, rows: npt.NDArray[np.int64])
     if not np.isfinite(two).any():
         return _Decision(False, s, -1, float("nan"), float("nan"))
     d = int(np.nanargmin(two))
-    return _decided(single[:, s], double[:, d], rows, s, d)
+    return decided(single[:, s], double[:, d], rows, s, d)
 
 
-def _decided(one: FloatArray, two: FloatArray, rows: npt.NDArray[np.int64], s: int, d: int) -> _Decision:
+def decided(one: FloatArray, two: FloatArray, rows: npt.NDArray[np.int64], s: int, d: int) -> _Decision:
     """Return whether mean square errors `two` are smaller than `one` by more than their spread between runs."""
     from scipy.stats import t
 
@@ -127,7 +127,7 @@ def choose(ranked: RankedSets, grams: Grams) -> Choice:
     honest = found
     if nested and found.double >= 0:
         squares = np.array([(one.single, one.double) for one in nested]) ** 2
-        honest = _decided(squares[:, 0], squares[:, 1], grams.rows, found.single, found.double)
+        honest = decided(squares[:, 0], squares[:, 1], grams.rows, found.single, found.double)
     single = ranked.names[ones[found.single]]
     double = ranked.names[twos[found.double]] if found.double >= 0 else ()
     square = sum(float(rows) * one.rmse**2 for rows, one in zip(grams.rows, nested, strict=False))

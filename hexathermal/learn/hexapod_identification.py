@@ -14,7 +14,7 @@ import numpy as np
 
 from hexathermal.errors import ArgumentError
 from hexathermal.kinematics.jacobian import jacobian
-from hexathermal.learn.choice import _decided as decided
+from hexathermal.learn.choice import decided
 from hexathermal.learn.hexapod_data import AXES, HexapodRows
 from hexathermal.learn.hexapod_fit import HexapodFit, fit_model, model_of
 from hexathermal.learn.hexapod_model import HexapodEquations, hexapod_equations, pose_residuals, used
