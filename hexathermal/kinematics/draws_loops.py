@@ -22,6 +22,7 @@ from hexathermal.kinematics.formulas import (
     rotation_of,
     six_joints,
     step_size,
+    thirty_six,
     triple,
     true_length,
 )
@@ -148,19 +149,6 @@ def length_rates(both, told, dT, lag, plates, R, units, steps, out):
 def nine(f, k):
     """Return nine numbers of an array."""
     return (f[k], f[k + 1], f[k + 2], f[k + 3], f[k + 4], f[k + 5], f[k + 6], f[k + 7], f[k + 8])
-
-
-@formula
-def thirty_six(f, k):
-    """Return 36 numbers of an array."""
-    return (
-        f[k], f[k + 1], f[k + 2], f[k + 3], f[k + 4], f[k + 5],
-        f[k + 6], f[k + 7], f[k + 8], f[k + 9], f[k + 10], f[k + 11],
-        f[k + 12], f[k + 13], f[k + 14], f[k + 15], f[k + 16], f[k + 17],
-        f[k + 18], f[k + 19], f[k + 20], f[k + 21], f[k + 22], f[k + 23],
-        f[k + 24], f[k + 25], f[k + 26], f[k + 27], f[k + 28], f[k + 29],
-        f[k + 30], f[k + 31], f[k + 32], f[k + 33], f[k + 34], f[k + 35],
-    )  # fmt: skip
 
 
 # rows of a block: position 0-2, quaternion 3-6, lengths 7-12, size of the last step, error 14-19, joints 20-55

@@ -22,6 +22,7 @@ from hexathermal.kinematics.formulas import (
     rotation_of,
     six_joints,
     step_size,
+    thirty_six,
     triple,
 )
 from hexathermal.kinematics.layout import (
@@ -64,20 +65,6 @@ MOST_STEPS = 12
 
 RESIDUAL = 1e-14
 """Largest length error of an accepted pose, as a part of the machine's size."""
-
-
-@formula
-def inverse_at_home(f):
-    """Return the 36 numbers of the inverse of Newton's matrix at home."""
-    k = F_INVERSE
-    return (
-        f[k], f[k + 1], f[k + 2], f[k + 3], f[k + 4], f[k + 5],
-        f[k + 6], f[k + 7], f[k + 8], f[k + 9], f[k + 10], f[k + 11],
-        f[k + 12], f[k + 13], f[k + 14], f[k + 15], f[k + 16], f[k + 17],
-        f[k + 18], f[k + 19], f[k + 20], f[k + 21], f[k + 22], f[k + 23],
-        f[k + 24], f[k + 25], f[k + 26], f[k + 27], f[k + 28], f[k + 29],
-        f[k + 30], f[k + 31], f[k + 32], f[k + 33], f[k + 34], f[k + 35],
-    )  # fmt: skip
 
 
 @formula
@@ -158,7 +145,7 @@ def forward_one(both, lengths, out):
     c, f = both[:MACHINE_LENGTH], both[MACHINE_LENGTH:]
     if lengths.shape[0] != 6:
         return BAD_SHAPE
-    P, B, K = six_joints(f, F_PLATFORM), six_joints(f, F_BASE), inverse_at_home(f)
+    P, B, K = six_joints(f, F_PLATFORM), six_joints(f, F_BASE), thirty_six(f, F_INVERSE)
     L = ordered(f, lengths)
     t, q = predicted(f, P, B, L, K)
     size, ratio, steps, sure = 1.0, 0.0, 0, True
@@ -220,7 +207,7 @@ def stored(s, j, t, q):
 @loop
 def start_block(f, s):
     """Set a whole block to its prediction from home."""
-    P, B, K = six_joints(f, F_PLATFORM), six_joints(f, F_BASE), inverse_at_home(f)
+    P, B, K = six_joints(f, F_PLATFORM), six_joints(f, F_BASE), thirty_six(f, F_INVERSE)
     for j in range(BLOCK):
         _t, _q, L = loaded(s, j)
         t, q = predicted(f, P, B, L, K)

@@ -21,6 +21,7 @@ from hexathermal.kinematics.constants import LARGEST_CONDITION, constants, dimen
 from hexathermal.kinematics.inverse import inverse_kinematics
 from hexathermal.kinematics.jacobian import at_centre, jacobian
 from hexathermal.kinematics.lean import angles_of
+from hexathermal.kinematics.region import unit_determinants
 from hexathermal.machine.hexapod import Hexapod
 from hexathermal.poses import FloatArray
 
@@ -86,13 +87,10 @@ def _smallest_ratio(hexapod: Hexapod, start: FloatArray, pose: FloatArray) -> fl
     """Return the smallest ``det J`` on the straight move between two poses, as a part of that at the start."""
     from hexathermal.kinematics.path import path_poses
 
-    way = path_poses(start, pose, np.linspace(0.0, 1.0, WAY))
-    s = np.einsum("nij,kj->nki", way[:, :3, :3], hexapod.platform_joints - constants(hexapod).centre)
-    legs = way[:, None, :3, 3] - hexapod.base_joints
-    legs += np.einsum("nij,kj->nki", way[:, :3, :3], hexapod.platform_joints)
+    way, centre = path_poses(start, pose, np.linspace(0.0, 1.0, WAY)), constants(hexapod).centre
+    R, t = way[:, :3, :3], way[:, :3, 3]
+    determinants = unit_determinants(hexapod.platform_joints - centre, hexapod.base_joints, R, t + R @ centre)
     with np.errstate(all="ignore"):
-        units = legs / np.linalg.norm(legs, axis=-1, keepdims=True)
-        determinants = np.linalg.det(np.concatenate([units, np.cross(s, units)], axis=-1))
         return float(np.nan_to_num((determinants / determinants[0]).min()))
 
 

@@ -29,11 +29,11 @@ def regular_region(
     shifts, turns = rng.normal(size=(2, DIRECTIONS, 3))
     shifts, turns = (v / np.linalg.norm(v, axis=1, keepdims=True) for v in (shifts, turns))
     shifts[: DIRECTIONS // 8], turns[DIRECTIONS // 8 : DIRECTIONS // 4] = 0.0, 0.0
-    own = _unit_determinants(p, b, R[None], t[None])[0]
+    own = unit_determinants(p, b, R[None], t[None])[0]
     good = 0.0
     for scale in SCALES:
         spun = _turned(scale * turns) @ R
-        if not (_unit_determinants(p, b, spun, t + scale * size * shifts) / own > MARGIN).all():
+        if not (unit_determinants(p, b, spun, t + scale * size * shifts) / own > MARGIN).all():
             break
         good = scale
     turn = min(good, float(np.sqrt(4.0 * good * size / arm)) if arm > 0.0 else good)
@@ -41,8 +41,8 @@ def regular_region(
     return shift**2, float(np.cos(0.5 * turn))
 
 
-def _unit_determinants(p: FloatArray, b: FloatArray, R: FloatArray, t: FloatArray) -> FloatArray:
-    """Return determinants of rows ``[u, s x u]`` with unit vectors ``u``."""
+def unit_determinants(p: FloatArray, b: FloatArray, R: FloatArray, t: FloatArray) -> FloatArray:
+    """Return determinants of rows ``[u, s x u]`` with unit vectors ``u`` along the legs, poses (n, 3, 3) and (n, 3)."""
     s = p @ np.swapaxes(R, -1, -2)
     d = s + t[:, None] - b
     with np.errstate(all="ignore"):
