@@ -1,0 +1,171 @@
+"""What is known of a leg, or of any part, from row to row: the signals that terms of its law are made of.
+
+A controller has one row at a time, a campaign has whole runs: both are `LegSignals`, and what must be remembered
+between rows (a filtered temperature, the direction of the last move) is kept in a `Memory`. Rows given one by one, in
+blocks or all at once give the same values.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+
+from hexathermal.errors import ArgumentError
+from hexathermal.poses import FloatArray
+
+SMALLEST_MOVE = 2e-6
+"""A smaller change of the displacement is the scale's noise, not a move [m]."""
+
+LONGEST_DECAY = 30.0
+"""Rows are filtered together while their times sum up to so many time constants, so that no power overflows."""
+
+
+@dataclass(frozen=True, eq=False)
+class LegSignals:
+    """Rows of one run, n of them, in order of time. SI units.
+
+    Parameters
+    ----------
+    time : array, shape (n,) [s]
+        Since the run's zero.
+    dT : mapping of str to array, shape (n,) [K]
+        Temperatures of the sensors, less those of the zero.
+    q : array, shape (n,) [m]
+        Displacement of the rod; zeros for a part without a stroke.
+    retracted_length : float [m]
+        q0; 1 for a part without a stroke, whose coefficients are then lengths for a kelvin.
+    air : array, shape (n,) [K]
+        Air temperature less that of the zero; NaN where it is not recorded.
+    index : array, shape (n,) [1]
+        Index of refraction of the air less that of the zero; NaN where it is not known.
+    tilt : array, shape (n, 2) [rad]
+        Of the target about x and y, from the beams' differences, less that of the zero; NaN where there are no beams.
+    inputs : mapping of str to array, shape (n,)
+        Recorded inputs in their own units.
+    """
+
+    time: FloatArray
+    dT: Mapping[str, FloatArray]
+    q: FloatArray
+    retracted_length: float = 1.0
+    air: FloatArray | None = None
+    index: FloatArray | None = None
+    tilt: FloatArray | None = None
+    inputs: Mapping[str, FloatArray] = field(default_factory=dict)
+
+    def __len__(self) -> int:
+        return len(self.time)
+
+    def temperature(self, sensor: str) -> FloatArray:
+        """Return a sensor's temperature less that of the zero [K]."""
+        if sensor not in self.dT:
+            raise ArgumentError(f"the law needs sensor {sensor!r}; there are: {', '.join(self.dT) or 'none'}")
+        return self.dT[sensor]
+
+    def recorded(self, name: str) -> FloatArray:
+        """Return ``air``, ``index``, ``tilt`` or a recorded input."""
+        found: FloatArray | None = getattr(self, name) if name in ("air", "index", "tilt") else self.inputs.get(name)
+        if found is None or np.isnan(found).all():
+            raise ArgumentError(f"the law needs {WORDS.get(name, f'the recorded input {name!r}')}, which is not given")
+        return found
+
+    def span(self, ratio: float) -> FloatArray:
+        """Return ``q0 + ratio q`` [m], the length that a temperature acts on; `ratio` is B / A."""
+        return np.asarray(self.retracted_length + ratio * self.q)
+
+
+WORDS = {"air": "the air temperature", "index": "the air's temperature, pressure and humidity",
+         "tilt": "the interferometer's three beams"}  # fmt: skip
+
+
+class Memory:
+    """What a term remembers from the rows before.
+
+    A new memory belongs to the beginning of a run.
+    """
+
+    def __init__(self) -> None:
+        self._kept: dict[str, Any] = {}
+
+    def low_pass(self, key: str, time: FloatArray, values: FloatArray, time_constant: float) -> FloatArray:
+        """Return values behind a first-order low pass, ``tau dy/dt = u - y``, that has rested at the first value.
+
+        Between rows the values are taken as linear; steps of time may differ.
+
+        Parameters
+        ----------
+        key : str
+            Under which the state is kept; another one for each filter of a term.
+        time : array, shape (n,) [s]
+        values : array, shape (n,) or (n, k)
+        time_constant : float [s]
+        """
+        u = values if values.ndim == 2 else values[:, None]
+        before = self._kept.get(key)
+        t0, u0, y0 = (time[0], u[0], u[0]) if before is None else before
+        step = np.diff(time, prepend=t0) / time_constant
+        decay = np.exp(-step)[:, None]
+        # part of a linear piece that the end of the piece carries: 1 - (1 - a) / step, by its series where step is small
+        safe = np.where(step > 1e-4, step, 1.0)
+        carried = np.where(step > 1e-4, 1.0 - (1.0 - np.exp(-step)) / safe, step / 2.0 - step**2 / 6.0)[:, None]
+        previous = np.concatenate([u0[None], u[:-1]])
+        gained = u * carried + previous * (1.0 - decay - carried)
+        y = _accumulated(decay[:, 0], step, gained, y0)
+        self._kept[key] = (time[-1], u[-1].copy(), y[-1].copy())
+        return y if values.ndim == 2 else y[:, 0]
+
+    def speed(self, time: FloatArray, q: FloatArray) -> FloatArray:
+        """Return the mean speed since the row before, unsigned [m/s]."""
+        t0, q0 = self._kept.get("speed", (time[0], q[0]))
+        dt, dq = np.diff(time, prepend=t0), np.diff(q, prepend=q0)
+        self._kept["speed"] = (time[-1], q[-1])
+        return np.where(dt > 0.0, np.abs(np.where(np.abs(dq) > SMALLEST_MOVE, dq, 0.0)) / np.where(dt > 0, dt, 1.0), 0.0)
+
+    def first(self, key: str, values: FloatArray) -> Any:
+        """Return what the values were in the run's first row."""
+        return self._kept.setdefault(key, values[0].copy() if values.ndim > 1 else float(values[0]))
+
+    def moves(self, q: FloatArray) -> FloatArray:
+        """Return by how much the rod moved since the row before, signed, 0 where it rested [m]."""
+        before = self._kept.get("moves", q[0])
+        self._kept["moves"] = q[-1]
+        step = np.diff(q, prepend=before)
+        return np.where(np.abs(step) > SMALLEST_MOVE, step, 0.0)
+
+    def direction(self, q: FloatArray) -> FloatArray:
+        """Return the direction of the last move, +1 or -1; 0 before the first move."""
+        sign = np.sign(self.moves(q))
+        held = np.concatenate([[self._kept.get("direction", 0.0)], sign])
+        last = np.maximum.accumulate(np.where(held != 0.0, np.arange(len(held)), 0))
+        found = held[last][1:]
+        self._kept["direction"] = found[-1]
+        return np.asarray(found)
+
+    def relaxing(self, time: FloatArray, kicks: FloatArray, time_constant: float) -> FloatArray:
+        """Return what decays from each kick, ``y <- y exp(-dt / tau) + kick``, shape (n,) or (n, k)."""
+        t0, y0 = self._kept.get("relaxing", (time[0], np.zeros(kicks.shape[1:])))
+        step = np.diff(time, prepend=t0) / time_constant
+        flat = kicks if kicks.ndim == 2 else kicks[:, None]
+        y = _accumulated(np.exp(-step), step, flat, np.atleast_1d(y0))
+        y = y if kicks.ndim == 2 else y[:, 0]
+        self._kept["relaxing"] = (time[-1], y[-1].copy())
+        return y
+
+
+def _accumulated(decay: FloatArray, step: FloatArray, gained: FloatArray, start: FloatArray) -> FloatArray:
+    """Return ``y_i = decay_i y_(i-1) + gained_i``, decay_i = exp(-step_i), as cumulated sums over pieces of rows."""
+    y = np.empty_like(gained)
+    piece = np.floor(np.cumsum(step) / LONGEST_DECAY)
+    edges = np.flatnonzero(np.concatenate([[True], piece[1:] != piece[:-1], [True]]))
+    value = np.asarray(start, dtype=np.float64)
+    for first, stop in zip(edges[:-1], edges[1:], strict=True):
+        # the first row of a piece by itself, so that a long gap before it cannot overflow
+        y[first] = decay[first] * value + gained[first]
+        if stop - first > 1:
+            power = np.exp(-np.cumsum(step[first + 1 : stop]))[:, None]
+            y[first + 1 : stop] = power * (y[first] + np.cumsum(gained[first + 1 : stop] / power, axis=0))
+        value = y[stop - 1]
+    return y

@@ -1,0 +1,189 @@
+"""Terms that extend the law of a leg: their shapes, the only place where these equations stand.
+
+The base law is ``drift = sum_s A_s q0 dT_s + B_s q dT_s``. A term adds ``sum_k a_k shape_k``: its shape is made of the
+leg's signals by a function of this module, its amplitudes ``a_k`` are identified. Shapes with a state (lag, stored
+heat, creep, direction) are causal: they know no row that has not come yet, so that a controller can run them.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+
+from hexathermal.errors import ArgumentError, UnknownNameError
+from hexathermal.machine.leg_signals import LegSignals, Memory
+from hexathermal.machine.thermal import frozen
+from hexathermal.poses import FloatArray
+
+Shape = Callable[[LegSignals, Mapping[str, Any], Memory], FloatArray]
+"""From signals, parameters and the memory of the rows before to columns, shape (n, k)."""
+
+
+@dataclass(frozen=True, eq=False)
+class LegTerm:
+    """A term of a leg's law.
+
+    Parameters
+    ----------
+    cause : str
+        Name of the catalogue, as ``"thermal-lag"``.
+    shape : str
+        One of `SHAPES`.
+    parameters : mapping
+        Of the shape: names of sensors and inputs, time constants [s], lengths [m].
+    amplitudes : array, shape (k,)
+        In metres for a unit of each column.
+    covariance : array, shape (k, k)
+    """
+
+    cause: str
+    shape: str
+    parameters: Mapping[str, Any]
+    amplitudes: FloatArray
+    covariance: FloatArray = field(default_factory=lambda: np.zeros((0, 0)))
+
+    def __post_init__(self) -> None:
+        shape_named(self.shape)
+        amplitudes = np.atleast_1d(np.asarray(self.amplitudes, dtype=np.float64))
+        covariance = np.asarray(self.covariance, dtype=np.float64)
+        k = len(amplitudes)
+        covariance = covariance if covariance.size else np.zeros((k, k))
+        if covariance.shape != (k, k):
+            raise ArgumentError(f"term {self.cause!r}: covariance has shape {covariance.shape}, expected ({k}, {k})")
+        object.__setattr__(self, "parameters", dict(self.parameters))
+        object.__setattr__(self, "amplitudes", frozen(amplitudes))
+        object.__setattr__(self, "covariance", frozen(covariance))
+
+    def columns(self, signals: LegSignals, memory: Memory | None = None) -> FloatArray:
+        """Return what the amplitudes multiply, shape (n, k)."""
+        return term_columns(self.shape, signals, self.parameters, memory)
+
+    def drift(self, signals: LegSignals, memory: Memory | None = None) -> FloatArray:
+        """Return what the term adds to the drift, shape (n,) [m].
+
+        Parameters
+        ----------
+        signals : LegSignals
+        memory : Memory, optional
+            Of the rows before; a new one where the rows begin a run.
+        """
+        return np.asarray(self.columns(signals, memory) @ self.amplitudes)
+
+
+def term_columns(
+    shape: str, signals: LegSignals, parameters: Mapping[str, Any], memory: Memory | None = None
+) -> FloatArray:
+    """Return the columns of a shape, shape (n, k)."""
+    columns = shape_named(shape)(signals, parameters, Memory() if memory is None else memory)
+    return columns if columns.ndim == 2 else columns[:, None]
+
+
+def shape_named(name: str) -> Shape:
+    """Return a shape by its name."""
+    if name not in SHAPES:
+        raise UnknownNameError(f"no shape {name!r}; there are: {', '.join(SHAPES)}", tuple(SHAPES))
+    return SHAPES[name]
+
+
+def lag(signals: LegSignals, parameters: Mapping[str, Any], memory: Memory) -> FloatArray:
+    """Return ``(q0 + ratio q) (low_pass(dT) - dT)``: what follows a thermometer late (early, where negative) [m K].
+
+    With ``order`` 2 the low pass is two equal stages of half the time constant each.
+    """
+    dT, tau, order = signals.temperature(parameters["sensor"]), parameters["time_constant_s"], parameters.get("order", 1)
+    behind = dT
+    for stage in range(int(order)):
+        behind = memory.low_pass(f"stage {stage}", signals.time, behind, tau / order)
+    return signals.span(parameters["ratio"]) * (behind - dT)
+
+
+def temperature(signals: LegSignals, parameters: Mapping[str, Any], memory: Memory) -> FloatArray:
+    """Return ``(q0 + ratio q) dT`` of another sensor [m K]."""
+    return signals.span(parameters["ratio"]) * signals.temperature(parameters["sensor"])
+
+
+def stored_heat(signals: LegSignals, parameters: Mapping[str, Any], memory: Memory) -> FloatArray:
+    """Return heat of motion, or of a recorded input, behind a low pass, ``low_pass(|u|^power)``.
+
+    ``source`` is ``"motion"`` (u: speed in m/s) or an input's name.
+    """
+    source = parameters["source"]
+    u = memory.speed(signals.time, signals.q) if source == "motion" else np.abs(signals.recorded(source))
+    heat = u ** parameters.get("power", 1)
+    return heat_left(signals, heat, parameters, memory)
+
+
+def heat_left(signals: LegSignals, heat: FloatArray, parameters: Mapping[str, Any], memory: Memory) -> FloatArray:
+    """Return heat behind a low pass, less its first value, times the length it acts on where that is stated."""
+    tau = parameters["time_constant_s"]
+    stored = memory.low_pass("heat", signals.time, heat, tau) if tau > 0.0 else heat
+    left = stored - memory.first("heat at first", stored)
+    return left * signals.span(parameters["ratio"]) if "ratio" in parameters else left
+
+
+def square(signals: LegSignals, parameters: Mapping[str, Any], memory: Memory) -> FloatArray:
+    """Return ``(q0 + ratio q) dT^2`` [m K^2]."""
+    return signals.span(parameters["ratio"]) * signals.temperature(parameters["sensor"]) ** 2
+
+
+def room(signals: LegSignals, parameters: Mapping[str, Any], memory: Memory) -> FloatArray:
+    """Return the air temperature behind a low pass, less its first value [K]."""
+    air, tau = signals.recorded("air"), parameters["time_constant_s"]
+    behind = memory.low_pass("air", signals.time, air, tau) if tau > 0.0 else air
+    return np.asarray(behind - memory.first("air at first", behind))
+
+
+def air_index(signals: LegSignals, parameters: Mapping[str, Any], memory: Memory) -> FloatArray:
+    """Return ``(path + stroke_share q) (n - n_0)``: how an index that was not applied shortens what is read [m]."""
+    return np.asarray((parameters["path_m"] + parameters["stroke_share"] * signals.q) * signals.recorded("index"))
+
+
+def tilt(signals: LegSignals, parameters: Mapping[str, Any], memory: Memory) -> FloatArray:
+    """Return the tilts about x and y, from the beams' differences [rad]."""
+    return signals.recorded("tilt")
+
+
+def direction(signals: LegSignals, parameters: Mapping[str, Any], memory: Memory) -> FloatArray:
+    """Return half the direction of the last move: the amplitude is the whole step at a reversal [1]."""
+    found = memory.direction(signals.q)
+    return np.asarray(0.5 * found)
+
+
+def periodic(signals: LegSignals, parameters: Mapping[str, Any], memory: Memory) -> FloatArray:
+    """Return sine and cosine of ``2 pi q / pitch``, less their first values [1]."""
+    phase = 2.0 * np.pi * signals.q / parameters["pitch_m"]
+    waves = np.stack([np.sin(phase), np.cos(phase)], axis=1)
+    return np.asarray(waves - memory.first("waves", waves))
+
+
+def position(signals: LegSignals, parameters: Mapping[str, Any], memory: Memory) -> FloatArray:
+    """Return the displacement less its first value [m]."""
+    return np.asarray(signals.q - memory.first("q", signals.q))
+
+
+def relaxation(signals: LegSignals, parameters: Mapping[str, Any], memory: Memory) -> FloatArray:
+    """Return what decays after each move [1].
+
+    ``kick`` is ``"direction"`` (one for each move, signed), ``"move"`` (one for each move) or ``"step"`` (the length
+    of the move, signed, in units of 10 mm).
+    """
+    moves = memory.moves(signals.q)
+    tau = parameters["time_constant_s"]
+    kicks = {"direction": np.sign(moves), "move": np.abs(np.sign(moves)), "step": moves / 0.01}[parameters["kick"]]
+    return memory.relaxing(signals.time, kicks, tau)
+
+
+def time(signals: LegSignals, parameters: Mapping[str, Any], memory: Memory) -> FloatArray:
+    """Return the time since the run's zero [h]."""
+    return signals.time / 3600.0
+
+
+SHAPES: dict[str, Shape] = {
+    "lag": lag, "temperature": temperature, "stored-heat": stored_heat, "square": square, "room": room,
+    "air-index": air_index, "tilt": tilt, "direction": direction, "periodic": periodic, "position": position,
+    "relaxation": relaxation, "time": time,
+}  # fmt: skip
+"""Shapes of terms by name."""
