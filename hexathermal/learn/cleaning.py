@@ -126,7 +126,8 @@ class UsableBlocks(Iterator[Block]):
         if not study:
             return
         rules = ChannelRules(self.campaign, study[0], self._ledger)
-        good = without_missing(settled_rows(rules.cleaned(sheets), self._ledger), self._ledger)
+        whole = self._watched(rules.cleaned(sheets))
+        good = without_missing(settled_rows(whole, self._ledger), self._ledger)
         first, rest = studied(good)
         if not first:
             return
@@ -134,6 +135,10 @@ class UsableBlocks(Iterator[Block]):
         study.clear()
         first.clear()
         yield from self._with_weather(beams.cleaned(rest))
+
+    def _watched(self, sheets: Iterator[Sheet]) -> Iterator[Sheet]:
+        """Hand on all rows, those of movements too; who needs them looks here."""
+        return sheets
 
     def _with_weather(self, sheets: Iterator[Sheet]) -> Iterator[Sheet]:
         """Fill short gaps of the weather where the beams must be corrected by it; leave out rows without."""

@@ -1,0 +1,159 @@
+"""All rows of a run, those of movements too, as the signals that a law with a memory needs.
+
+A thermometer that lags, heat that is stored, a direction of the last move: they depend on rows that no drift is taken
+from. Temperatures, the displacement and the weather of every row are given, cleaned as `hexathermal.learn.cleaning`
+does; the drift is that of the usable rows.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from hexathermal.errors import ArgumentError, HexathermalError
+from hexathermal.learn.campaign import BeamLayout, Block, Campaign, RunFile, joined
+from hexathermal.learn.cleaning import UsableBlocks, Zero
+from hexathermal.learn.cleaning_record import CleaningRecord
+from hexathermal.learn.cleaning_sheets import Sheet, stacked
+from hexathermal.learn.interferometer import index_along_run
+from hexathermal.machine.leg_signals import LegSignals
+from hexathermal.poses import FloatArray
+
+
+@dataclass(frozen=True, eq=False)
+class RunRows:
+    """All rows of a run, n of them.
+
+    Attributes
+    ----------
+    run : RunFile
+    signals : LegSignals
+        Without missing values in temperatures and displacement: they are interpolated.
+    drift : array, shape (n,) [m]
+        Since the zero; NaN in rows that may not be used.
+    landing : array of int, shape (n,)
+        As `Block.landing`; -1 in rows that may not be used.
+    settled : array of bool, shape (n,)
+        Rows that may be used.
+    missing : mapping of str to int
+        Values of each temperature that were interpolated.
+    record : CleaningRecord
+    """
+
+    run: RunFile
+    signals: LegSignals
+    drift: FloatArray
+    landing: npt.NDArray[np.int64]
+    settled: npt.NDArray[np.bool_]
+    missing: dict[str, int]
+    record: CleaningRecord
+
+    def __len__(self) -> int:
+        return len(self.drift)
+
+
+class _WholeRun(UsableBlocks):
+    """The usable rows of a run, and all others seen on the way."""
+
+    def __init__(self, campaign: Campaign, run: RunFile | str) -> None:
+        super().__init__(campaign, run)
+        self.sheets: list[Sheet] = []
+
+    def _watched(self, sheets: Iterator[Sheet]) -> Iterator[Sheet]:
+        for sheet in sheets:
+            self.sheets.append(sheet)
+            yield sheet
+
+
+def run_rows(campaign: Campaign, run: RunFile | str) -> RunRows:
+    """Return all rows of a run.
+
+    Parameters
+    ----------
+    campaign : Campaign
+        Of kind ``"leg"`` or ``"component"``.
+    run : RunFile or str
+
+    Raises
+    ------
+    CampaignError
+        The table is at fault, or cleaning left too little of the run.
+    """
+    reader = _WholeRun(campaign, run)
+    block = joined(list(reader))
+    assert reader.zero is not None  # a run without a usable row was refused
+    sheet = stacked(reader.sheets)
+    time = sheet.time[:, 0] - sheet.time[0, 0]
+    rows = np.searchsorted(time, block.time - 1e-9)
+    drift = np.full(len(time), np.nan)
+    landing = np.full(len(time), -1, dtype=np.int64)
+    drift[rows], landing[rows] = block.drift, block.landing
+    heat = sheet.heat - reader.zero.heat
+    lost = {name: int(np.isnan(heat[:, k]).sum()) for k, name in enumerate(campaign.sensors)}
+    dT = {name: _filled(time, heat[:, k]) for k, name in enumerate(campaign.sensors)}
+    signals = LegSignals(
+        time,
+        dT,
+        _filled(time, sheet.q[:, 0]) if sheet.q.shape[1] else np.zeros(len(time)),
+        campaign.leg.retracted_length if campaign.leg is not None and campaign.kind == "leg" else 1.0,
+        _since_zero(time, sheet.air[:, 0]),
+        _index(campaign, sheet, time, reader.zero),
+        _tilt(campaign.beams, sheet, time, block),
+        {item.name: _filled(time, sheet.inputs[:, k]) for k, item in enumerate(campaign.inputs)},
+    )
+    return RunRows(reader.run, signals, drift, landing, landing >= 0, lost, reader.record)
+
+
+def _filled(time: FloatArray, values: FloatArray) -> FloatArray:
+    """Return values with missing ones interpolated; all of them missing stay so."""
+    lost = np.isnan(values)
+    if not lost.any() or lost.all():
+        return np.array(values)
+    return np.interp(time, time[~lost], values[~lost])
+
+
+def _since_zero(time: FloatArray, air: FloatArray) -> FloatArray | None:
+    """Return the air's temperature less that of the first row, None where it was not recorded."""
+    if np.isnan(air).all():
+        return None
+    known = _filled(time, air)
+    return known - known[0]
+
+
+def _index(campaign: Campaign, sheet: Sheet, time: FloatArray, zero: Zero) -> FloatArray | None:
+    """Return the index of air less that of the first row; None where the weather does not tell it."""
+    if np.isnan(sheet.air[:, :2]).all(axis=0).any():
+        return None
+    humid = np.isnan(sheet.air[:, 2]).all()
+    air = np.column_stack([_filled(time, sheet.air[:, k]) if k < 2 or not humid else np.full(len(time), 0.5)
+                           for k in range(3)])  # fmt: skip
+    try:
+        index = index_along_run(air)
+    except HexathermalError:
+        return None
+    return np.asarray(index - index[0])
+
+
+def _tilt(beams: BeamLayout | None, sheet: Sheet, time: FloatArray, block: Block) -> FloatArray | None:
+    """Return tilts about x and y [rad] from the differences of the beams, less the first usable row's."""
+    if beams is None or sheet.beams.shape[1] != len(beams.azimuths) or beams.radius <= 0.0 or len(beams.azimuths) < 3:
+        return None
+    angle = np.asarray(beams.azimuths)
+    # a beam at azimuth a reads  mean + r (rx sin a - ry cos a)
+    design = np.column_stack([np.ones(len(angle)), beams.radius * np.sin(angle), -beams.radius * np.cos(angle)])
+    if np.linalg.cond(design) > 1e6:
+        return None
+    known = np.column_stack([_filled(time, sheet.beams[:, k]) for k in range(sheet.beams.shape[1])])
+    tilts = known @ np.linalg.pinv(design)[1:].T
+    first = int(np.searchsorted(time, block.time[0] - 1e-9))
+    return np.asarray(tilts - tilts[first])
+
+
+def campaign_rows(campaign: Campaign, role: str) -> list[RunRows]:
+    """Return all rows of the runs of a role."""
+    if campaign.kind == "hexapod":
+        raise ArgumentError("a campaign of kind 'hexapod' has no rows of one leg")
+    return [run_rows(campaign, run) for run in campaign.runs_of(role)]
