@@ -22,7 +22,8 @@ from benchmarks.contenders.cpp_yardstick import CppYardstick, built
 from benchmarks.measuring import one_processor
 from hexathermal.predict.budget_defaults import default_sources
 from hexathermal.predict.budget_inputs import situation
-from hexathermal.predict.montecarlo import Drawn, drawn_errors
+from hexathermal.predict.montecarlo import drawn_errors
+from hexathermal.predict.montecarlo_draws import Drawn
 
 SPREAD_M = 1e-5
 TURNS = 7

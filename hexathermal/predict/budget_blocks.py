@@ -18,6 +18,12 @@ def sensor_counts(hexapod: Hexapod) -> tuple[int, int]:
     return len(model.sensor_names), sum(len(law.sensors) for law in model.legs)
 
 
+def deviation_size(hexapod: Hexapod) -> int:
+    """Return how many numbers of a machine may be off."""
+    n, m = sensor_counts(hexapod)
+    return 3 * n + 2 * m + 65
+
+
 def blocks(hexapod: Hexapod, quantity: str) -> tuple[npt.NDArray[np.int64], int, int]:
     """Return where a quantity's numbers stand in a deviation, in how many groups, and how many a group has."""
     n, m = sensor_counts(hexapod)
@@ -55,3 +61,11 @@ def source_factors(hexapod: Hexapod, source: Source) -> FloatArray:
             "make it independent, or give a matrix"
         )
     return source.factors(groups, width)
+
+
+def deviation_factors(hexapod: Hexapod, source: Source) -> FloatArray:
+    """Return how the variables of a source move a deviation, shape (size + 6, r); the last six are the pose's."""
+    own, size = source_factors(hexapod, source), deviation_size(hexapod)
+    out = np.zeros((size + 6, own.shape[1]))
+    out[np.arange(size, size + 6) if source.quantity == "pose" else blocks(hexapod, source.quantity)[0]] = own
+    return out

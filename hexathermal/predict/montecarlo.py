@@ -21,27 +21,23 @@ from hexathermal.machine.thermal import TemperaturesLike, frozen, refreeze
 from hexathermal.poses import FloatArray, Frames, PoseLike, finite_array, pose_array
 from hexathermal.predict.budget import AXES, Budget, budget_of, checked_sources
 from hexathermal.predict.budget_gum import checked_probability
-from hexathermal.predict.budget_inputs import (
-    Situation,
-    View,
-    axes_and_arm,
-    chord_errors,
-    pose_numbers,
-    refuse_singular,
-    situation,
-)
-from hexathermal.predict.sources import Source, Sources
+from hexathermal.predict.budget_inputs import View, refuse_singular, situation
+from hexathermal.predict.budget_rates import TOO_FAR, chord_errors, pose_numbers
+from hexathermal.predict.budget_view import look
+from hexathermal.predict.montecarlo_draws import Drawn, Sample, percent
+from hexathermal.predict.sources import Source
 
 SEQUENCE = 10_000
 """Draws of a sequence (JCGM 101, 7.9.4: at least 1e4, and 100 / (1 - p))."""
-
-SLICE = 2_000
-"""Draws that are worked on together: a row of deviations has some 100 numbers."""
 
 MOST_DRAWS = 20_000_000
 
 STABLE_PART = 0.2
 """Part of the tolerance to which the simulation must be stable to judge the linear budget (JCGM 101, 8.2)."""
+
+
+MOST_LOST = 1e-3
+"""Largest part of the draws that may be lost; a tenth of ``1 - p`` where that is less."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -53,6 +49,9 @@ class Simulation:
     budget : Budget
         The linear budget of the same situation and sources.
     draws, sequences, seed : int
+    lost : int
+        Draws too far off for the branch of the pose to be certain. They count as outside every interval; mean,
+        uncertainty and covariance are those of the others.
     probability : float
     mean, uncertainty : array, shape (6,) [m, rad]
         Mean and standard deviation of the errors.
@@ -73,6 +72,7 @@ class Simulation:
     draws: int
     sequences: int
     seed: int
+    lost: int
     probability: float
     mean: FloatArray
     uncertainty: FloatArray
@@ -107,10 +107,21 @@ class Simulation:
         bad = [axis for axis, good in zip(AXES, self.agrees, strict=True) if not good]
         return f"the linear budget may not be used for {', '.join(bad)}: a limit differs by more than the tolerance"
 
+    @property
+    def note(self) -> str:
+        """What is to be known of lost draws; empty where there are none."""
+        if not self.lost:
+            return ""
+        return (
+            f"{self.lost} of {self.draws} draws ({percent(self.lost / self.draws)}) {TOO_FAR}. They count as outside "
+            "every interval; mean, standard uncertainty and covariance are those of the others"
+        )
+
     def as_dict(self) -> dict[str, Any]:
         """Return the simulation as plain values, um and urad; the budget is not in it."""
         return {
-            "draws": self.draws, "sequences": self.sequences, "seed": self.seed, "probability": self.probability,
+            "draws": self.draws, "sequences": self.sequences, "seed": self.seed,
+            "lost_draws": self.lost, "note": self.note, "probability": self.probability,
             "axes": list(AXES), "units": ["um", "um", "um", "urad", "urad", "urad"],
             "mean": (self.mean * 1e6).tolist(), "standard_uncertainty": (self.uncertainty * 1e6).tolist(),
             "covariance": (self.covariance * 1e12).tolist(),
@@ -135,6 +146,7 @@ def monte_carlo(
     digits: int | None = None,
     least_draws: int = 100_000,
     most_draws: int = 4_000_000,
+    most_lost: float | None = None,
     seed: int = 1,
     progress: Callable[[int, int], None] | None = None,
     **view: Unpack[View],
@@ -156,6 +168,9 @@ def monte_carlo(
         digits in ``c`` gives ``10^l / 2`` (JCGM 101, 7.9.2).
     least_draws, most_draws : int
         Where the tolerance is not met after `most_draws`, `Simulation.stable` is False and the verdict says so.
+    most_lost : float, optional
+        Largest part of the draws that may be too far off for the branch of the pose to be certain, from 0 to below
+        ``1 - p``. Default: 0.1 %, or a tenth of ``1 - p`` where that is less.
     seed : int
     progress : callable, optional
         ``progress(done, most)``.
@@ -163,9 +178,9 @@ def monte_carlo(
     Raises
     ------
     NotConvergedError
-        A draw is too far off for the branch of the pose to be certain.
+        More draws are lost than may be.
     ArgumentError, HexathermalError
-        Senseless tolerance, digits or numbers of draws; as `error_budget`.
+        Senseless tolerance, digits, numbers of draws or part that may be lost; as `error_budget`.
 
     Examples
     --------
@@ -178,82 +193,47 @@ def monte_carlo(
     p = checked_probability(probability)
     length = max(SEQUENCE, int(np.ceil(100.0 / (1.0 - p))))
     least, most = _draws(least_draws, most_draws, length)
+    share = _share(most_lost, p)
     generator = np.random.default_rng(_seed(seed))
     here, chosen = situation(hexapod, pose, temps, **view), checked_sources(hexapod, sources, view.get("plates"))
     budget = budget_of(here, chosen)
     delta = _tolerance(tolerance, digits, budget.uncertainty)
     told = progress or (lambda _done, _most: None)
-    errors, found = _until_stable(Drawn(here, chosen), generator, p, delta, (length, least, most), told)
-    return _simulation(budget, errors, found, delta, p, seed)
+    sample = Sample(p, length, share)
+    _until_stable(Drawn(here, chosen), generator, sample, delta, (least, most), told)
+    return _simulation(budget, sample, delta, seed)
 
 
 def _until_stable(
     draw: Drawn,
     generator: np.random.Generator,
-    p: float,
+    sample: Sample,
     delta: FloatArray,
-    counts: tuple[int, int, int],
+    counts: tuple[int, int],
     progress: Callable[[int, int], None],
-) -> tuple[FloatArray, list[FloatArray]]:
-    """Return drawn errors and the results of each sequence; `counts`: length of one, least and most draws."""
-    length, least, most = counts
-    errors: list[FloatArray] = []
-    found: list[FloatArray] = []
+) -> None:
+    """Add sequences until their results are stable; `counts`: least and most draws."""
+    least, most = counts
     while True:
-        errors.append(draw(length, generator))
-        found.append(_summary(errors[-1], p))
-        done = len(found) * length
-        progress(done, most)
-        stable = bool((_scatter(found) <= STABLE_PART * delta).all())
-        if done + length > most or (stable and done >= least):
-            return np.concatenate(errors), found
+        sample.add(draw(sample.length, generator), least)
+        progress(sample.draws, most)
+        stable = bool((sample.scatter <= STABLE_PART * delta).all())
+        if sample.draws + sample.length > most or (stable and sample.draws >= least):
+            sample.refuse_lost(sample.draws)
+            return
 
 
-def _simulation(
-    budget: Budget, errors: FloatArray, found: list[FloatArray], delta: FloatArray, p: float, seed: int
-) -> Simulation:
+def _simulation(budget: Budget, sample: Sample, delta: FloatArray, seed: int) -> Simulation:
     """Return what all draws say, held against the linear budget."""
-    mean, uncertainty, low, high = _summary(errors, p)
-    expanded, scatter = budget.expanded(p), _scatter(found)
+    mean, uncertainty, low, high = sample.whole()
+    expanded, scatter = budget.expanded(sample.probability), sample.scatter
+    covariance = np.cov(np.concatenate(sample.errors).T)
     differences = np.abs(np.array([budget.remaining - expanded - low, budget.remaining + expanded - high]))
     return Simulation(
-        budget, len(errors), len(found), seed, p, frozen(mean), frozen(uncertainty), frozen(np.cov(errors.T)),
-        frozen(low), frozen(high), frozen(delta), frozen(scatter), bool((scatter <= STABLE_PART * delta).all()),
-        frozen(differences),
+        budget, sample.draws, len(sample.found), seed, sample.lost, sample.probability, frozen(mean),
+        frozen(uncertainty), frozen(covariance), frozen(low), frozen(high), frozen(delta), frozen(scatter),
+        bool((scatter <= STABLE_PART * delta).all()), frozen(differences),
     )  # fmt: skip
-
-
-class Drawn:
-    """Draws of the platform's error: ``drawn(count, generator)`` gives exact errors (count, 6)."""
-
-    def __init__(self, here: Situation, sources: Sources) -> None:
-        self.here, self.sources = here, sources
-        self.factors = [here.factors(source)[0] for source in sources]
-
-    def deviations(self, count: int, generator: np.random.Generator) -> FloatArray:
-        """Return drawn deviations (size + 6, count), one row a number; the last six are the pose's own."""
-        out = np.zeros((self.here.size + 6, count))
-        for source, factors in zip(self.sources, self.factors, strict=True):
-            rows = np.flatnonzero(factors.any(axis=1))
-            if rows.size:
-                z = variables(source, (factors.shape[1], count), generator)
-                used = slice(rows[0], rows[-1] + 1)
-                own = factors[used]
-                if own.shape[0] == own.shape[1] and np.count_nonzero(own - np.diag(np.diag(own))) == 0:
-                    z *= np.diag(own)[:, None]
-                    out[used] += z
-                else:
-                    out[used] += own @ z
-        return out
-
-    def __call__(self, count: int, generator: np.random.Generator) -> FloatArray:
-        """Return drawn errors (count, 6) [m, rad]."""
-        out = np.empty((count, 6))
-        for first in range(0, count, SLICE):
-            x = self.deviations(min(SLICE, count - first), generator)
-            own = self.here.size
-            out[first : first + SLICE] = self.here.errors(np.ascontiguousarray(x[:own].T)) + x[own:].T
-        return out
 
 
 def drawn_errors(
@@ -289,60 +269,9 @@ def drawn_errors(
     if wanted.shape != (4, 4) or told.ndim != 2:
         raise ArgumentError(f"one pose (4, 4) and lengths (N, 6) are needed, found {wanted.shape} and {told.shape}")
     refuse_singular(hexapod, wanted)
-    axes, arm = axes_and_arm(frame, frames, at_tool, wanted)
-    return chord_errors(pose_numbers(hexapod, wanted, axes, arm), told, np.empty((0, 36)))
-
-
-def variables(source: Source, shape: tuple[int, int], generator: np.random.Generator) -> FloatArray:
-    """Return draws (r, count) of a source's own variables, in units of its standard uncertainty.
-
-    Bounded distributions have unit variance; t is scaled, not standardized (JCGM 101, 6.4.9.2), and correlated numbers
-    share one chi-square.
-    """
-    if source.distribution == "uniform":
-        return generator.uniform(-(3.0**0.5), 3.0**0.5, shape)
-    if source.distribution == "triangular":
-        return generator.triangular(-(6.0**0.5), 0.0, 6.0**0.5, shape)
-    if source.distribution == "arcsine":
-        return np.asarray(2.0**0.5 * np.sin(generator.uniform(-np.pi, np.pi, shape)))
-    z = generator.standard_normal(shape)
-    if source.distribution == "t":
-        own = (1, shape[1]) if source.joint else shape
-        z /= np.sqrt(generator.chisquare(source.dof, own) / source.dof)
-    return z
-
-
-def shortest_interval(values: FloatArray, probability: float) -> tuple[FloatArray, FloatArray]:
-    """Return the shortest intervals (JCGM 101, 7.7.4) that hold a part of values (n, k); one for each column.
-
-    Among all intervals between sorted values with ``q = p n`` values inside, the narrowest; where `n` is so small that
-    ``q`` is all of them, the whole range.
-
-    Examples
-    --------
-    >>> low, high = shortest_interval(np.array([[0.0], [10.0], [11.0], [12.0], [13.0]]), 0.6)
-    >>> low.item(), high.item()
-    (10.0, 13.0)
-    """
-    ordered = np.sort(values, axis=0)
-    q = min(int(probability * len(ordered) + 0.5), len(ordered) - 1)
-    widths = ordered[q:] - ordered[: len(ordered) - q]
-    first = widths.argmin(axis=0)
-    columns = np.arange(ordered.shape[1])
-    return ordered[first, columns], ordered[first + q, columns]
-
-
-def _summary(errors: FloatArray, probability: float) -> FloatArray:
-    """Return mean, standard deviation and shortest interval of errors, shape (4, 6)."""
-    low, high = shortest_interval(errors, probability)
-    return np.array([errors.mean(axis=0), errors.std(axis=0, ddof=1), low, high])
-
-
-def _scatter(found: list[FloatArray]) -> FloatArray:
-    """Return twice the standard deviation of the averages over sequences; infinite for a single one."""
-    if len(found) < 2:
-        return np.full((4, 6), np.inf)
-    return np.asarray(2.0 * np.std(found, axis=0, ddof=1) / np.sqrt(len(found)))
+    seen = look(frame, frames, at_tool)
+    numbers = pose_numbers(hexapod, wanted[None], seen.axes(wanted)[None], seen.arm)
+    return chord_errors(numbers[0], told, np.empty((0, 36)))
 
 
 def _tolerance(given: npt.ArrayLike | None, digits: int | None, u: FloatArray) -> FloatArray:
@@ -375,6 +304,16 @@ def _draws(least: int, most: int, length: int) -> tuple[int, int]:
     if most > MOST_DRAWS:
         raise ArgumentError(f"most_draws is {most}, above {MOST_DRAWS}: their errors are kept in memory, 48 bytes each")
     return int(least), int(most)
+
+
+def _share(given: float | None, p: float) -> float:
+    """Return the checked part of the draws that may be lost."""
+    if given is None:
+        return min(MOST_LOST, 0.1 * (1.0 - p))
+    number = finite_array(given, (), "most_lost")
+    if number.shape or not 0.0 <= number < 1.0 - p:
+        raise ArgumentError(f"most_lost must lie between 0 and {1.0 - p:.3g} (1 - probability), found {given!r}")
+    return float(number)
 
 
 def _seed(seed: int) -> int:

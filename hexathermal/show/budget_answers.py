@@ -132,6 +132,8 @@ class Report:
         )  # fmt: skip
         self.shown.append(lambda pretty, _width: simulation_table(found, pretty))
         self.shown.append(f"Monte Carlo: {found.verdict}.")
+        if found.note:
+            self.warnings.append(f"Monte Carlo: {found.note}.")
         self.data["monte_carlo"] = found.as_dict()
 
     def add_map(self, grids: list[Grid], progress: Progress) -> None:

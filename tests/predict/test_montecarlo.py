@@ -9,7 +9,8 @@ import hexathermal as ht
 from hexathermal.errors import ArgumentError, NotConvergedError
 from hexathermal.predict.budget_defaults import default_sources
 from hexathermal.predict.budget_inputs import situation
-from hexathermal.predict.montecarlo import Drawn, drawn_errors, monte_carlo, shortest_interval, variables
+from hexathermal.predict.montecarlo import drawn_errors, monte_carlo
+from hexathermal.predict.montecarlo_draws import Drawn, shortest_interval, variables
 from hexathermal.predict.sources import DISTRIBUTIONS, Source, Sources
 
 TEMPS = [25.0, 24.0, 26.0, 25.5, 23.0, 22.0]
@@ -110,6 +111,7 @@ def test_a_tolerance_that_is_not_met_is_not_decided(reference: ht.Hexapod) -> No
         ({"probability": 1.0}, "between 0 and 1"), ({"digits": 0}, "digits"), ({"tolerance": -1.0}, "above 0"),
         ({"tolerance": 1e-7, "digits": 2}, "either"), ({"most_draws": 100}, "at least"), ({"seed": -1}, "seed"),
         ({"most_draws": 10**9}, "memory"), ({"least_draws": 1.5}, "whole number"), ({"tolerance": [1, 2]}, "six"),
+        ({"most_lost": 0.06}, "most_lost"), ({"most_lost": -0.1}, "most_lost"),
     ],
 )  # fmt: skip
 def test_senseless_arguments_are_refused(reference: ht.Hexapod, options: dict, words: str) -> None:
@@ -119,9 +121,29 @@ def test_senseless_arguments_are_refused(reference: ht.Hexapod, options: dict, w
 
 
 def test_draws_that_leave_the_branch_are_refused(reference: ht.Hexapod) -> None:
-    """Standard uncertainties of decimetres are no budget: refused, never dropped."""
-    with pytest.raises(NotConvergedError, match="too far"):
+    """Standard uncertainties of decimetres are no budget: refused, with how many draws are lost and how many may be."""
+    with pytest.raises(NotConvergedError, match=r"of 10000 draws \(.* %, allowed 0.1 %: most_lost\) .* too far"):
         monte_carlo(reference, reference.home, TEMPS, [Source("wild", "length", 0.2)])
+
+
+def test_a_few_lost_draws_are_counted_and_count_as_outside(reference: ht.Hexapod) -> None:
+    """One draw of a heavy tail does not end the run: it is counted, told, and lies outside every interval."""
+    wild = [Source("wild", "length", 1e-5, dof=1.3)]
+    options = {"least_draws": 20_000, "most_draws": 20_000, "probability": 0.9, "seed": 2}
+    found = monte_carlo(reference, reference.home, TEMPS, wild, **options)
+    assert 0 < found.lost < 20
+    assert found.note.startswith(f"{found.lost} of 20000 draws")
+    assert found.as_dict()["lost_draws"] == found.lost
+    here = situation(reference, reference.home, TEMPS)
+    errors = Drawn(here, Sources(tuple(wild)))(20_000, np.random.default_rng(3))
+    kept = errors[~np.isnan(errors[:, 0])]
+    assert len(kept) < 20_000
+    inside = ((kept >= found.low) & (kept <= found.high)).sum(axis=0) / 20_000
+    assert np.abs(inside - 0.9).max() < 0.01
+    with pytest.raises(NotConvergedError, match="allowed 0 %"):
+        monte_carlo(reference, reference.home, TEMPS, wild, most_lost=0.0, **options)
+    calm = monte_carlo(reference, reference.home, TEMPS, [Source("calm", "length", 1e-6)])
+    assert (calm.lost, calm.note) == (0, "")
 
 
 def test_draws_are_exact(reference: ht.Hexapod, rng) -> None:
