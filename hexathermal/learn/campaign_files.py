@@ -251,8 +251,9 @@ def _hexapod(form: Form, top: dict[str, Any], kind: str, folder: Path) -> Path |
         form.complain(("hexapod",), f"hexapod belongs to kind 'hexapod'; this campaign is of kind {kind!r}")
         return None
     file: Path = folder / top["hexapod"]
-    file = file / "hexapod.toml" if file.is_dir() else file
-    if not file.is_file():
+    if file.is_dir():
+        form.complain(("hexapod",), f"hexapod names a folder, {file}; give the machine's file: {file / 'hexapod.toml'}")
+    elif not file.is_file():
         form.complain(("hexapod",), f"there is no machine file {file}")
     return file
 

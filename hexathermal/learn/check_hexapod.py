@@ -23,7 +23,7 @@ from hexathermal.learn.check_remarks import (
 )
 from hexathermal.learn.check_sums import PairSums, collinearity
 from hexathermal.learn.cleaning_rules import TO_SIGMA, codes_in, noise_of
-from hexathermal.learn.hexapod_data import AXES, hexapod_rows
+from hexathermal.learn.hexapod_data import AXES, coded, hexapod_rows
 from hexathermal.learn.hexapod_fit import model_of
 from hexathermal.learn.hexapod_model import hexapod_equations
 from hexathermal.learn.hexapod_observability import Observability, observability
@@ -182,9 +182,10 @@ def _run_check(campaign: Campaign, run: RunFile) -> HexapodRunCheck:
     good, left_out = np.ones(n, dtype=bool), dict[str, int]()
     for reason, bad in (
         ("not settled", data["settled"].values != 1.0 if "settled" in data else ~good),
-        ("no measured pose", ~np.isfinite(measured).all(axis=1)),
+        ("no measured pose", ~np.isfinite(measured).all(axis=1) | coded(data, "measured_")),
         ("no time, commanded pose or displacement", ~(np.isfinite(commanded).all(axis=1) & np.isfinite(time)
-                                                      & np.isfinite(data["leg_q"].values).all(axis=1))),
+                                                      & np.isfinite(data["leg_q"].values).all(axis=1))
+         | coded(data, "") | coded(data, "leg")),
     ):  # fmt: skip
         if (good & bad).any():
             left_out[reason] = int((good & bad).sum())
@@ -283,7 +284,7 @@ def hexapod_warnings(check: HexapodCheck) -> tuple[str, ...]:
     found += of_noise(campaign.sensors, check.sensor_noise)
     found += of_fahrenheit(campaign.sensors, [check.lowest_degC], float("nan"))
     if check.observability is not None:
-        lost = [one.name for one in check.observability.coefficients if not one.told_apart]
+        lost = [one.name for one in check.observability.coefficients if one.moved and not one.told_apart]
         if lost:
             some = ", ".join(lost[:4]) + (", ..." if len(lost) > 4 else "")
             found.append(

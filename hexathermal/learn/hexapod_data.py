@@ -1,29 +1,45 @@
 """The rows of a hexapod campaign that may be used: poses commanded and measured, displacements, temperatures.
 
 Temperatures count from the zero of the campaign (its first row, or each run's); measured poses are absolute, in the
-machine's frame. A row is left out, counted and said, where a number is missing, where it is not settled, or where the
-positioning system missed (`hexathermal.learn.hexapod_identification`). Nothing is repaired.
+machine's frame. A row is left out, counted and said, where a number is missing or a logger's missing code, where it is
+not settled, or where the positioning system missed (`hexathermal.learn.hexapod_identification`). Nothing is repaired.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import numpy.typing as npt
 
-from hexathermal.errors import ArgumentError, UnknownNameError
+from hexathermal.errors import ArgumentError, FileFormatError, HexathermalError, UnknownNameError
 from hexathermal.learn.campaign import Campaign, RunFile
 from hexathermal.learn.campaign_dataset import read_run
+from hexathermal.learn.cleaning_rules import CODE_RULE, codes_in
+from hexathermal.learn.row_fingerprints import RowFingerprints
 from hexathermal.machine.files import read_hexapod
 from hexathermal.machine.hexapod import Hexapod
 from hexathermal.machine.thermal import frozen
 from hexathermal.poses import FloatArray, pose_from_coordinates
 
+if TYPE_CHECKING:
+    import xarray as xr
+
 AXES = ("x", "y", "z", "rx", "ry", "rz")
 PLATES = ("platform", "base")
+
+
+class UnusableRowsError(FileFormatError, ArgumentError):
+    """Rows of a campaign that cannot tell what is asked of them: the data are at fault, not the call."""
+
+    def __init__(self, message: str) -> None:
+        HexathermalError.__init__(self, message)
+        self.path, self.problems = "", ()
+
+    def __reduce__(self) -> tuple[object, ...]:
+        return (UnusableRowsError, (str(self),))
 
 
 @dataclass(frozen=True, eq=False)
@@ -53,6 +69,8 @@ class HexapodRows:
         Temperatures of the zero, mean over the runs.
     left_out : dict of str to int
         Reasons and numbers of rows.
+    fingerprints : dict of str to str
+        Of the rows of each run, see `hexathermal.learn.row_fingerprints`.
     """
 
     hexapod: Hexapod
@@ -69,6 +87,7 @@ class HexapodRows:
     zero_degC: FloatArray
     plates_zero_degC: FloatArray
     left_out: dict[str, int] = field(default_factory=dict)
+    fingerprints: dict[str, str] = field(default_factory=dict)
 
     def __len__(self) -> int:
         return len(self.time)
@@ -114,7 +133,9 @@ def hexapod_rows(
     Raises
     ------
     ArgumentError
-        The campaign is of another kind, has no thermometer that all legs share, or no usable row.
+        The campaign is of another kind, or has no run of the role.
+    UnusableRowsError
+        The campaign has no thermometer that all legs share, or no usable row.
     UnknownNameError
         A leg lacks one of the sensors; `available` lists those recorded.
     """
@@ -126,19 +147,22 @@ def hexapod_rows(
     plates = (_plate_sensor(campaign, machine, "platform"), _plate_sensor(campaign, machine, "base"))
     found: list[dict[str, Any]] = []
     left_out: dict[str, int] = {}
+    marks = RowFingerprints()
     runs = campaign.runs_of(role)
     if not runs:
         raise ArgumentError(f"there is no {role} run in the campaign: give a run role = {role!r} in campaign.toml")
-    first = _zero(_table(campaign, campaign.runs[0], names, plates, {})) if campaign.zero == "campaign" else None
+    first = None
+    if campaign.zero == "campaign":
+        first = _zero(_table(campaign, campaign.runs[0], names, plates, {}, RowFingerprints()))
     for k, run in enumerate(runs):
-        table = _table(campaign, run, names, plates, left_out)
+        table = _table(campaign, run, names, plates, left_out, marks)
         if not len(table["time"]):
             continue
         zero = _zero(table) if first is None else first
         table |= {"run": np.full(len(table["time"]), k), "zero": zero[0], "plates_zero": zero[1]}
         found.append(table)
     if not found:
-        raise ArgumentError(f"no row of the {role} runs can be used: {_said(left_out)}")
+        raise UnusableRowsError(f"{campaign.file}: no row of the {role} runs can be used: {_said(left_out)}")
     whole = {name: np.concatenate([table[name] for table in found]) for name in ("run", "time", "six", "seen", "q")}
     heat = np.concatenate([table["heat"] - table["zero"] for table in found])
     plate = np.concatenate([table["plates"] - table["plates_zero"] for table in found])
@@ -147,7 +171,7 @@ def hexapod_rows(
         frozen(pose_from_coordinates(whole["six"], hexapod=machine)),
         frozen(pose_from_coordinates(whole["seen"], hexapod=machine)), frozen(whole["q"]), frozen(heat), frozen(plate),
         frozen(np.mean([table["zero"] for table in found], axis=0)),
-        frozen(np.mean([table["plates_zero"] for table in found], axis=0)), left_out,
+        frozen(np.mean([table["plates_zero"] for table in found], axis=0)), left_out, marks.made(),
     )  # fmt: skip
 
 
@@ -163,6 +187,8 @@ def leg_sensors(campaign: Campaign, wanted: Sequence[str] | None = None) -> tupl
     common = tuple(name for name in each[0] if all(name in own for own in each))
     if wanted is not None:
         for name in wanted:
+            if wanted.count(name) > 1:
+                raise ArgumentError(f"sensor {name!r} is named twice; a law reads each of its thermometers once")
             if name not in common:
                 raise UnknownNameError(
                     f"not every leg has a thermometer {name!r} (columns leg1_{name}_degC to leg6_{name}_degC); all "
@@ -171,9 +197,9 @@ def leg_sensors(campaign: Campaign, wanted: Sequence[str] | None = None) -> tupl
                 )
         return tuple(wanted)
     if not common:
-        raise ArgumentError(
-            "no thermometer is on all six legs: a law needs columns as leg1_T1_degC to leg6_T1_degC; the tables have "
-            f"{', '.join(campaign.sensors) or 'none'}"
+        raise UnusableRowsError(
+            f"{campaign.file}: no thermometer is on all six legs: a law needs columns as leg1_T1_degC to leg6_T1_degC; "
+            f"the tables have {', '.join(campaign.sensors) or 'none'}"
         )
     return common
 
@@ -193,8 +219,9 @@ def _table(
     sensors: tuple[str, ...],
     plates: tuple[str | None, str | None],
     left_out: dict[str, int],
+    marks: RowFingerprints,
 ) -> dict[str, Any]:
-    """Return the usable rows of a run as it stands in its table; counts what is left out."""
+    """Return the usable rows of a run as it stands in its table; counts what is left out, adds its fingerprint."""
     data = read_run(campaign, run)
     names = list(campaign.sensors)
     heat = data["temperature"].values
@@ -212,13 +239,19 @@ def _table(
             plate[:, k] = heat[:, names.index(f"{part}_{sensor.removeprefix(part + '_')}")]
     good = np.ones(len(time), dtype=bool)
     known = np.array([sensor is not None for sensor in plates])
+    no_reading = codes_in(own, True).any(axis=(1, 2)) | codes_in(plate, True).any(axis=1)
+    own, plate = (np.where(codes_in(part, True), np.nan, part) for part in (own, plate))
+    marks.add_poses(run.name, time, data["leg_q"].values, seen * ([1e-3] * 3 + [np.pi / 180.0] * 3))
     reasons = (
         ("not settled", data["settled"].values != 1.0 if "settled" in data else ~good),
         ("the measured pose is missing", ~np.isfinite(seen).all(axis=1)),
+        ("the measured pose is a logger's missing code", coded(data, "measured_")),
+        (f"a thermometer gave a missing code ({CODE_RULE})", no_reading),
         ("a thermometer gave no value",
          ~(np.isfinite(own).all(axis=(1, 2)) & np.isfinite(plate[:, known]).all(axis=1))),
         ("time, commanded pose or a displacement is missing",
          ~(np.isfinite(six).all(axis=1) & np.isfinite(data["leg_q"].values).all(axis=1) & np.isfinite(time))),
+        ("commanded pose or a displacement is a logger's missing code", coded(data, "") | coded(data, "leg")),
     )  # fmt: skip
     for reason, bad in reasons:
         count = int((good & bad).sum())
@@ -232,6 +265,22 @@ def _table(
             "heat": own[good], "plates": plate[good], "first": first}  # fmt: skip
 
 
+def coded(data: xr.Dataset, which: str) -> npt.NDArray[np.bool_]:
+    """Return in which rows of a run a number is a logger's missing code, shape (n,), before units: 9999 mm, -9999 deg.
+
+    Parameters
+    ----------
+    data : xarray.Dataset
+        As `hexathermal.learn.campaign_dataset.read_run` gives it.
+    which : str
+        ``"measured_"`` or ``""``: coordinates of the measured or commanded pose; ``"leg"``: displacements.
+    """
+    if which == "leg":
+        return np.asarray(codes_in(data["leg_q"].values * 1e3, False).any(axis=1))
+    six = [data[which + axis].values * (1e3 if k < 3 else 180.0 / np.pi) for k, axis in enumerate(AXES)]
+    return np.asarray(codes_in(np.column_stack(six), False).any(axis=1))
+
+
 def _zero(table: dict[str, Any]) -> tuple[FloatArray, FloatArray]:
     """Return the temperatures of legs and plates that a run counts from: those of its first row that has them all.
 
@@ -239,7 +288,7 @@ def _zero(table: dict[str, Any]) -> tuple[FloatArray, FloatArray]:
     """
     first: tuple[FloatArray, FloatArray] | None = table["first"]
     if first is None:
-        raise ArgumentError(
+        raise UnusableRowsError(
             "the run that temperatures count from has no row with all of them; set zero in campaign.toml"
         )
     return first

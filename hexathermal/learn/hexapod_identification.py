@@ -15,7 +15,7 @@ import numpy as np
 from hexathermal.errors import ArgumentError
 from hexathermal.kinematics.jacobian import jacobian
 from hexathermal.learn.choice import decided
-from hexathermal.learn.hexapod_data import AXES, HexapodRows
+from hexathermal.learn.hexapod_data import AXES, HexapodRows, UnusableRowsError
 from hexathermal.learn.hexapod_fit import HexapodFit, fit_model, model_of
 from hexathermal.learn.hexapod_model import HexapodEquations, hexapod_equations, pose_residuals, used
 from hexathermal.machine.hexapod import Hexapod
@@ -155,6 +155,8 @@ def identify_hexapod(
     Raises
     ------
     ArgumentError
+        An option is none of those known, or the machine states no expansion of a plate.
+    UnusableRowsError
         Too few rows, or coefficients that these rows cannot tell apart.
     """
     if plates not in PLATES_CHOICES:
@@ -162,7 +164,7 @@ def identify_hexapod(
     chosen = rows.sensors if sensors is None else tuple(sensors)
     need = 12 * len(chosen) + 8
     if len(rows) * 6 < 2 * need:
-        raise ArgumentError(f"{len(rows)} poses cannot tell {need} unknowns; at least {need // 3 + 1} are needed")
+        raise UnusableRowsError(f"{len(rows)} poses cannot tell {need} unknowns; at least {need // 3 + 1} are needed")
     notes: list[str] = []
     kinds = _Kinds(rows.sensors, chosen, _plates(rows, plates, notes), frame)
     rows, equations, sigma, leg_noise, frames = _settled(rows, kinds, noise)
@@ -170,7 +172,7 @@ def identify_hexapod(
     for name in ("common", "leg-specific"):
         try:
             fits[name] = kinds.fit(equations, name)
-        except ArgumentError as error:
+        except UnusableRowsError as error:
             if not fits:
                 raise
             notes.append(f"no {name} law: {error}")
@@ -204,7 +206,7 @@ class _Kinds:
         """Return the leg-specific fit, or the common one where rows cannot tell the legs apart."""
         try:
             return self.fit(equations, "leg-specific")
-        except ArgumentError:
+        except UnusableRowsError:
             return self.fit(equations, "common")
 
 
@@ -275,7 +277,7 @@ def _stated_plates(equations: HexapodEquations, kinds: _Kinds) -> list[str]:
         fit = replace(kinds, plates=(None if kinds.plates[0] else 0.0, None if kinds.plates[1] else 0.0)).widest(
             equations
         )
-    except ArgumentError:
+    except UnusableRowsError:
         return []
     notes = []
     for part, stated in zip(("platform", "base"), kinds.plates, strict=True):

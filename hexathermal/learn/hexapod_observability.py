@@ -12,6 +12,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from hexathermal.learn.hexapod_data import UnusableRowsError
 from hexathermal.learn.hexapod_fit import HexapodModel, without_frame
 from hexathermal.poses import FloatArray
 
@@ -44,7 +45,12 @@ class Coefficient:
     @property
     def inflation(self) -> float:
         """``uncertainty / alone``: 1 where nothing looks like it."""
-        return self.uncertainty / self.alone if self.alone > 0.0 else float("inf")
+        return self.uncertainty / self.alone if 0.0 < self.alone < float("inf") else float("inf")
+
+    @property
+    def moved(self) -> bool:
+        """Whether anything in the data depends on it: its temperature leaves its zero."""
+        return self.alone < float("inf")
 
     @property
     def told_apart(self) -> bool:
@@ -72,7 +78,7 @@ class Observability:
     ----------
     coefficients : tuple of Coefficient
     singular_values : array, shape (k,)
-        Of the scaled columns, falling; all 1 where nothing looks alike.
+        Of the scaled columns that are not zero, falling; all 1 where nothing looks alike.
     directions : tuple of str
         Each singular value's direction in words.
     groups : tuple of str
@@ -103,9 +109,13 @@ class Observability:
             f"weakest direction (singular value {self.singular_values[-1]:.3g} of 1): {self.directions[-1]}",
             *(str(one) for one in self.alike),
         ]
-        lost = [f"{one.name} ({one.inflation:.0f} times)" for one in self.coefficients if not one.told_apart]
+        still = [one.name for one in self.coefficients if not one.moved]
+        lost = [f"{one.name} ({one.inflation:.0f} times)" for one in self.coefficients
+                if one.moved and not one.told_apart]  # fmt: skip
         if lost:
             lines.append("not told apart from the rest, uncertainty inflated: " + ", ".join(lost))
+        if still:
+            lines.append("nothing depends on, for the temperature never leaves its zero: " + ", ".join(still))
         return tuple(lines)
 
 
@@ -118,6 +128,11 @@ def observability(information: FloatArray, model: HexapodModel) -> Observability
         ``X' V^-1 X`` of all coefficients, as `HexapodEquations.S`.
     model : HexapodModel
         Which coefficients are free; the motions of a campaign's frame are eliminated.
+
+    Raises
+    ------
+    UnusableRowsError
+        The rows depend on no coefficient.
 
     Examples
     --------
@@ -135,15 +150,18 @@ def observability(information: FloatArray, model: HexapodModel) -> Observability
     C = model.C[:p][:, kept]
     M = C.T @ without_frame(information, p) @ C
     size = np.sqrt(np.maximum(np.diagonal(M), 0.0))
-    safe = np.where(size > 0.0, size, 1.0)
-    scaled = M / np.outer(safe, safe)
+    live = np.flatnonzero(size > 0.0)
+    if not live.size:
+        raise UnusableRowsError("no temperature of legs and plates leaves its zero: nothing tells of any law")
+    scaled = M[np.ix_(live, live)] / np.outer(size[live], size[live])
     values, vectors = np.linalg.eigh(scaled)
     order = np.argsort(-values)
     values, vectors = np.maximum(values[order], 0.0), vectors[:, order]
+    uncertainty, alone = np.full(len(words), np.inf), np.full(len(words), np.inf)
     with np.errstate(divide="ignore", invalid="ignore"):
         spread = np.where(vectors == 0.0, 0.0, vectors**2 / values).sum(axis=1)
-        uncertainty = np.where(size > 0.0, np.sqrt(spread) / safe, np.inf)
-        alone = np.where(size > 0.0, 1.0 / safe, np.inf)
+    uncertainty[live], alone[live] = np.sqrt(spread) / size[live], 1.0 / size[live]
+    seen = tuple(words[k] for k in live)
     coefficients = tuple(
         Coefficient(word, float(u), float(a)) for word, u, a in zip(words, uncertainty, alone, strict=True)
     )
@@ -157,7 +175,7 @@ def observability(information: FloatArray, model: HexapodModel) -> Observability
         for i in range(len(groups)) for j in range(i) if abs(likeness[i, j]) > ALIKE
     ]  # fmt: skip
     return Observability(
-        coefficients, np.sqrt(values), tuple(_direction(words, vectors[:, k]) for k in range(len(values))),
+        coefficients, np.sqrt(values), tuple(_direction(seen, vectors[:, k]) for k in range(len(values))),
         groups, likeness, tuple(sorted(pairs, key=lambda pair: -abs(pair.r))),
     )  # fmt: skip
 

@@ -157,7 +157,10 @@ def _sensors(arguments: argparse.Namespace, campaign: Campaign) -> tuple[str, ..
     from hexathermal.machine.files import read_hexapod
 
     if arguments.sensors != "auto":
-        return tuple(name.strip() for name in arguments.sensors.split(","))
+        names = tuple(name.strip() for name in arguments.sensors.split(","))
+        if not all(names):
+            raise ArgumentError(f"--sensors {arguments.sensors!r} holds an empty name; give auto, or names with commas")
+        return names
     recorded = leg_sensors(campaign)
     model = None if campaign.hexapod is None else read_hexapod(campaign.hexapod).thermal
     if model is not None and model.legs and all(name in recorded for law in model.legs for name in law.sensors):

@@ -121,13 +121,14 @@ def observability_figure(found: Observability) -> Figure:
         values.xaxis.get_major_locator().set_params(integer=True)
         values.set_ylabel("singular value of the scaled columns")
         values.set_title(f"Directions: condition number {found.condition:.3g}")
-        names = [one.name for one in found.coefficients]
-        place = np.arange(len(names))
-        inflation.barh(place, [one.uncertainty * 1e6 for one in found.coefficients], 0.7, color=BLUE,
+        finite = [one for one in found.coefficients if np.isfinite(one.uncertainty)]
+        names = [one.name + ("" if np.isfinite(one.uncertainty) else " (never seen)") for one in found.coefficients]
+        shown = [found.coefficients.index(one) for one in finite]
+        inflation.barh(shown, [one.uncertainty * 1e6 for one in finite], 0.7, color=BLUE,
                        label="all unknown together")  # fmt: skip
-        inflation.barh(place, [one.alone * 1e6 for one in found.coefficients], 0.35, color=VERMILION,
+        inflation.barh(shown, [one.alone * 1e6 for one in finite], 0.35, color=VERMILION,
                        label="if all others were known")  # fmt: skip
-        inflation.set_yticks(place, names)
+        inflation.set_yticks(np.arange(len(names)), names)
         inflation.invert_yaxis()
         inflation.grid(axis="y", visible=False)
         inflation.set_xlabel("standard uncertainty (µm/m/K)")

@@ -13,6 +13,7 @@ from hexathermal.learn.hexapod_identification import HexapodIdentification
 from hexathermal.learn.hexapod_observability import Observability
 from hexathermal.learn.hexapod_validation import QUANTITIES, HexapodValidation, PoseScore
 from hexathermal.learn.validation import Figure
+from hexathermal.show.campaign_tables import number
 from hexathermal.show.identification_tables import plain
 from hexathermal.show.tables import framed
 
@@ -57,8 +58,11 @@ def observability_table(found: Observability, pretty: bool) -> Table:
     """Return what the data tell of each coefficient."""
     table = framed(pretty, "coefficient", "uncertainty\num/m/K>", "others known\num/m/K>", "inflation>", "told apart")
     for one in found.coefficients:
-        table.add_row(one.name, f"{one.uncertainty * 1e6:.4f}", f"{one.alone * 1e6:.4f}", f"{one.inflation:.1f}",
-                      "yes" if one.told_apart else "no")  # fmt: skip
+        if not one.moved:
+            table.add_row(one.name, "-", "-", "-", "no: its temperature never changes")
+            continue
+        table.add_row(one.name, number(one.uncertainty * 1e6, 4), number(one.alone * 1e6, 4),
+                      number(one.inflation, 1), "yes" if one.told_apart else "no")  # fmt: skip
     return table
 
 

@@ -106,9 +106,9 @@ def _plots(check: CampaignCheck, folder: Path, progress: Progress) -> list[Path]
     """Write all pictures of a leg or component; returns their paths."""
     from hexathermal.show.campaign_figures import collinearity_figure, coverage_figure, noise_figure, run_figure
 
-    sensors = check.campaign.sensors
+    sensors, noises = check.campaign.sensors, (check.sensor_noise, check.sensor_slow)
     jobs: list[tuple[str, Any]] = [
-        ("noise", lambda: noise_figure(sensors, check.sensor_noise, check.sensor_slow)),
+        ("noise", lambda: noise_figure(sensors, *noises) if (noises[0] > 0.0).any() else None),
         ("collinearity", lambda: collinearity_figure(sensors, check.correlation)),
         ("coverage", lambda: coverage_figure(check)),
     ]
@@ -169,9 +169,10 @@ def _hexapod_plots(check: HexapodCheck, folder: Path, progress: Progress) -> lis
     from hexathermal.show.hexapod_figures import observability_figure
 
     sensors, seen = check.campaign.sensors, check.observability
+    noises = (check.sensor_noise, check.sensor_slow)
     jobs: list[tuple[str, Any]] = []
     if sensors:
-        jobs = [("noise", lambda: noise_figure(sensors, check.sensor_noise, check.sensor_slow)),
+        jobs = [("noise", lambda: noise_figure(sensors, *noises) if (noises[0] > 0.0).any() else None),
                 ("collinearity", lambda: collinearity_figure(sensors, check.correlation))]  # fmt: skip
     if seen is not None:
         jobs.append(("observability", lambda: observability_figure(seen)))
