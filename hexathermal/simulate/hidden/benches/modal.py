@@ -21,7 +21,7 @@ from hexathermal.poses import FloatArray
 from hexathermal.simulate.hidden.benches.air import Room
 from hexathermal.simulate.hidden.benches.legs import Leg, drawn_leg
 from hexathermal.simulate.hidden.benches.motion import Motion, carried_out
-from hexathermal.simulate.hidden.benches.noises import log_uniform, noise_rms_um, walk
+from hexathermal.simulate.hidden.benches.noises import log_uniform, noted, thermometer_errors
 from hexathermal.simulate.hidden.truth import CampaignTruth, RunTruth
 
 NAME = "modal"
@@ -239,6 +239,9 @@ def draw(generator: np.random.Generator) -> CampaignTruth:
         "sensor_noise_K": log_uniform(0.01, 0.05, generator),
         "sensor_bias_K": 0.03,
         "sensor_walk_6h_K": log_uniform(0.005, 0.03, generator),
+        "sample_s": STEP,
+        "drift_resolution_um": 0.0,
+        "temperature_resolution_K": 0.0,
     }
     motions, airs, answers = [], [], []
     for day in range(len(ROLES)):
@@ -257,13 +260,11 @@ def draw(generator: np.random.Generator) -> CampaignTruth:
     ]
     names = tuple(f"T{k + 1:02d}" for k in range(17))
     places = np.concatenate([heated.body_places, heated.nut + heated.rod_places])
-    extra = {"noise_rms_um": noise_rms_um(runs), "sample_s": STEP, "drift_resolution_um": 0.0,
-             "temperature_resolution_K": 0.0}  # fmt: skip
-    return CampaignTruth(
+    return noted(CampaignTruth(
         "leg", NAME, tuple(runs), names, ("body",) * 13 + ("rod",) * 4, places, tuple(names[k] for k in leg.base),
         leg.coefficients, leg.retracted_length, (0.0, leg.stroke), round(generator.uniform(0.1, 0.5), 3), True,
-        notes={**level, **extra},
-    )  # fmt: skip
+        notes=level,
+    ))  # fmt: skip
 
 
 def _run(
@@ -278,9 +279,7 @@ def _run(
     """Return one run with the noise of its instruments."""
     rows, sensors = temperatures.shape
     q = motion.at(TIME)
-    errors = level["sensor_noise_K"] * generator.standard_normal((rows, sensors))
-    errors += level["sensor_bias_K"] * generator.standard_normal(sensors)
-    errors += level["sensor_walk_6h_K"] * walk(21600.0 / STEP, (rows, sensors), generator)
+    errors = thermometer_errors(level, (rows, sensors), generator)
     scatter = level["landing_um"] * generator.standard_normal(len(motion.place))
     noise = 1e-6 * (scatter[motion.rest(TIME)] + level["white_um"] * generator.standard_normal(rows))
     return RunTruth(
