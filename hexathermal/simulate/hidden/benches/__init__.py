@@ -6,10 +6,10 @@ modules without a ``NAME`` hold what several benches use.
 
 Every bench states in `notes`: ``noise_rms_um`` (of the displacement's noise on settled rows of identification runs,
 spikes left out), ``thermometers_rms_um`` (of the drift that errors of the law's thermometers feign there),
-``white_um``, ``landing_um``, ``slow_um``, ``slow_time_s``, ``sensor_noise_K``, ``sensor_bias_K``, ``sensor_walk_6h_K`` (standard
-deviation of a thermometer's walk after 6 h), ``sample_s``, and ``drift_resolution_um`` and
-``temperature_resolution_K``, to which a log is rounded after an effect has been hidden (0: not rounded; without an effect the errors of the run hold
-the rounding already).
+``white_um``, ``landing_um``, ``slow_um``, ``slow_time_s``, ``sensor_noise_K``, ``sensor_bias_K``,
+``sensor_walk_6h_K`` (standard deviation of a thermometer's walk after 6 h), ``sample_s``, and ``drift_resolution_um``
+and ``temperature_resolution_K``, to which a log is rounded after an effect has been hidden (0: not rounded; without an
+effect the errors of the run hold the rounding already).
 """
 
 from __future__ import annotations
