@@ -58,8 +58,7 @@ class Contribution:
     @property
     def fourth(self) -> FloatArray:
         """``sum_j u_j(y)^4 / nu``: the source's part of the Welch-Satterthwaite sum, shape (m,)."""
-        squares = np.diag(self.covariance)[:, None] if self.together else self.columns**2
-        return np.asarray((squares**2).sum(axis=1) / self.dof)
+        return fourth_powers(self.columns, self.dof, self.together)
 
     @property
     def largest_single(self) -> FloatArray:
@@ -84,6 +83,21 @@ def contributed(rates: FloatArray, dof: float, together: bool, **told: Any) -> C
     )
 
 
+def fourth_powers(columns: FloatArray, dof: float, together: bool) -> FloatArray:
+    """Return ``sum_j u_j(y)^4 / nu`` of variables that move results at `columns` (..., m, r), shape (..., m).
+
+    Together they are one component, ``(sum_j u_j(y)^2)^2 / nu``.
+    """
+    squares = columns**2
+    parts = squares.sum(axis=-1, keepdims=True) if together else squares
+    return np.asarray((parts**2).sum(axis=-1) / dof)
+
+
+def welch_satterthwaite(variances: FloatArray, below: FloatArray) -> FloatArray:
+    """Return ``u^4 / below`` with the sum ``below`` of `fourth_powers`; infinite where nothing is estimated."""
+    return np.asarray(np.divide(variances**2, below, out=np.full_like(variances, np.inf), where=below > 0.0))
+
+
 def total(contributions: Sequence[Contribution], size: int) -> FloatArray:
     """Return the combined covariance (m, m): contributions add up."""
     return np.asarray(sum((item.covariance for item in contributions), np.zeros((size, size))))
@@ -98,7 +112,7 @@ def effective_dof(contributions: Sequence[Contribution], size: int) -> FloatArra
     """
     u2 = np.diag(total(contributions, size))
     below = np.asarray(sum((item.fourth for item in contributions), np.zeros(size)))
-    return np.asarray(np.divide(u2**2, below, out=np.full(size, np.inf), where=below > 0.0))
+    return welch_satterthwaite(u2, below)
 
 
 def joint_dof(contributions: Sequence[Contribution], size: int) -> float:

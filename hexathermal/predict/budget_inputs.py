@@ -127,15 +127,9 @@ def situation(
         )
     check_temperatures(hexapod, readings)
     refuse_singular(hexapod, wanted)
-    if correction:
-        told = corrected_leg_lengths(hexapod, wanted, readings)
-    else:
-        told = inverse_kinematics(hexapod, wanted)
-        predicted_pose(hexapod, told, readings)
+    told = commanded(hexapod, wanted, readings, correction)
     reference = np.asarray(model.reference_temperature_degC)
-    air = float(reference.mean()) if air_degC is None else float(finite_array(air_degC, (), "air_degC"))
-    if air < ABSOLUTE_ZERO_DEGC:
-        raise ArgumentError(f"air_degC is {air:g} degC, which is impossible")
+    air = float(checked_air(hexapod, air_degC))
     seen = look(frame, frames, at_tool)
     axes = seen.axes(wanted)
     rows = plate_rows(hexapod, readings, plates or Plates())
@@ -144,6 +138,27 @@ def situation(
         hexapod, wanted, readings, told, readings - reference, readings - air, rows, axes, seen.arm, correction, frame,
         numbers,
     )  # fmt: skip
+
+
+def commanded(hexapod: Hexapod, poses: FloatArray, temps: FloatArray, correction: bool) -> FloatArray:
+    """Return the lengths (..., 6) that are commanded at poses (..., 4, 4); those that cannot be held are refused."""
+    if correction:
+        return corrected_leg_lengths(hexapod, poses, temps)
+    told = inverse_kinematics(hexapod, poses)
+    predicted_pose(hexapod, told, temps)
+    return told
+
+
+def checked_air(hexapod: Hexapod, given: npt.ArrayLike | None, shape: tuple[int, ...] = ()) -> FloatArray:
+    """Return temperatures of the air [degC]; where none is given, the reference temperature."""
+    if given is None:
+        return np.full(shape, np.mean(active_model(hexapod).reference_temperature_degC))
+    air = finite_array(given, shape, "air_degC" if shape == () else "each_air_degC")
+    if air.shape != shape:
+        raise ArgumentError(f"air_degC has shape {air.shape}; expected {'one temperature' if shape == () else shape}")
+    if (air < ABSOLUTE_ZERO_DEGC).any():
+        raise ArgumentError(f"air_degC is {air.min():g} degC, which is impossible")
+    return air
 
 
 def refuse_singular(hexapod: Hexapod, pose: FloatArray) -> None:

@@ -9,16 +9,19 @@ from typing import Any, Unpack
 import numpy as np
 import numpy.typing as npt
 
-from hexathermal.errors import ArgumentError, KinematicsError, UnknownNameError
+from hexathermal.errors import ArgumentError, UnknownNameError
 from hexathermal.machine.hexapod import Hexapod
 from hexathermal.machine.thermal import TemperaturesLike, frozen, refreeze
 from hexathermal.poses import FloatArray, PoseLike, finite_array, pose_array, pose_from_coordinates
-from hexathermal.predict.budget import AXES, Budget, checked_sources, error_budget
+from hexathermal.predict.budget import AXES, checked_sources
 from hexathermal.predict.budget_causes import NO_CAUSE
-from hexathermal.predict.budget_inputs import View
-from hexathermal.predict.budget_plates import Plates
+from hexathermal.predict.budget_gum import checked_probability, coverage_factor
+from hexathermal.predict.budget_inputs import checked_air
+from hexathermal.predict.budget_many import CHUNK, Chunk, budgets_of_chunk, source_table
+from hexathermal.predict.budget_plates import Plates, each_of, stated_alike
+from hexathermal.predict.budget_view import View, look
 from hexathermal.predict.sources import Source
-from hexathermal.predict.temperatures import active_model, temperature_array
+from hexathermal.predict.temperatures import active_model, check_temperatures, temperature_array
 
 MEASURES = ("shift", "turn")
 LARGEST_GRID = 100_000
@@ -224,35 +227,68 @@ def budget_map(
     True
     """
     flat, hot = _paired(hexapod, poses, temps)
-    # the default sources know which plates are stated, place by place where they differ
-    own_defaults = sources is None and each_plates is not None
-    chosen = None if own_defaults else checked_sources(hexapod, sources, view.get("plates"))
-    views = _views(view, len(flat), each_plates, each_air_degC)
-    budgets: list[Budget | None] = []
-    refused = []
-    for k, own in enumerate(views):
-        try:
-            budgets.append(error_budget(hexapod, flat[k], hot[k], chosen, **own))
-        except KinematicsError as error:
-            budgets.append(None)
-            refused.append((k, str(error)))
-        if progress is not None:
-            progress(k + 1, len(flat))
-    return _gathered(budgets, flat, hot, tuple(refused), probability, view.get("frame", "machine"))
+    count, p, correction = len(flat), checked_probability(probability), bool(view.get("correction", True))
+    check_temperatures(hexapod, hot)
+    seen = look(view.get("frame", "machine"), view.get("frames"), view.get("at_tool"))
+    plates = each_of(view.get("plates"), each_plates, count)
+    air = np.broadcast_to(checked_air(hexapod, view.get("air_degC")), (count,))
+    air = air if each_air_degC is None else checked_air(hexapod, each_air_degC, (count,))
+    made = _Made(flat, hot, p, seen.frame)
+    tables = [
+        (rows, source_table(hexapod, checked_sources(hexapod, sources, plates[rows[0]])))
+        for rows in (stated_alike(plates) if sources is None else [np.arange(count)])
+    ]
+    made.prepare({label for _rows, table in tables for label in table.labels})
+    for rows, table in tables:
+        for first in range(0, len(rows), CHUNK):
+            part = rows[first : first + CHUNK]
+            own = [plates[k] for k in part]
+            chunk = budgets_of_chunk(hexapod, flat[part], hot[part], air[part], own, seen, correction, table)
+            made.add(part, table.labels, chunk)
+            if progress is not None:
+                progress(made.done, count)
+    return made.finished()
 
 
-def _views(view: View, count: int, plates: Sequence[Plates] | None, air: npt.ArrayLike | None) -> list[View]:
-    """Return the keywords of each place."""
-    views = [view.copy() for _ in range(count)]
-    if plates is not None:
-        if len(plates) != count:
-            raise ArgumentError(f"{len(plates)} plates for {count} places; give as many")
-        for own, value in zip(views, plates, strict=True):
-            own["plates"] = value
-    if air is not None:
-        for own, value in zip(views, finite_array(air, (count,), "each_air_degC").tolist(), strict=True):
-            own["air_degC"] = value
-    return views
+class _Made:
+    """A map being made: arrays that chunks fill."""
+
+    def __init__(self, poses: FloatArray, temps: FloatArray, probability: float, frame: str) -> None:
+        self.poses, self.temps, self.probability, self.frame = poses, temps, probability, frame
+        self.done, self.refused = 0, dict[int, str]()
+        self.numbers = np.full((4, len(poses), 6), np.nan)
+        self.causes: dict[int, tuple[tuple[str, ...], FloatArray]] = {}
+
+    def prepare(self, labels: Iterable[str]) -> None:
+        """Make room for the sources of all places."""
+        self.labels = tuple(sorted(labels))
+        self.shares = np.full((len(self.poses), len(self.labels), 6), np.nan)
+
+    def add(self, part: npt.NDArray[np.intp], labels: tuple[str, ...], chunk: Chunk) -> None:
+        """Add the budgets of some places."""
+        own, whole = part[chunk.kept], chunk.variances.sum(axis=1, keepdims=True)
+        u = np.sqrt(whole[:, 0])
+        worst = np.abs(chunk.remaining) + coverage_factor(chunk.dof, self.probability) * u
+        self.numbers[:, own] = chunk.uncorrected, chunk.remaining, u, worst
+        shares = np.divide(chunk.variances, whole, out=np.zeros_like(chunk.variances), where=whole > 0.0)
+        self.shares[own[:, None], [self.labels.index(label) for label in labels]] = shares
+        self.causes |= {int(k): found for k, found in zip(own, chunk.causes, strict=True)}
+        self.refused |= {int(part[k]): reason for k, reason in chunk.refused.items()}
+        self.done += len(part)
+
+    def finished(self) -> BudgetMap:
+        """Return the map."""
+        names = tuple(dict.fromkeys(name for k in sorted(self.causes) for name in self.causes[k][0]))
+        parts = np.full((len(self.poses), len(names), 6), np.nan)
+        for k, (own, values) in self.causes.items():
+            parts[k] = 0.0
+            parts[k, [names.index(name) for name in own]] = values
+        drift, remaining, uncertainty, worst = (frozen(array) for array in self.numbers)
+        return BudgetMap(
+            frozen(self.poses), frozen(self.temps), drift, remaining, uncertainty, worst,
+            tuple(sorted(self.refused.items())), self.labels, frozen(self.shares), self.probability, self.frame, names,
+            frozen(parts),
+        )  # fmt: skip
 
 
 def _paired(hexapod: Hexapod, poses: PoseLike, temps: TemperaturesLike) -> tuple[FloatArray, FloatArray]:
@@ -267,34 +303,6 @@ def _paired(hexapod: Hexapod, poses: PoseLike, temps: TemperaturesLike) -> tuple
             f"{len(flat)} poses and {len(hot)} sets of temperatures do not pair up; give one or as many"
         )
     return np.broadcast_to(flat, (count, 4, 4)), np.broadcast_to(hot, (count, hot.shape[1]))
-
-
-def _gathered(
-    budgets: list[Budget | None],
-    poses: FloatArray,
-    temps: FloatArray,
-    refused: tuple[tuple[int, str], ...],
-    probability: float,
-    frame: str,
-) -> BudgetMap:
-    """Return budgets as arrays, sources in one order."""
-    there = [(k, budget) for k, budget in enumerate(budgets) if budget is not None]
-    labels = tuple(sorted({item.label for _, budget in there for item in budget.contributions}))
-    causes = tuple(dict.fromkeys(name for _, budget in there for name in budget.causes))
-    numbers = np.full((4, len(budgets), 6), np.nan)
-    shares, parts = (np.full((len(budgets), len(names), 6), np.nan) for names in (labels, causes))
-    for k, budget in there:
-        numbers[:, k] = budget.uncorrected, budget.remaining, budget.uncertainty, budget.worst_case(probability)
-        for row, item in zip(budget.shares, budget.contributions, strict=True):
-            shares[k, labels.index(item.label)] = row
-        parts[k] = 0.0
-        for name, row in zip(budget.causes, budget.cause_parts, strict=True):
-            parts[k, causes.index(name)] = row
-    drift, remaining, uncertainty, worst = (frozen(array) for array in numbers)
-    return BudgetMap(
-        frozen(poses), frozen(temps), drift, remaining, uncertainty, worst, refused, labels, frozen(shares),
-        probability, frame, causes, frozen(parts),
-    )  # fmt: skip
 
 
 def pose_grid(

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
+import numpy.typing as npt
 
 from hexathermal.errors import ArgumentError, ThermalModelError
 from hexathermal.machine.hexapod import Hexapod
@@ -81,3 +83,21 @@ def plate_rows(hexapod: Hexapod, temps: FloatArray, given: Plates) -> FloatArray
     elif model.base is None or model.base.sensor is None:
         rows[1, 5:] = hexapod.base_joints.mean(axis=0)
     return rows
+
+
+def each_of(common: Plates | None, each: Sequence[Plates] | None, count: int) -> list[Plates]:
+    """Return the plates of each place."""
+    if each is None:
+        return [common or Plates()] * count
+    if len(each) != count:
+        raise ArgumentError(f"{len(each)} plates for {count} places; give as many")
+    return [own or Plates() for own in each]
+
+
+def stated_alike(plates: list[Plates]) -> list[npt.NDArray[np.intp]]:
+    """Return the places whose plates are stated in the same way: they share their default sources."""
+    kinds: dict[tuple[bool, bool], list[int]] = {}
+    for k, own in enumerate(plates):
+        stated = (own.platform_degC is not None, own.base_degC is not None) if isinstance(own, Plates) else (False,) * 2
+        kinds.setdefault(stated, []).append(k)
+    return [np.array(rows, dtype=np.intp) for rows in kinds.values()]

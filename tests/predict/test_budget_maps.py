@@ -10,29 +10,73 @@ import pytest
 
 import hexathermal as ht
 from hexathermal import cli
-from hexathermal.errors import ArgumentError, FileFormatError, UnknownNameError
+from hexathermal.errors import ArgumentError, FileFormatError, KinematicsError, UnknownNameError
 from hexathermal.predict.budget_defaults import default_sources
 from hexathermal.predict.budget_files import read_sources
 from hexathermal.predict.budget_maps import budget_map, graded_temperatures, pose_grid
 from hexathermal.predict.budget_plates import Plates
 from hexathermal.predict.sources import Source
+from tests.predict.budget_oracle import thermal_machine
 
 TEMPS = [25.0] * 6
 
 
-def test_a_map_holds_the_budgets_of_its_poses(reference: ht.Hexapod) -> None:
-    """Every place of a map is the budget of its pose; the worst is the largest, with its reason."""
+@pytest.mark.parametrize("view", [
+    {}, {"at_tool": [0.01, 0, 0.1], "correction": False, "air_degC": 23.0},
+    {"frame": "object", "frames": ht.Frames(object=[5, -6, 90, 3, -4, 50])},
+    {"frame": "user", "frames": ht.Frames(user=[100, 20, -30, 10, 20, 30]),
+     "plates": Plates(base_degC=23.0, platform_gradient=(3.0, 0.0, 0.0))},
+])  # fmt: skip
+def test_a_map_holds_the_budgets_of_its_poses(view: dict) -> None:
+    """Every place of a map is the budget of its pose, down to rounding: bias, causes, uncertainty, shares, limits."""
+    machine = thermal_machine()
+    temps = np.linspace(22.0, 27.0, 13)
+    sources = default_sources(machine).plus(
+        Source("few", "length", 1e-6, dof=4), Source("joined", "scale", 1e-6, dof=5, correlation=0.5 * (1 + np.eye(6)))
+    )
+    poses = pose_grid(machine, x_mm=(-100, 100, 3), rz_deg=(-5, 5, 2))
+    found = budget_map(machine, poses, temps, sources, **view)
+    for k, pose in enumerate(poses):
+        one = machine.error_budget(pose, temps, sources, **view)
+        assert np.abs(found.remaining[k] - one.remaining).max() < 1e-15
+        assert np.abs(found.uncorrected[k] - one.uncorrected).max() < 1e-15
+        assert found.uncertainty[k] == pytest.approx(one.uncertainty, rel=1e-12)
+        assert found.worst_case[k] == pytest.approx(one.worst_case(), rel=1e-12)
+        assert found.causes == one.causes
+        assert np.abs(found.cause_parts[k] - one.cause_parts).max() < 1e-15
+        for label, shares in zip((item.label for item in one.contributions), one.shares, strict=True):
+            assert found.shares[k, found.labels.index(label)] == pytest.approx(shares, rel=1e-9, abs=1e-15)
+    assert np.allclose(found.shares.sum(axis=1), 1.0)
+
+
+def test_the_worst_place_is_the_largest(reference: ht.Hexapod) -> None:
+    """The worst place of a map is the largest worst case, with its source and axis."""
     poses = pose_grid(reference, x_mm=(-100, 100, 3), rz_deg=(-5, 5, 2))
     found = budget_map(reference, poses, TEMPS, at_tool=[0, 0, 0.1])
-    for k, pose in enumerate(poses):
-        one = reference.error_budget(pose, TEMPS, at_tool=[0, 0, 0.1])
-        assert np.array_equal(found.remaining[k], one.remaining)
-        assert np.array_equal(found.worst_case[k], one.worst_case())
     worst = found.worst("turn")
     assert worst.value == found.size("worst_case", "turn").max()
     assert worst.source in found.labels
     assert worst.axis in worst.reason
-    assert np.allclose(found.shares.sum(axis=1), 1.0)
+
+
+@pytest.mark.parametrize("correction", [True, False])
+def test_a_map_of_many_chunks_tells_its_progress(reference: ht.Hexapod, correction: bool) -> None:
+    """Places of any chunk, among refused ones, are those of their own budget; progress ends at the whole."""
+    poses = pose_grid(reference, z_mm=(-40, 200, 600))
+    told: list[tuple[int, int]] = []
+    found = budget_map(
+        reference, poses, TEMPS, correction=correction, progress=lambda done, total: told.append((done, total))
+    )
+    good = np.isfinite(found.worst_case[:, 0])
+    assert told[-1] == (600, 600)
+    assert np.array_equal(np.flatnonzero(~good), [k for k, _reason in found.refused])
+    assert 100 < good.sum() < 500
+    for k in np.flatnonzero(good)[::29]:
+        one = reference.error_budget(poses[k], TEMPS, correction=correction)
+        assert found.worst_case[k] == pytest.approx(one.worst_case(), rel=1e-12)
+    with pytest.raises(KinematicsError) as caught:
+        reference.error_budget(poses[-1], TEMPS, correction=correction)
+    assert dict(found.refused)[599] == str(caught.value)
 
 
 def test_poses_out_of_reach_stay_with_their_reason(reference: ht.Hexapod) -> None:
@@ -53,7 +97,12 @@ def test_a_day_follows_its_temperatures_and_plates(reference: ht.Hexapod) -> Non
     assert np.all(np.diff(day.size("uncorrected")) > 0.0)
     assert day.worst().index == 4
     alone = reference.error_budget(reference.home, temps[3], plates=Plates(23.0, 20.0))
-    assert np.array_equal(day.remaining[3], alone.remaining)
+    assert np.abs(day.remaining[3] - alone.remaining).max() < 1e-15
+    mixed = [Plates(base_degC=24.0), Plates(), Plates(23.0, 24.0), Plates(base_degC=24.0), Plates()]
+    found = budget_map(reference, reference.home, temps, each_plates=mixed, each_air_degC=np.linspace(20, 24, 5))
+    for k in range(5):
+        one = reference.error_budget(reference.home, temps[k], plates=mixed[k], air_degC=20.0 + k)
+        assert found.worst_case[k] == pytest.approx(one.worst_case(), rel=1e-12)
 
 
 def test_bias_that_rules_is_named(reference: ht.Hexapod) -> None:
