@@ -74,11 +74,11 @@ def main(argv: list[str] | None = None) -> int:
         _say("interrupted; nothing half-written is left")
         return INTERRUPTED
     except SystemExit as error:
-        return error_code(words, error.code if isinstance(error.code, int) else USAGE)
+        return error_code(words, error.code if isinstance(error.code, int) else USAGE, _COMMANDS)
     except Exception as error:
         if os.environ.get(TRACEBACK):
             traceback.print_exc()
-        return error_code(words, _explain(error))
+        return error_code(words, _explain(error), _COMMANDS)
 
 
 def _open_streams() -> None:
@@ -135,7 +135,7 @@ def _run(argv: list[str]) -> int:
 
 def _answer(arguments: argparse.Namespace) -> int:
     """Run a command that has its own module, print its answer and return its exit code."""
-    from hexathermal.predict.table_writing import refuse_no_folder, written_whole
+    from hexathermal.predict.table_writing import refuse_no_folder, written_together
     from hexathermal.show.commands import found
     from hexathermal.show.outputs import protect
 
@@ -148,9 +148,12 @@ def _answer(arguments: argparse.Namespace) -> int:
     for warning in answer.warnings:
         _say(warning)
     text = "" if target is None else json.dumps(answer.data, indent=2, allow_nan=False)
+    files = dict(answer.files)
     if target not in (None, "-"):
-        with written_whole(Path(target)) as part:
-            part.write_text(text + "\n", encoding="utf-8")
+        files[Path(target)] = f"{text}\n".encode()
+    with written_together(tuple(files)) as parts:
+        for part, content in zip(parts, files.values(), strict=True):
+            part.write_bytes(content)
     try:
         if target == "-":
             print(text)

@@ -93,8 +93,16 @@ def test_an_error_inside_is_no_fail(files: list[str], monkeypatch: pytest.Monkey
 
 
 def test_other_commands_keep_their_codes() -> None:
-    """Wrong usage of another command is still 2."""
-    assert cli.main(["correct", "--nonsense"]) == 2
+    """Wrong usage of another command is still 2, a misspelt name of one too."""
+    for words in (["correct", "--nonsense"], ["corect"], ["--nonsense"], []):
+        assert cli.main(words) == 2
+
+
+@pytest.mark.parametrize("name", ["acept", "acccept", "excel", "accept.", "spec.toml", "\0"])
+def test_a_misspelt_command_is_no_verdict(files: list[str], name: str, capsys: Said) -> None:
+    """A command that is not known ends with 3 where it may have been accept: 2 would say not decided."""
+    assert cli.main([name, *files[1:]]) == 3
+    assert capsys.readouterr().err.strip()
 
 
 def test_a_reader_that_goes_away_changes_no_verdict(files: list[str], tmp_path: Path) -> None:
@@ -206,10 +214,13 @@ def test_an_empty_list_of_limits_is_no_pass(files: list[str], tmp_path: Path, ca
 
 
 def test_junit_and_json_are_written_together(files: list[str], tmp_path: Path, capsys: Said) -> None:
-    """Where JSON cannot be written, JUnit is not left behind; where both can, both are there."""
+    """Where JSON cannot be written, JUnit is not left behind, nor the other way; where both can, both are there."""
     both = [*files, "--junit", str(tmp_path / "j.xml"), "--json"]
     assert cli.main([*both, str(tmp_path / "no" / "a.json")]) == 3
     assert not (tmp_path / "j.xml").exists()
+    no = [*files, "--json", str(tmp_path / "a.json"), "--junit", str(tmp_path / "no" / "j.xml")]
+    assert cli.main(no) == 3
+    assert not (tmp_path / "a.json").exists()
     assert cli.main([*both, str(tmp_path / "a.json")]) == 0
     assert ET.parse(tmp_path / "j.xml").getroot().tag == "testsuites"
     assert json.loads((tmp_path / "a.json").read_text())["verdict"] == "pass"

@@ -22,7 +22,7 @@ from hexathermal.predict.acceptance.measured_poses import UNCERTAINTIES, Measure
 from hexathermal.predict.acceptance.pose_accuracy import (
     ASKED_CYCLES,
     PoseAccuracy,
-    accuracy_of_visits,
+    accuracies_of_poses,
     angle_differences,
     pose_drift,
 )
@@ -158,18 +158,22 @@ def accept(measured: MeasuredPoses, specification: Specification) -> Acceptance:
 
 def _accuracies(measured: MeasuredPoses) -> dict[tuple[str, str], PoseAccuracy]:
     """Return pose accuracy of each pose in each group that has at least two visits."""
-    found = {}
-    for pose in measured.pose_names:
-        for group in measured.groups_of(pose):
-            rows = measured.rows(pose, group)
-            if len(rows) > 1:
-                try:
-                    found[pose, group] = accuracy_of_visits(
-                        measured.measured[rows], measured.commanded[rows[0]], measured.convention
-                    )
-                except ArgumentError as error:
-                    raise ArgumentError(f"{measured.path}, {_where(pose, group)}: {error}") from None
-    return found
+    rows = {
+        (pose, group): measured.rows(pose, group) for pose in measured.pose_names for group in measured.groups_of(pose)
+    }
+    rows = {place: own for place, own in rows.items() if len(own) > 1}
+    if not rows:
+        return {}
+    first = np.array([own[0] for own in rows.values()])
+    starts = np.cumsum([0, *(len(own) for own in rows.values())], dtype=np.intp)[:-1]
+    try:
+        found = accuracies_of_poses(
+            measured.measured[np.concatenate(list(rows.values()))], measured.commanded[first], starts,
+            measured.convention, [_where(*place) for place in rows],
+        )  # fmt: skip
+    except ArgumentError as error:
+        raise ArgumentError(f"{measured.path}, {error}") from None
+    return dict(zip(rows, found, strict=True))
 
 
 def _where(pose: str, group: str) -> str:

@@ -13,8 +13,8 @@ and ``R_c`` the commanded ones, all in the same axes::
     dAP   = max over later groups |AP(first) - AP(later)|,   dRP likewise, and likewise for each turn
 
 Rotations are averaged as rotations: ``R_mean`` is the rotation with the least sum of squared differences of matrices
-(chordal mean, `scipy.spatial.transform.Rotation.mean`), and turns are rotation vectors about the axes in which poses
-are given.  Numbers of Euler angles are never averaged: they jump at +-180 degrees and mix near ry = +-90 degrees.
+(chordal mean: the rotation nearest to the mean of the matrices), and turns are rotation vectors about the axes in which
+poses are given.  Numbers of Euler angles are never averaged: they jump at +-180 degrees and mix near ry = +-90 degrees.
 ISO's own quantities are differences of the angles ``rx``, ``ry``, ``rz`` of the coordinates (in the convention of the
 data), taken here from the mean rotation and brought into +-180 degrees; at rotated commands they are no turns about
 axes.  Near ``ry = +-90`` degrees ``rx`` and ``rz`` cannot be told apart: the angles are then NaN.  Which angle the
@@ -31,6 +31,7 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+import numpy.typing as npt
 import pinocchio as pin
 from scipy.spatial.transform import Rotation
 
@@ -158,30 +159,68 @@ def pose_accuracy(
     command = pose_array(commanded, "commanded pose")
     if command.shape != (4, 4):
         raise ArgumentError(f"commanded pose has shape {command.shape}; expected one pose (4, 4) for all its visits")
-    return accuracy_of_visits(visits, command, convention)
+    return accuracies_of_poses(visits, command[None], np.zeros(1, dtype=np.intp), convention)[0]
 
 
-def accuracy_of_visits(visits: FloatArray, command: FloatArray, convention: str) -> PoseAccuracy:
-    """Return `pose_accuracy` of arrays (n, 4, 4), n >= 2, and (4, 4) that are known to be poses."""
-    centre = visits[:, :3, 3].mean(axis=0)
-    turned = Rotation.from_matrix(visits[:, :3, :3] @ command[:3, :3].T)
-    mean = turned.mean()
-    deviations = (turned * mean.inv()).as_rotvec()
-    _check_spread(deviations)
-    lengths = np.linalg.norm(visits[:, :3, 3] - centre, axis=1)
-    middle = command.copy()
-    middle[:3, :3] = mean.as_matrix() @ command[:3, :3]
-    angles = angle_differences(np.concatenate([visits, command[None]]), middle, convention)
-    return PoseAccuracy(
-        count=len(visits),
-        position=frozen(centre - command[:3, 3]),
-        rotation=frozen(mean.as_rotvec()),
-        RP=_radius(lengths),
-        RP_rotation=_radius(np.linalg.norm(deviations, axis=1)),
-        RP_axes=frozen(3.0 * np.sqrt((deviations**2).sum(axis=0) / (len(visits) - 1))),
-        angles=frozen(-angles[-1]),
-        RP_angles=frozen(3.0 * np.sqrt((angles[:-1] ** 2).sum(axis=0) / (len(visits) - 1))),
-    )
+def accuracies_of_poses(
+    visits: FloatArray,
+    commands: FloatArray,
+    starts: npt.NDArray[np.intp],
+    convention: str,
+    places: Sequence[str] = ("",),
+) -> list[PoseAccuracy]:
+    """Return `pose_accuracy` of many commanded poses at once.
+
+    Parameters
+    ----------
+    visits : array, shape (n, 4, 4) [m]
+        Known to be poses, those of one command side by side, at least two of each.
+    commands : array, shape (m, 4, 4) [m]
+    starts : array, shape (m,)
+        First visit of each command.
+    convention : str
+    places : sequence of str
+        Of each command, for errors.
+    """
+    counts = np.diff(np.append(starts, len(visits)))
+    which = np.repeat(np.arange(len(commands)), counts)
+
+    def mean(values: FloatArray) -> FloatArray:
+        """Return the mean over the visits of each command."""
+        total = np.add.reduceat(values, starts, axis=0)
+        return np.asarray(total / counts.reshape(-1, *[1] * (values.ndim - 1)))
+
+    def spread(squares: FloatArray) -> FloatArray:
+        """Return ``3 S`` of squared differences."""
+        return np.asarray(3.0 * np.sqrt(np.add.reduceat(squares, starts, axis=0) / (counts - 1.0)[:, None]))
+
+    shifts = visits[:, :3, 3] - commands[which, :3, 3]
+    positions = mean(shifts)
+    turned = visits[:, :3, :3] @ np.swapaxes(commands[which, :3, :3], -1, -2)
+    middles = _nearest_rotations(mean(turned))
+    deviations = Rotation.from_matrix(turned @ np.swapaxes(middles[which], -1, -2)).as_rotvec()
+    _check_spread(deviations, starts, which, places)
+    whole = commands.copy()
+    whole[:, :3, :3] = middles @ commands[:, :3, :3]
+    angles = angle_differences(np.concatenate([visits, commands]), np.concatenate([whole[which], whole]), convention)
+    position, rotation = frozen(positions), frozen(Rotation.from_matrix(middles).as_rotvec())
+    distances = np.stack([np.linalg.norm(own, axis=1) for own in (shifts - positions[which], deviations)], axis=1)
+    typical = mean(distances)
+    radii = typical + spread((distances - typical[which]) ** 2)
+    axes, own = frozen(spread(deviations**2)), frozen(-angles[len(visits) :])
+    spreads = frozen(spread(angles[: len(visits)] ** 2))
+    return [
+        PoseAccuracy(int(counts[k]), position[k], rotation[k], float(radii[k, 0]), float(radii[k, 1]), axes[k], own[k],
+                     spreads[k])
+        for k in range(len(commands))
+    ]  # fmt: skip
+
+
+def _nearest_rotations(means: FloatArray) -> FloatArray:
+    """Return the rotations (m, 3, 3) nearest to means of rotations: the chordal means."""
+    left, _sizes, right = np.linalg.svd(means)
+    left[..., -1] *= np.linalg.det(left @ right)[:, None]
+    return np.asarray(left @ right)
 
 
 def angle_differences(measured: FloatArray, commanded: FloatArray, convention: str) -> FloatArray:
@@ -250,17 +289,18 @@ def _visits(measured: Any) -> FloatArray:
     return visits
 
 
-def _check_spread(deviations: FloatArray) -> None:
+def _check_spread(
+    deviations: FloatArray, starts: npt.NDArray[np.intp], which: npt.NDArray[np.intp], places: Sequence[str]
+) -> None:
     """Refuse visits that have no common mean rotation."""
     angles = np.linalg.norm(deviations, axis=1)
-    worst = int(angles.argmax())
-    if angles[worst] > WIDEST_SPREAD:
-        raise ArgumentError(
-            f"visit {worst + 1} is turned {np.degrees(angles[worst]):.3g} degrees from the mean of all, allowed 45: "
-            "these are not visits of one pose, or angles are in another unit or convention"
-        )
-
-
-def _radius(lengths: FloatArray) -> float:
-    """Return ``mean + 3 S`` of distances from their centre."""
-    return float(lengths.mean() + 3.0 * lengths.std(ddof=1))
+    if angles.max() <= WIDEST_SPREAD:
+        return
+    k = int(which[np.argmax(angles > WIDEST_SPREAD)])
+    own = np.where(which == k, angles, 0.0)
+    worst = int(own.argmax())
+    where = f"{places[k]}: " if places[k] else ""
+    raise ArgumentError(
+        f"{where}visit {worst - starts[k] + 1} is turned {np.degrees(own[worst]):.3g} degrees from the mean of all, "
+        "allowed 45: these are not visits of one pose, or angles are in another unit or convention"
+    )

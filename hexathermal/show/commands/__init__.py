@@ -7,8 +7,9 @@ A command's module holds ``add(commands)``, which declares it and what its ``--h
 from __future__ import annotations
 
 import argparse
-from collections.abc import Callable
+from collections.abc import Callable, Collection, Mapping
 from dataclasses import dataclass, field
+from difflib import get_close_matches
 from importlib import import_module
 from pathlib import Path
 from pkgutil import iter_modules
@@ -33,12 +34,15 @@ class Answer:
         Said on stderr.
     code : int
         Exit code.
+    files : mapping of Path to bytes
+        Written together with the file of ``--json``: all of them, or none.
     """
 
     shown: tuple[Any, ...] = ()
     data: dict[str, Any] = field(default_factory=dict)
     warnings: tuple[str, ...] = ()
     code: int = 0
+    files: Mapping[Path, bytes] = field(default_factory=dict)
 
 
 class Command(Protocol):
@@ -51,14 +55,29 @@ class Command(Protocol):
         """Do the work."""
 
 
-def error_code(argv: list[str], code: int) -> int:
+def error_code(argv: list[str], code: int, others: Collection[str] = ()) -> int:
     """Return the exit code of an error: a command whose own codes are verdicts names one for all errors.
 
-    Such a command's module holds ``ERROR_CODE``; only 0 (help) and 130 (interrupted) stay what they are.
+    Such a command's module holds ``ERROR_CODE``; only 0 (help) and 130 (interrupted) stay what they are.  A command
+    that is not known ends as the one that its name is nearest to; where it is near to none, it may have been any, and
+    ends like one with verdicts.
+
+    Parameters
+    ----------
+    argv : list of str
+    code : int
+        Of the error elsewhere.
+    others : collection of str
+        Commands that have no module here.
     """
-    name = next((word for word in argv if not word.startswith("-")), "")
-    module = found().get(name)
-    return code if code in (0, 130) else int(getattr(module, "ERROR_CODE", code))
+    name, modules = next((word for word in argv if not word.startswith("-")), ""), found()
+    if code in (0, 130) or not name or name in others:
+        return code
+    codes = {own: int(getattr(module, "ERROR_CODE", code)) for own, module in modules.items()}
+    if name in codes:
+        return codes[name]
+    meant = get_close_matches(name, [*codes, *others], 1)
+    return codes.get(meant[0], code) if meant else max(codes.values(), default=code)
 
 
 ORDER = ("demo", "simulate", "check", "identify", "validate", "apply", "budget", "accept")

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import argparse
-import json
 from pathlib import Path
 from typing import Any
 
@@ -84,7 +83,6 @@ def add(commands: Any) -> None:
 def run(arguments: argparse.Namespace, progress: Progress) -> Answer:
     """Hold measured poses against a specification."""
     from hexathermal.predict.acceptance import accept, read_measured_poses, read_specification
-    from hexathermal.predict.table_writing import written_together
     from hexathermal.show.acceptance_tables import CODES, acceptance_data, results_table, verdict_lines
     from hexathermal.show.junit import junit
 
@@ -95,19 +93,12 @@ def run(arguments: argparse.Namespace, progress: Progress) -> Answer:
     frames = Frames(tuple(arguments.user_frame), tuple(arguments.object_frame), arguments.convention)
     measured = read_measured_poses(arguments.measured, arguments.convention, frames if own else None)
     acceptance = accept(measured, specification)
-    data = acceptance_data(acceptance)
-    files = {} if arguments.junit is None else {arguments.junit: junit(acceptance)}
-    if files and arguments.json not in (None, "-"):
-        # here too, so that no JUnit is left behind where JSON cannot be written
-        files[Path(arguments.json)] = json.dumps(data, indent=2, allow_nan=False).encode() + b"\n"
-    with written_together(tuple(files)) as parts:
-        for part, text in zip(parts, files.values(), strict=True):
-            part.write_bytes(text)
     return Answer(
         shown=(lambda pretty, _: results_table(acceptance, pretty), verdict_lines(acceptance)),
-        data=data,
+        data=acceptance_data(acceptance),
         warnings=tuple(f"note: {note}" for note in acceptance.notes),
         code=CODES[acceptance.verdict],
+        files={} if arguments.junit is None else {arguments.junit: junit(acceptance)},
     )
 
 
