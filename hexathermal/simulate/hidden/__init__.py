@@ -1,1 +1,1 @@
-"""Campaigns with something hidden in them: benches of different physics, effects, and the answers, for testing a diagnosis."""
+"""Campaigns that hide something, for testing a diagnosis: benches of different physics, effects, and the answers."""

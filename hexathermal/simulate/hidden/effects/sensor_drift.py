@@ -1,0 +1,48 @@
+"""A thermometer of the law drifts: straight on, and about that as it likes, within bounds."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from hexathermal.simulate.hidden.effect import Effect, Parameters
+from hexathermal.simulate.hidden.shapes import either_sign, log_uniform, misread, since_start
+from hexathermal.simulate.hidden.truth import CampaignTruth
+
+MINUTES = 60.0
+
+
+def draw(truth: CampaignTruth, generator: np.random.Generator) -> Parameters:
+    """Draw the sensor, the drift over the mean run [K], the wandering's part, and the seed of the walk.
+
+    Engineering value: 0.05 to 1 K a shift of a bad junction or a warm logger.
+    """
+    return {
+        "target": str(generator.choice(truth.base)),
+        "drift": either_sign(generator) * log_uniform(0.05, 1.0, generator),
+        "wandering": float(generator.uniform(0.1, 0.4)),
+        "seed": int(generator.integers(2**31)),
+    }
+
+
+def hide(truth: CampaignTruth, parameters: Parameters) -> CampaignTruth:
+    """Add ``drift (t / run + wandering w(t))`` to the sensor; w is a walk of a step a minute, held within -1 and 1."""
+    j = truth.sensors.index(str(parameters["target"]))
+    generator, times = np.random.default_rng(int(parameters["seed"])), since_start(truth)
+    mean = float(np.mean([time[-1] - time[0] for time in times]))
+    minutes = np.arange(0.0, times[-1][-1] + 2.0 * MINUTES, MINUTES)
+    free = np.cumsum(generator.standard_normal(minutes.size)) * np.sqrt(MINUTES / mean)
+    # a walk between walls: turned back where it would pass them
+    walk = np.abs((free + 1.0) % 4.0 - 2.0) - 1.0
+    drift, part = float(parameters["drift"]), float(parameters["wandering"])
+    return misread(
+        truth,
+        truth.sensors[j],
+        lambda k, run: (
+            run.temperatures[:, j]
+            + run.sensor_errors[:, j]
+            + drift * (times[k] / mean + part * np.interp(times[k], minutes, walk))
+        ),
+    )
+
+
+EFFECT = Effect("sensor-drift", draw, hide, amplitude="drift", limits=(1e-4, 1.5), readings=True, lost=True)

@@ -1,0 +1,37 @@
+"""The zero of the displacement moves with time, nearly straight."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from hexathermal.simulate.hidden.effect import Effect, Parameters
+from hexathermal.simulate.hidden.shapes import either_sign, log_uniform, since_start
+from hexathermal.simulate.hidden.truth import CampaignTruth
+
+
+def draw(truth: CampaignTruth, generator: np.random.Generator) -> Parameters:
+    """Draw the rate [m/s], and by which part of it the rate changes over a run.
+
+    Engineering value: 0.02 to 0.5 um/h of optics, glue and electronics.
+    """
+    return {
+        "rate": either_sign(generator) * log_uniform(0.02e-6, 0.5e-6, generator) / 3600.0,
+        "curvature": float(generator.uniform(-0.3, 0.3)),
+    }
+
+
+def hide(truth: CampaignTruth, parameters: Parameters) -> CampaignTruth:
+    """Add ``rate (t + curvature t^2 / (2 duration))``, from each run's start; with a campaign's zero from its start."""
+    rate, curvature = float(parameters["rate"]), float(parameters["curvature"])
+    own = truth.zero == "run"
+    times = [run.time - run.time[0] for run in truth.runs] if own else list(since_start(truth))
+    duration = max(float(time[-1]) for time in times)
+    return truth.changed(
+        runs=tuple(
+            run.changed(effect=run.effect + rate * (time + 0.5 * curvature * time**2 / duration))
+            for run, time in zip(truth.runs, times, strict=True)
+        )
+    )
+
+
+EFFECT = Effect("zero-drift", draw, hide, amplitude="rate", limits=(1e-14, 3e-9))

@@ -1,0 +1,209 @@
+"""How strong a hidden effect is, and what knowing it would gain.
+
+What counts is what stays visible after the base law has been fitted again, for the law takes much of some effects:
+
+    strength = rms(r_hidden - r_clean) / rms(noise)
+
+over the settled rows of the runs for identification; ``r`` is what least squares of the base law (columns ``q0 dT``,
+``q dT`` of the base sensors as recorded) leaves of the drift without noise, once with the effect and once without.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from hexathermal.poses import FloatArray
+from hexathermal.simulate.hidden.effect import Effect, Parameters
+from hexathermal.simulate.hidden.truth import CampaignTruth, RunTruth
+
+CLOSE = 0.005
+"""A wanted strength counts as reached so closely [1]."""
+
+ROUNDS = 14
+
+
+def recorded(run: RunTruth) -> FloatArray:
+    """Return what the thermometers read, shape (n, s) [degC]."""
+    return run.temperatures + run.sensor_errors
+
+
+def added(run: RunTruth) -> FloatArray:
+    """Return what hidden effects add to the measured drift, shape (n,) [m]."""
+    return np.asarray(run.effect + run.beam_effects.mean(axis=1))
+
+
+def from_zero(truth: CampaignTruth, values: Sequence[FloatArray]) -> list[FloatArray]:
+    """Return values of all runs, counted from their first rows or, with a campaign's zero, from the first run's."""
+    return [item - (item[0] if truth.zero == "run" else values[0][0]) for item in values]
+
+
+def law_columns(truth: CampaignTruth, readings: Sequence[FloatArray] | None = None) -> list[FloatArray]:
+    """Return the base law's columns of each run, shape (n, p): ``q0 dT``, ``q dT``; of a component ``dT``.
+
+    Parameters
+    ----------
+    truth : CampaignTruth
+    readings : sequence of array, shape (n, s) [degC]
+        Of each run; default: as recorded.
+    """
+    base = [truth.sensors.index(name) for name in truth.base]
+    read = [recorded(run) for run in truth.runs] if readings is None else list(readings)
+    rises = from_zero(truth, [item[:, base] for item in read])
+    if truth.kind != "leg":
+        return rises
+    return [
+        np.hstack([truth.retracted_length * dT, run.q[:, None] * dT]) for run, dT in zip(truth.runs, rises, strict=True)
+    ]
+
+
+def settled_rows(truth: CampaignTruth, values: Sequence[FloatArray], role: str) -> FloatArray:
+    """Return the settled rows of the runs of a role, one behind the other."""
+    pairs = zip(truth.runs, values, strict=True)
+    return np.concatenate([item[run.settled] for run, item in pairs if run.role == role])
+
+
+def noise_rms(truth: CampaignTruth) -> float:
+    """Return the RMS of the noise on settled rows of identification runs [m]; as the bench says, where it does."""
+    if "noise_rms_um" in truth.notes:
+        return float(str(truth.notes["noise_rms_um"])) * 1e-6
+    noise = settled_rows(truth, [run.noise for run in truth.runs], "identification")
+    return float(np.sqrt(np.mean(noise**2)))
+
+
+def left(truth: CampaignTruth) -> FloatArray:
+    """Return what the base law, fitted again, leaves of the drift without noise [m]."""
+    X = settled_rows(truth, law_columns(truth), "identification")
+    y = settled_rows(truth, from_zero(truth, [run.drift + added(run) for run in truth.runs]), "identification")
+    return np.asarray(y - X @ np.linalg.lstsq(X, y)[0])
+
+
+def visible_strength(clean: CampaignTruth, hidden: CampaignTruth, clean_left: FloatArray | None = None) -> float:
+    """Return an effect's visible strength, see above.
+
+    Parameters
+    ----------
+    clean, hidden : CampaignTruth
+        Without and with it, the same rows.
+    clean_left : array, optional [m]
+        ``left(clean)``, where it is known already.
+    """
+    before = left(clean) if clean_left is None else clean_left
+    return float(np.sqrt(np.mean((left(hidden) - before) ** 2)) / noise_rms(clean))
+
+
+def scaled(effect: Effect, truth: CampaignTruth, parameters: Parameters, wanted: float) -> tuple[Parameters, float]:
+    """Return parameters of an effect whose visible strength is as wanted, or as near as its limits let it; and that
+    strength.
+
+    An effect without an amplitude stays as it is.
+    """
+    before = left(truth)
+    best: Parameters = dict(parameters)
+    reached = visible_strength(truth, effect.hide(truth, best), before)
+    if not effect.amplitude:
+        return best, reached
+    size, sign = abs(float(parameters[effect.amplitude])), np.sign(float(parameters[effect.amplitude]))
+    tried = [(np.log(size), np.log(max(reached, 1e-12)))]
+    goal, bounds = np.log(wanted), np.log(np.maximum(effect.limits, 1e-300))
+    for _round in range(ROUNDS):
+        if abs(np.exp(tried[-1][1] - goal) - 1.0) < CLOSE:
+            break
+        place = float(np.clip(_next(tried, goal), *bounds))
+        if any(abs(place - other) < 1e-9 for other, _ in tried):
+            break
+        now: Parameters = {**parameters, effect.amplitude: float(sign * np.exp(place))}
+        strength = visible_strength(truth, effect.hide(truth, now), before)
+        tried.append((place, np.log(max(strength, 1e-12))))
+        if abs(tried[-1][1] - goal) < abs(np.log(max(reached, 1e-12)) - goal):
+            best, reached = now, strength
+    return best, reached
+
+
+def _next(tried: list[tuple[float, float]], goal: float) -> float:
+    """Return the logarithm of the next amplitude: halfway between a weaker and a stronger one, or by the secant."""
+    weaker = [place for place, strength in tried if strength < goal]
+    stronger = [place for place, strength in tried if strength > goal]
+    (a, f), (b, g) = tried[-1], tried[-2] if len(tried) > 1 else (tried[-1][0] + 1.0, tried[-1][1] + 1.0)
+    slope = (g - f) / (b - a) if b != a else 1.0
+    place = a + (goal - f) / slope if 0.2 < slope < 5.0 else a + (goal - f)
+    if weaker and stronger and max(weaker) < min(stronger) and not max(weaker) < place < min(stronger):
+        return 0.5 * (max(weaker) + min(stronger))
+    return float(place)
+
+
+@dataclass(frozen=True)
+class Oracle:
+    """RMSE on validation runs [m], against the measured drift of settled rows.
+
+    Attributes
+    ----------
+    base : float
+        The base law alone, fitted to the runs for identification.
+    known : float
+        The base law and the shape of each effect, sized by the same fit, with readings mended: what the best diagnosis
+        could reach.
+    noise : float
+        The noise itself.
+    """
+
+    base: float
+    known: float
+    noise: float
+
+
+def oracle(clean: CampaignTruth, hidden: CampaignTruth, effects: Sequence[tuple[Effect, Parameters]]) -> Oracle:
+    """Return what knowing the effects would gain.
+
+    Readings are mended by those of `clean`; those of a thermometer whose reading is lost by what the others foretell
+    of it.
+    """
+    measured = from_zero(hidden, [run.drift + added(run) + run.noise for run in hidden.runs])
+    shapes = []
+    for effect, parameters in effects:
+        alone = effect.hide(clean, parameters)
+        shape = from_zero(clean, [added(b) - added(a) for a, b in zip(clean.runs, alone.runs, strict=True)])
+        if any(np.abs(item).max() > 0.0 for item in shape):
+            shapes.append(shape)
+    read = [recorded(run) for run in clean.runs]
+    for effect, parameters in effects:
+        if effect.lost:
+            read = _stand_in(clean, read, str(parameters["target"]))
+    known = [
+        np.column_stack([columns, *[shape[k] for shape in shapes]])
+        for k, columns in enumerate(law_columns(clean, read))
+    ]
+    noise = from_zero(hidden, [run.noise for run in hidden.runs])
+    return Oracle(
+        _validation_rmse(hidden, law_columns(hidden), measured), _validation_rmse(hidden, known, measured),
+        float(np.sqrt(np.mean(settled_rows(hidden, noise, "validation") ** 2))),
+    )  # fmt: skip
+
+
+def _stand_in(truth: CampaignTruth, readings: Sequence[FloatArray], sensor: str) -> list[FloatArray]:
+    """Return readings in which those of a sensor are foretold by the other sensors, by least squares."""
+    j = truth.sensors.index(sensor)
+    rises = from_zero(truth, readings)
+    rows = settled_rows(truth, rises, "identification")
+    others = np.delete(np.arange(rows.shape[1]), j)
+    weights = np.linalg.lstsq(rows[:, others], rows[:, j])[0]
+    found = []
+    for read, rise in zip(readings, rises, strict=True):
+        mended = read.copy()
+        mended[:, j] += rise[:, others] @ weights - rise[:, j]
+        found.append(mended)
+    return found
+
+
+def _validation_rmse(truth: CampaignTruth, columns: Sequence[FloatArray], measured: Sequence[FloatArray]) -> float:
+    """Return the RMSE on validation runs of columns fitted to the runs for identification [m]; NaN without any."""
+    if not any(run.role == "validation" for run in truth.runs):
+        return float("nan")
+    X, y = (settled_rows(truth, item, "identification") for item in (columns, measured))
+    size = np.linalg.norm(X, axis=0)
+    size[size == 0.0] = 1.0
+    found = np.linalg.lstsq(X / size, y)[0] / size
+    X, y = (settled_rows(truth, item, "validation") for item in (columns, measured))
+    return float(np.sqrt(np.mean((y - X @ found) ** 2)))
