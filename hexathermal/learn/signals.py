@@ -38,6 +38,8 @@ class RunRows:
         As `Block.landing`; -1 in rows that may not be used.
     settled : array of bool, shape (n,)
         Rows that may be used.
+    weather : array, shape (n, 3), or None
+        Air temperature [degC], pressure [Pa] and relative humidity [1]; columns that were not recorded are NaN.
     missing : mapping of str to int
         Values of each temperature that were interpolated.
     record : CleaningRecord
@@ -48,6 +50,7 @@ class RunRows:
     drift: FloatArray
     landing: npt.NDArray[np.int64]
     settled: npt.NDArray[np.bool_]
+    weather: FloatArray | None
     missing: dict[str, int]
     record: CleaningRecord
 
@@ -104,7 +107,7 @@ def run_rows(campaign: Campaign, run: RunFile | str) -> RunRows:
         _tilt(campaign.beams, sheet, time, block),
         {item.name: _filled(time, sheet.inputs[:, k]) for k, item in enumerate(campaign.inputs)},
     )
-    return RunRows(reader.run, signals, drift, landing, landing >= 0, lost, reader.record)
+    return RunRows(reader.run, signals, drift, landing, landing >= 0, _weather(time, sheet.air), lost, reader.record)
 
 
 def _filled(time: FloatArray, values: FloatArray) -> FloatArray:
@@ -121,6 +124,13 @@ def _since_zero(time: FloatArray, air: FloatArray) -> FloatArray | None:
         return None
     known = _filled(time, air)
     return known - known[0]
+
+
+def _weather(time: FloatArray, air: FloatArray) -> FloatArray | None:
+    """Return the weather with short gaps filled, None where nothing of it was recorded."""
+    if np.isnan(air).all():
+        return None
+    return np.column_stack([_filled(time, air[:, k]) for k in range(air.shape[1])])
 
 
 def _index(campaign: Campaign, sheet: Sheet, time: FloatArray, zero: Zero) -> FloatArray | None:

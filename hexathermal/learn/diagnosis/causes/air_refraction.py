@@ -1,0 +1,26 @@
+"""The index of air was not applied, or not over the dead path."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from hexathermal.learn.diagnosis.trials import Cause, Parameter, Trial, Workbench
+
+CAUSE = Cause(
+    name="air-refraction",
+    physics="Light is slower in dense air: a path L read without its index is wrong by L (n - n0), 0.27 um per metre and hPa.",
+    signature="The residual follows the pressure, which nothing thermal does, and grows with the path.",
+    parameters=(Parameter("share", "1", "of the index that was not applied; 1: all of it"),),
+    confused_with=("frame-expansion", "zero-drift",),
+    experiment="Leave the leg at rest for a day on which the weather changes, and compare with a refractometer.",
+    words="the index of refraction of air was not applied over the whole path",
+)
+
+def trials(bench: Workbench) -> Iterator[Trial]:
+    """Give the index over the dead path, over the path with the stroke, and over the leg."""
+    view = bench.view
+    if view.kind != "leg" or any(rows.signals.index is None for rows in view.runs):
+        return
+    dead = view.dead_path
+    for path, share in {(dead, 0.0), (dead, 1.0), (view.length, 1.0)} if dead > 0.0 else {(view.length, 1.0)}:
+        yield bench.term(CAUSE.name, "air-index", None, quick=True, path_m=path, stroke_share=share)

@@ -1,0 +1,22 @@
+"""The rod stops elsewhere when it comes from the other side."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from hexathermal.learn.diagnosis.trials import Cause, Parameter, Trial, Workbench
+
+CAUSE = Cause(
+    name="backlash",
+    physics="Play between screw and nut, or friction in the guide: the position depends on the direction of the last move.",
+    signature="A step of constant size at each reversal, at any temperature.",
+    parameters=(Parameter("step", "m", "visible effect of 0.25 to 4 times the noise"),),
+    confused_with=("creep", "periodic-screw-error",),
+    experiment="Approach the same positions from both sides, twenty times, without warming.",
+    words="the leg stops in another place when it comes from the other side",
+)
+
+def trials(bench: Workbench) -> Iterator[Trial]:
+    """Give the direction of the last move."""
+    if bench.view.moves:
+        yield bench.term(CAUSE.name, "direction", None)

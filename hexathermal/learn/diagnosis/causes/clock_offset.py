@@ -1,0 +1,33 @@
+"""The clocks of the loggers differ."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from hexathermal.learn.diagnosis.timing import Timing
+
+from hexathermal.learn.diagnosis.trials import Cause, Parameter, Trial, Workbench
+
+CAUSE = Cause(
+    name="clock-offset",
+    physics="Temperatures and displacement are logged by two machines whose clocks differ.",
+    signature="All temperatures lead, or follow, by the same time, both against the drift and against the motion that warms the leg.",
+    parameters=(Parameter("offset_s", "s", "8 s to 20 min, either sign"),),
+    confused_with=("thermal-lag",),
+    experiment="One pulse on both loggers.",
+    words="the clock of the temperatures runs ahead of that of the displacement",
+)
+
+OFFSETS_S = tuple(np.geomspace(10.0, 1200.0, 20))
+
+
+def trials(bench: Workbench) -> Iterator[Trial]:
+    """Give the law at temperatures that are read earlier or later."""
+    view = bench.view
+    timing = Timing(view)
+    for offset in (*(-value for value in OFFSETS_S[::-1]), *OFFSETS_S):
+        base = view.base_of([view.shifted(name, offset) for name in view.base])
+        yield Trial(CAUSE.name, np.zeros((len(view.q), 0)), None, "", {"offset_s": float(offset)}, base=base,
+                    advantage=timing.advantage(offset))  # fmt: skip

@@ -1,0 +1,27 @@
+"""The leg relaxes after each move."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from hexathermal.learn.diagnosis.trials import Cause, Parameter, Trial, Workbench
+
+CAUSE = Cause(
+    name="creep",
+    physics="Friction, grease or glued joints give way for seconds to minutes after the rod has stopped.",
+    signature="A decay after each move, towards the same end or with the direction of the move.",
+    parameters=(Parameter("time_constant_s", "s", "log-uniform, 20 s to 30 min"), Parameter("kick", "m", "visible effect of 0.25 to 4 times the noise"),),
+    confused_with=("backlash", "hidden-heat",),
+    experiment="One move, then half an hour of rest, ten times, without warming.",
+    words="the leg relaxes after each move",
+)
+
+TIMES_S = (20.0, 45.0, 100.0, 220.0, 480.0, 1000.0, 2000.0)
+
+
+def trials(bench: Workbench) -> Iterator[Trial]:
+    """Give decays after moves, with and without their direction, and with their length."""
+    if bench.view.moves:
+        for tau in TIMES_S:
+            for kick in ("direction", "move", "step"):
+                yield bench.term(CAUSE.name, "relaxation", None, time_constant_s=tau, kick=kick)

@@ -1,0 +1,26 @@
+"""Another recorded temperature matters."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from hexathermal.learn.diagnosis.trials import Cause, Parameter, Trial, Workbench
+
+CAUSE = Cause(
+    name="missing-sensor",
+    physics="A part of the leg has a temperature of its own, which a thermometer outside the law shows.",
+    signature="The residual follows another thermometer, at rest and in motion.",
+    parameters=(Parameter("coefficient", "1/K", "visible effect of 0.25 to 4 times the noise"),),
+    confused_with=("hidden-heat", "thermal-lag", "frame-expansion",),
+    experiment="Heat the part near that thermometer alone.",
+    words="the temperature at {target}, which the law does not read, moves the leg",
+)
+
+def trials(bench: Workbench) -> Iterator[Trial]:
+    """Give each other thermometer, acting on the retracted length, or as the law's own."""
+    view = bench.view
+    ratios = {0.0, bench.ratios[bench.main]} if view.kind == "leg" else {0.0}
+    for sensor in view.sensors:
+        if sensor not in view.base:
+            for ratio in sorted(ratios):
+                yield bench.term(CAUSE.name, "temperature", sensor, quick=True, sensor=sensor, ratio=ratio)

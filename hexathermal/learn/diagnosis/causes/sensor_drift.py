@@ -1,0 +1,39 @@
+"""The reading of a thermometer drifts."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from hexathermal.learn.diagnosis.trials import Cause, Parameter, Trial, Workbench
+
+CAUSE = Cause(
+    name="sensor-drift",
+    physics="The contact, the wire or the logger channel of one thermometer changes: its reading walks away from the temperature.",
+    signature="The residual is the law at a temperature error that grows with time; the other thermometers do not see it.",
+    parameters=(Parameter("rate", "K/h", "0.25 to 4 times the noise in the drift"),),
+    confused_with=("zero-drift", "missing-sensor",),
+    experiment="Read the thermometer beside a second one for a day at constant temperature.",
+    words="the reading of {target} drifts",
+)
+
+DECAYS = (1e9, 3.0)
+"""The drift keeps its rate from run to run, or loses it within so many runs."""
+
+
+def trials(bench: Workbench) -> Iterator[Trial]:
+    """Give errors of each of the law's sensors that grow with time, in the drift and in the parity."""
+    view = bench.view
+    for sensor in view.base:
+        model = bench.model(sensor)
+        if model is None:
+            continue
+        span = view.span(bench.ratios[sensor])
+        hours = view.time / 3600.0
+        size = 2.0 * model.null[0].rms
+        for decay in DECAYS:
+            fade = np.exp(-view.channel.run / decay)
+            own = model.means([signals.time / 3600.0 for signals in view.signals]) * np.exp(-model.channel.run / decay)
+            parity = (model, own[:, None], np.array([size]))
+            yield Trial(CAUSE.name, -(span * hours * fade)[:, None], sensor, "", {"decay_runs": decay}, parity=parity)

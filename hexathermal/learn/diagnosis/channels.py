@@ -1,0 +1,164 @@
+"""A channel of measurements in windows, and its noise: white, scatter of landings, a slow process, an offset of runs.
+
+``y_w = x_w b + offset_run + slow(t_w) + landing_l + white / sqrt(rows)``. The landing, each stop after a move, is the
+independent unit, not the sample. The levels maximise the likelihood with the coefficients' priors integrated out; the
+slow process is of first order (Ornstein-Uhlenbeck). A Kalman filter of three states whitens in linear time.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+import numpy.typing as npt
+from scipy import linalg, optimize
+
+from hexathermal.poses import FloatArray
+
+SLOW_TIMES = (900.0, 2400.0, 7200.0)
+"""Correlation times that the slow process may have [s]."""
+
+LOWEST = 1e-3
+"""Least level of a part of the noise, as a part of the whole."""
+
+SPREAD = 1.5
+"""Standard deviation of the prior of a level's logarithm about the channel's own scale: loose."""
+
+
+@dataclass(frozen=True)
+class Levels:
+    """Standard deviations of the noise's parts, in the channel's unit, and the slow process's correlation time [s]."""
+
+    white: float
+    landing: float
+    slow: float
+    offset: float
+    slow_time: float = 2400.0
+
+    @property
+    def rms(self) -> float:
+        """Of a window that is the mean of many rows, offsets apart."""
+        return float(np.sqrt(self.landing**2 + self.slow**2 + self.white**2))
+
+
+@dataclass(frozen=True, eq=False)
+class Channel:
+    """One measured quantity in windows, n of them, run after run.
+
+    Attributes
+    ----------
+    y : array, shape (n,)
+    start, fresh : array of bool, shape (n,)
+        First window of a run, of a landing.
+    step : array, shape (n,) [s]
+        Since the window before; 0 at a start.
+    rows : array, shape (n,)
+        That the window is the mean of.
+    run : array of int, shape (n,)
+    weight : array, shape (n,)
+        Of the scatter's variance in a window's landing: 1, or more where the scatter has heavy tails.
+    has_landings : bool
+        Whether landings scatter: a part without a stroke has none.
+    """
+
+    y: FloatArray
+    start: npt.NDArray[np.bool_]
+    fresh: npt.NDArray[np.bool_]
+    step: FloatArray
+    rows: FloatArray
+    run: npt.NDArray[np.int64]
+    weight: FloatArray
+    has_landings: bool = True
+
+    def __len__(self) -> int:
+        return len(self.y)
+
+    @cached_property
+    def scale(self) -> float:
+        """A first guess of the noise: from differences of neighbouring windows."""
+        inside = ~self.start
+        jump = np.diff(self.y, prepend=self.y[:1])[inside]
+        return max(float(np.median(np.abs(jump)) / 0.954) if jump.size else float(np.std(self.y)), 1e-12)
+
+    def whitened(self, columns: FloatArray, levels: Levels) -> tuple[FloatArray, float]:
+        """Return columns (n, m) whitened, and log det V."""
+        from hexathermal.learn.diagnosis.whitening_loops import whiten
+
+        table = np.ascontiguousarray(columns, dtype=np.float64)
+        out = np.empty_like(table)
+        logdet = whiten(table, self.start, self.fresh, self.step, levels.white**2 / self.rows,
+                        levels.landing**2 * self.weight, levels.slow**2, levels.slow_time, levels.offset**2, out)  # fmt: skip
+        return out, float(logdet)
+
+    def with_y(self, y: FloatArray) -> Channel:
+        """Return the channel with other values."""
+        return replace(self, y=y)
+
+    def levels(self, theta: FloatArray, slow_time: float) -> Levels:
+        """Return the levels of log ratios to `scale`."""
+        white, landing, slow, offset = np.exp(np.clip(theta, np.log(LOWEST), np.log(1.0 / LOWEST))) * self.scale
+        return Levels(float(white), float(landing) if self.has_landings else 0.0, float(slow), float(offset), slow_time)
+
+    def theta(self, levels: Levels) -> FloatArray:
+        """Return the log ratios of levels to `scale`."""
+        values = np.array([levels.white, levels.landing, levels.slow, levels.offset])
+        return np.log(np.maximum(values / self.scale, LOWEST))
+
+    def evidence(self, X: FloatArray, sd: FloatArray, levels: Levels) -> float:
+        """Return log p(y) with coefficients of columns X integrated over N(0, sd^2), constants left out."""
+        table, logdet = self.whitened(np.column_stack([self.y, X]), levels)
+        return marginal(table[:, 0], table[:, 1:], sd)[0] - 0.5 * logdet + self.prior(levels)
+
+    def prior(self, levels: Levels) -> float:
+        """Return the log prior of levels: loose about the channel's own scale."""
+        theta = self.theta(levels)
+        if not self.has_landings:
+            theta = np.delete(theta, 1)
+        return float(-0.5 * ((theta / SPREAD) ** 2).sum()) / 4.0
+
+    def fitted(
+        self, X: FloatArray, sd: FloatArray, begin: Levels | None = None, most: int = 90
+    ) -> tuple[Levels, float]:
+        """Return the levels of the largest evidence, and that evidence.
+
+        Parameters
+        ----------
+        X : array, shape (n, m)
+        sd : array, shape (m,)
+            Standard deviations of the coefficients' priors.
+        begin : Levels, optional
+            Where to start, with its slow time kept; by default all slow times are tried.
+        most : int
+            Evaluations of the likelihood.
+        """
+        if begin is not None:
+            return self._fitted(X, sd, self.theta(begin), begin.slow_time, most, 0.35)
+        found = [self._fitted(X, sd, np.log([0.7, 0.7, 0.4, 0.5]), time, most, 0.8) for time in SLOW_TIMES]
+        return max(found, key=lambda pair: pair[1])
+
+    def _fitted(
+        self, X: FloatArray, sd: FloatArray, theta: FloatArray, slow_time: float, most: int, spread: float
+    ) -> tuple[Levels, float]:
+        """Return the best levels near a start for one slow time."""
+
+        def loss(point: FloatArray) -> float:
+            return -self.evidence(X, sd, self.levels(point, slow_time))
+
+        simplex = np.vstack([theta, theta + spread * np.eye(4)])
+        options = {"maxfev": most, "xatol": 0.02, "fatol": 0.02, "initial_simplex": simplex}
+        found = optimize.minimize(loss, theta, method="Nelder-Mead", options=options)
+        return self.levels(found.x, slow_time), -float(found.fun)
+
+
+def marginal(r: FloatArray, X: FloatArray, sd: FloatArray) -> tuple[float, FloatArray, FloatArray]:
+    """Return the log evidence of whitened data with coefficients integrated, their means, and their covariance."""
+    Xs = X * sd
+    M = Xs.T @ Xs
+    M[np.diag_indices_from(M)] += 1.0
+    factor = linalg.cho_factor(M, lower=True)
+    b = Xs.T @ r
+    z = linalg.cho_solve(factor, b)
+    value = 0.5 * b @ z - np.log(np.diag(factor[0])).sum() - 0.5 * r @ r
+    inverse = linalg.cho_solve(factor, np.eye(len(sd)))
+    return float(value), sd * z, inverse * np.outer(sd, sd)

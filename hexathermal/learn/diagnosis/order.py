@@ -1,0 +1,68 @@
+"""Whether the profile of temperatures along a leg speaks for two thermometers being exchanged."""
+
+from __future__ import annotations
+
+from functools import cached_property
+
+import numpy as np
+
+from hexathermal.learn.diagnosis.view import View
+from hexathermal.poses import FloatArray
+
+PROFILES = 4
+FEWEST = 6
+MOST = 12.0
+"""Log evidence that the order alone may give: profiles need not be smooth."""
+
+HEAVY = 3.0
+"""Degrees of freedom of Student's distribution for a loading off the smooth profile."""
+
+
+class Order:
+    """The profile of temperatures along the leg: loadings of the leading profiles against the stated positions."""
+
+    def __init__(self, view: View) -> None:
+        self.view = view
+        self.names = tuple(name for name in view.sensors if name in view.positions)
+
+    @cached_property
+    def loadings(self) -> FloatArray:
+        """Loadings of each placed thermometer, in the unit of the leading profile's, shape (s, k)."""
+        table = np.concatenate([np.column_stack([s.dT[n] for n in self.names])[::10] for s in self.view.signals])
+        w, vectors = np.linalg.eigh(table.T @ table / len(table))
+        count = min(PROFILES, len(self.names) - 2)
+        return np.asarray(vectors[:, ::-1][:, :count] * np.sqrt(np.maximum(w[::-1][:count], 0.0)))
+
+    def advantage(self, sensor: str, other: str) -> float:
+        """Return the log evidence that `sensor` and `other` stand in each other's place."""
+        if len(self.names) < FEWEST or sensor not in self.names or other not in self.names:
+            return 0.0
+        x = np.array([self.view.positions[name] for name in self.names])
+        i, j = self.names.index(sensor), self.names.index(other)
+        rest = np.array([k for k in range(len(x)) if k not in (i, j)])
+        total = 0.0
+        for values in self.loadings.T:
+            told, spread = _local(x, values, rest, np.array([x[i], x[j]]))
+            own = _heavy((values[[i, j]] - told) / spread)
+            swapped = _heavy((values[[j, i]] - told) / spread)
+            total += swapped - own
+        return float(np.clip(total, -MOST, MOST))
+
+
+def _heavy(z: FloatArray) -> float:
+    """Return the log density of standardised values, up to a constant."""
+    return float(-0.5 * (HEAVY + 1.0) * np.log1p(z**2 / HEAVY).sum())
+
+
+def _local(x: FloatArray, values: FloatArray, rest: np.ndarray, at: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Return values foretold at places by a parabola through the five nearest of the rest, and their spread."""
+
+    def told(place: float, among: np.ndarray) -> float:
+        near = among[np.argsort(np.abs(x[among] - place))[:5]]
+        scale = max(float(np.ptp(x[near])), 1e-9)
+        design = np.vander((x[near] - place) / scale, 3, increasing=True)
+        return float(np.linalg.lstsq(design, values[near], rcond=None)[0][0])
+
+    left = np.array([values[k] - told(x[k], rest[rest != k]) for k in rest])
+    spread = 1.48 * float(np.median(np.abs(left))) + 1e-3 * float(np.ptp(values)) + 1e-12
+    return np.array([told(place, rest) for place in at]), np.full(len(at), spread)

@@ -1,0 +1,158 @@
+"""One step of the diagnosis: which cause, none of them, or something without a name."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from hexathermal.learn.diagnosis.causes import catalogue
+from hexathermal.learn.diagnosis.channels import Channel, Levels
+from hexathermal.learn.diagnosis.evidence import Base, Scored, changed_base, mean_log, screened
+from hexathermal.learn.diagnosis.trials import Trial, Workbench
+from hexathermal.learn.diagnosis.unexplained import PREFIX, flexible_trials
+from hexathermal.poses import FloatArray
+
+NONE = "none"
+LEADERS = 7
+"""Causes whose noise is fitted anew."""
+
+TRIFLE = 0.3
+"""Log evidence by which new noise must help the null for everything to be screened again."""
+
+
+@dataclass(frozen=True, eq=False)
+class Ranked:
+    """A cause after the noise was fitted for it.
+
+    Attributes
+    ----------
+    cause : str
+    value : float
+        Log evidence less that of the null.
+    best : Scored
+    levels : Levels
+    """
+
+    cause: str
+    value: float
+    best: Scored
+    levels: Levels
+
+
+@dataclass(frozen=True, eq=False)
+class Step:
+    """What one step found.
+
+    Attributes
+    ----------
+    ranking : tuple of Ranked
+        Causes and nameless ones, best first.
+    levels : Levels
+        Noise of the null.
+    null : float
+        Its log evidence.
+    """
+
+    ranking: tuple[Ranked, ...]
+    levels: Levels
+    null: float
+
+
+@dataclass(eq=False)
+class Search:
+    """Screens all trials, then fits the noise anew for the leaders and for the null.
+
+    Attributes
+    ----------
+    bench : Workbench
+    channel : Channel
+    base : Base
+    largest : float
+        RMS of the largest effect thought possible.
+    """
+
+    bench: Workbench
+    channel: Channel
+    base: Base
+    largest: float
+    trials: list[Trial] = field(default_factory=list)
+
+    def all_trials(self) -> list[Trial]:
+        """Return the trials of the catalogue and the nameless ones."""
+        found = []
+        for module in catalogue().values():
+            found += list(module.trials(self.bench))
+        found += list(flexible_trials(self.bench))
+        return [trial for trial in found if trial.base is not None or np.ptp(trial.columns, axis=0).max(initial=0.0) > 0.0]
+
+    def step(self, taken: frozenset[str] = frozenset(), begin: Levels | None = None) -> Step:
+        """Return the ranking over the present base; causes already taken are left out."""
+        trials = [trial for trial in self.trials if trial.cause not in taken]
+        levels, null = self.channel.fitted(self.base.X, self.base.sd, begin)
+        ranked: dict[str, Ranked] = {}
+        for _again in range(2):
+            scored = screened(self.channel, self.base, levels, trials, self.largest)
+            families = _families(scored)
+            leaders = sorted(families, key=lambda name: -families[name][0])[:LEADERS]
+            pool = [levels]
+            fits = {}
+            for name in leaders:
+                value, best = families[name]
+                fits[name] = self._fit(best, levels)
+                pool.append(fits[name][0])
+            # every noise is open to the null and to every leader
+            nulls = [self.channel.evidence(self.base.X, self.base.sd, item) for item in pool]
+            better = int(np.argmax(nulls))
+            for name, (value, best) in families.items():
+                grid = value - best.value
+                if name in fits:
+                    own, at = max(((self._at(best, item), item) for item in pool), key=lambda pair: pair[0])
+                    bonus = best.trial.advantage + self._parity(best.trial)
+                    ranked[name] = Ranked(name, own + grid - np.log(5.0) * bool(best.rho) + bonus - max(nulls), best, at)
+                else:
+                    ranked[name] = Ranked(name, min(value, 0.0) if name not in ranked else ranked[name].value, best, levels)
+            gained = nulls[better] - null
+            levels, null = pool[better], nulls[better]
+            if gained < TRIFLE:
+                break
+        order = tuple(sorted(ranked.values(), key=lambda item: -item.value))
+        return Step(order, levels, null)
+
+    def _system(self, scored: Scored) -> Base:
+        """Return the base with the trial in it."""
+        base = changed_base(self.base, scored.trial)
+        return base.extended(scored.trial.columns, scored.size) if scored.trial.columns.shape[1] else base
+
+    def _fit(self, scored: Scored, begin: Levels) -> tuple[Levels, float]:
+        base = self._system(scored)
+        return self.channel.fitted(base.X, base.sd, begin, 40)
+
+    def _at(self, scored: Scored, levels: Levels) -> float:
+        base = self._system(scored)
+        return self.channel.evidence(base.X, base.sd, levels)
+
+    def _parity(self, trial: Trial) -> float:
+        """Return the log evidence of the parity for a trial."""
+        if trial.parity is None:
+            return 0.0
+        model, columns, sizes = trial.parity
+        return model.gain(columns, sizes)
+
+
+def _families(scored: list[Scored]) -> dict[str, tuple[float, Scored]]:
+    """Return the mean evidence of each cause's trials, and its best trial."""
+    groups: dict[str, list[Scored]] = {}
+    for item in scored:
+        groups.setdefault(item.trial.cause, []).append(item)
+    found = {}
+    for name, items in groups.items():
+        values = np.array([item.value for item in items])
+        best = items[int(np.argmax(values))]
+        found[name] = (mean_log(values) if not name.startswith(PREFIX) else mean_log(values), best)
+    return found
+
+
+def base_sizes(channel: Channel, X: FloatArray) -> FloatArray:
+    """Return loose priors of the law's coefficients: each column alone could make ten times the drift."""
+    return np.asarray(10.0 * np.sqrt((channel.y**2).mean()) / np.sqrt((X**2).mean(axis=0) + 1e-30))

@@ -1,0 +1,148 @@
+"""A trial: one cause with its parameters set, as columns that may explain the residual; and what a cause tells of itself."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field
+from functools import cached_property
+from typing import TYPE_CHECKING, Any, Protocol
+
+import numpy as np
+
+from hexathermal.learn.diagnosis.sensor_model import SensorModel, sensor_model
+from hexathermal.learn.diagnosis.view import View
+
+from hexathermal.poses import FloatArray
+
+if TYPE_CHECKING:
+    from hexathermal.machine.leg_repairs import SensorRepair
+
+
+@dataclass(frozen=True)
+class Parameter:
+    """A parameter of a cause: its name, unit, and what is known of it before."""
+
+    name: str
+    unit: str
+    prior: str
+
+
+@dataclass(frozen=True)
+class Cause:
+    """What a cause of the catalogue is.
+
+    Attributes
+    ----------
+    name : str
+        As in the diagnosis' JSON.
+    physics : str
+        What happens.
+    signature : str
+        How it shows.
+    parameters : tuple of Parameter
+    confused_with : tuple of str
+        Other causes that look alike.
+    experiment : str
+        The measurement that decides.
+    words : str
+        The effect in a sentence of the report, with ``{target}`` where it sits.
+    """
+
+    name: str
+    physics: str
+    signature: str
+    parameters: tuple[Parameter, ...]
+    confused_with: tuple[str, ...]
+    experiment: str
+    words: str
+
+
+@dataclass(frozen=True, eq=False)
+class Trial:
+    """A cause with its parameters set.
+
+    Attributes
+    ----------
+    cause : str
+    columns : array, shape (n, k)
+        What it adds to the drift in windows, for amplitudes to be found.
+    target : str or None
+        Sensor, input or beam it sits on.
+    shape : str
+        Of the term that would join the law; empty for a repair.
+    parameters : mapping
+        Of the shape or the repair.
+    base : array, shape (n, p), or None
+        The law's columns where the trial changes them.
+    repair : SensorRepair or None
+        What it mends in the data.
+    parity : tuple of (SensorModel, array (m, k), array (k,)) or None
+        Columns in the parity of a sensor, and their sizes.
+    advantage : float
+        Log evidence from what the drift does not show: order of positions, clocks against motion.
+    """
+
+    cause: str
+    columns: FloatArray
+    target: str | None = None
+    shape: str = ""
+    parameters: Mapping[str, Any] = field(default_factory=dict)
+    base: FloatArray | None = None
+    repair: SensorRepair | None = None
+    parity: tuple[SensorModel, FloatArray, FloatArray] | None = None
+    advantage: float = 0.0
+
+
+class Workbench:
+    """What causes build their trials from: the view, the law found so far, models of the sensors.
+
+    Attributes
+    ----------
+    view : View
+    ratios : dict of str to float
+        B / A of each sensor of the law; 0 for a component.
+    slopes : dict of str to float
+        A of each sensor [1/K] (C [m/K]).
+    """
+
+    def __init__(self, view: View, coefficients: FloatArray) -> None:
+        self.view = view
+        k = len(view.base)
+        A = coefficients[:k]
+        B = coefficients[k : 2 * k] if view.kind == "leg" else np.zeros(k)
+        self.slopes = dict(zip(view.base, A.tolist(), strict=True))
+        safe = np.where(np.abs(A) > 1e-12, A, 1e-12)
+        self.ratios = dict(zip(view.base, np.clip(B / safe, -1.5, 1.5).tolist(), strict=True))
+        self._models: dict[str, SensorModel | None] = {}
+
+    def model(self, sensor: str) -> SensorModel | None:
+        """Return the model of a sensor by the others."""
+        if sensor not in self._models:
+            self._models[sensor] = sensor_model(self.view, sensor)
+        return self._models[sensor]
+
+    @cached_property
+    def main(self) -> str:
+        """The sensor of the law with the largest share of the drift."""
+        size = [abs(self.slopes[name]) * self.view.temperatures(name).std() for name in self.view.base]
+        return self.view.base[int(np.argmax(size))]
+
+    def slopes_span(self, sensor: str) -> FloatArray:
+        """Return ``q0 + ratio q`` of a sensor of the law in windows [m]."""
+        return self.view.span(self.ratios[sensor])
+
+    def term(self, cause: str, shape: str, target: str | None = None, quick: bool = False, **parameters: Any) -> Trial:
+        """Return the trial of a term; `quick` for shapes without a memory, which windows alone give."""
+        view = self.view
+        columns = view.quick_columns(shape, parameters) if quick else view.columns(shape, parameters)
+        return Trial(cause, columns, target, shape, parameters)
+
+
+class CauseModule(Protocol):
+    """A file of `hexathermal.learn.diagnosis.causes`: what the cause is, and its trials."""
+
+    CAUSE: Cause
+
+    def trials(self, bench: Workbench) -> Iterator[Trial]:
+        """Give the cause's trials for a campaign; none where the data have not what it needs."""
+        ...

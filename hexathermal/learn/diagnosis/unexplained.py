@@ -1,0 +1,94 @@
+"""Flexible columns without a name: what follows q, T, t, the weather or an input, but is no cause of the catalogue."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from hexathermal.learn.diagnosis.trials import Trial, Workbench
+from hexathermal.poses import FloatArray
+
+PREFIX = "follows "
+PERIODS_S = tuple(np.geomspace(480.0, 7200.0, 28))
+"""Periods of a rhythm."""
+
+
+def flexible_trials(bench: Workbench) -> Iterator[Trial]:
+    """Give banks of smooth bumps in position, temperature and time, rhythms, weather, inputs and travel."""
+    view = bench.view
+    if view.moves:
+        q = view.q
+        for count in (6, 14, 30):
+            yield Trial(PREFIX + "the displacement", _bumps(q, count), "q", "", {"bumps": count})
+        for power in (2, 3):
+            yield Trial(PREFIX + "the displacement", _powers(q, power), "q", "", {"power": power})
+        travel = np.concatenate([s.q for s in view.travelled])
+        for columns in (travel[:, None], (travel * q / np.ptp(q))[:, None], np.sqrt(travel)[:, None]):
+            yield Trial(PREFIX + "the way travelled", columns, "travel")
+    for sensor in view.base:
+        T = view.temperatures(sensor)
+        for count in (4, 8, 16):
+            yield Trial(PREFIX + "the temperature", bench.slopes_span(sensor)[:, None] * _hinges(T, count), "T", "",
+                        {"sensor": sensor, "hinges": count})  # fmt: skip
+        for width in (0.05, 0.1, 0.2, 0.4):
+            yield Trial(PREFIX + "the temperature", _play(view.channel.run, T, width * np.ptp(T))[:, None], "T", "",
+                        {"sensor": sensor, "play_K": width * float(np.ptp(T))})  # fmt: skip
+        if view.moves:
+            both = _bumps(view.q, 5)[:, :, None] * _bumps(T, 4)[:, None, :]
+            yield Trial(PREFIX + "displacement and temperature", both.reshape(len(T), -1), "qT")
+    for period in PERIODS_S:
+        phase = 2.0 * np.pi * view.time / period
+        waves = np.column_stack([np.sin(phase), np.cos(phase)])
+        own = (view.channel.run[:, None] == np.arange(len(view.runs))[None, :]).astype(float)
+        yield Trial(PREFIX + "time (a rhythm)", (waves[:, :, None] * own[:, None, :]).reshape(len(phase), -1), "t", "",
+                    {"period_s": float(period)})  # fmt: skip
+    for name, columns in _weather(bench):
+        yield Trial(PREFIX + name, columns, name)
+    for name in view.runs[0].signals.inputs:
+        values = np.concatenate([s.inputs[name] for s in view.windowed])
+        if np.ptp(values) > 0.0:
+            yield Trial(PREFIX + f"the input {name}", _hinges(values, 5), name)
+
+
+def _bumps(values: FloatArray, count: int) -> FloatArray:
+    """Return smooth bumps over the range of values, shape (n, count)."""
+    low, high = float(values.min()), float(values.max())
+    centres = np.linspace(low, high, count)
+    width = (high - low) / (count - 1) * 0.8
+    return np.asarray(np.exp(-0.5 * ((values[:, None] - centres) / max(width, 1e-12)) ** 2))
+
+
+def _powers(values: FloatArray, power: int) -> FloatArray:
+    """Return powers of values scaled to -1 .. 1, up to one, the first apart."""
+    low, high = float(values.min()), float(values.max())
+    x = (2.0 * values - low - high) / max(high - low, 1e-12)
+    return np.column_stack([x**k for k in range(1, power + 1)])
+
+
+def _hinges(values: FloatArray, count: int) -> FloatArray:
+    """Return straight lines that begin at places of the range, shape (n, count)."""
+    places = np.quantile(values, np.linspace(0.0, 1.0, count + 2)[1:-1])
+    scale = max(float(np.ptp(values)), 1e-12)
+    return np.maximum(values[:, None] - places, 0.0) / scale
+
+
+def _play(run: FloatArray, values: FloatArray, width: float) -> FloatArray:
+    """Return values behind a play of some width: hysteresis that knows no rate."""
+    out = np.empty_like(values)
+    held = 0.0
+    for i, value in enumerate(values):
+        if i == 0 or run[i] != run[i - 1]:
+            held = value
+        held = min(max(held, value - 0.5 * width), value + 0.5 * width)
+        out[i] = held
+    return out
+
+
+def _weather(bench: Workbench) -> Iterator[tuple[str, FloatArray]]:
+    """Give what the station recorded beside the temperature: humidity and pressure, at once and late."""
+    view = bench.view
+    for name, rows in (("the humidity", 2), ("the pressure", 1)):
+        late = view.weather(rows)
+        if late is not None:
+            yield name, late

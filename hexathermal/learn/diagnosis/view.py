@@ -1,0 +1,259 @@
+"""A campaign as the diagnosis sees it: windows of landings, smoothed temperatures, and the columns of shapes."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+from scipy import signal
+
+from hexathermal.learn.diagnosis.channels import Channel
+from hexathermal.learn.signals import RunRows
+from hexathermal.machine.leg_signals import LegSignals, Memory
+from hexathermal.machine.leg_terms import term_columns
+from hexathermal.poses import FloatArray
+
+EDGES_S = (0.0, 60.0, 180.0, 420.0)
+"""Windows of a landing begin so long after its first row; then every `LONGEST_S`: what relaxes, relaxes at first."""
+
+LONGEST_S = 300.0
+SMOOTHED_S = 300.0
+"""Temperatures are smoothed by a parabola over so long: short against heat's own times, long against readings' noise."""
+
+MOST_WINDOWS = 500
+"""Windows of a run; longer runs take longer windows."""
+
+
+@dataclass(frozen=True, eq=False)
+class Pieces:
+    """Windows of one run: which usable rows they are means of.
+
+    Attributes
+    ----------
+    used : array of int, shape (u,)
+        Usable rows.
+    edges : array of int, shape (w,)
+        Where windows begin among them.
+    landing : array of int, shape (w,)
+    """
+
+    used: npt.NDArray[np.int64]
+    edges: npt.NDArray[np.int64]
+    landing: npt.NDArray[np.int64]
+
+    @property
+    def rows(self) -> FloatArray:
+        """Rows of each window."""
+        return np.diff(np.append(self.edges, len(self.used))).astype(np.float64)
+
+    def means(self, values: FloatArray) -> FloatArray:
+        """Return the means of values, shape (n, ...), over windows."""
+        sums = np.add.reduceat(values[self.used], self.edges, axis=0)
+        return np.asarray(sums / self.rows.reshape((-1,) + (1,) * (values.ndim - 1)))
+
+
+def pieces_of(rows: RunRows) -> Pieces:
+    """Return the windows of a run."""
+    used = np.flatnonzero(rows.settled)
+    time, landing = rows.signals.time[used], rows.landing[used]
+    first = np.flatnonzero(np.concatenate([[True], landing[1:] != landing[:-1]]))
+    since = time - np.repeat(time[first], np.diff(np.append(first, len(used))))
+    longest = LONGEST_S
+    while True:
+        piece = np.searchsorted(EDGES_S, since, side="right") + np.floor(np.maximum(since - EDGES_S[-1], 0.0) / longest)
+        edges = np.flatnonzero(np.concatenate([[True], (landing[1:] != landing[:-1]) | (piece[1:] != piece[:-1])]))
+        if len(edges) - len(first) <= MOST_WINDOWS:
+            return Pieces(used, edges, landing[edges])
+        longest *= 2.0
+
+
+def smoothed(time: FloatArray, values: FloatArray, over: float = SMOOTHED_S) -> FloatArray:
+    """Return values, shape (n, s), smoothed by a parabola over `over` seconds (Savitzky and Golay, 1964)."""
+    step = float(np.median(np.diff(time)))
+    count = 2 * int(over / step / 2.0) + 1
+    if count < 5 or count > len(values):
+        return values
+    return np.asarray(signal.savgol_filter(values, count, 2, axis=0, mode="interp"))
+
+
+@dataclass(frozen=True, eq=False)
+class View:
+    """Runs as the diagnosis sees them.
+
+    Attributes
+    ----------
+    runs : tuple of RunRows
+    sensors : tuple of str
+        All thermometers.
+    base : tuple of str
+        Those of the law.
+    kind : str
+        ``"leg"`` or ``"component"``.
+    zeroed_by_run : bool
+        Whether each run counts from its own first row.
+    dead_path : float [m]
+        Of the interferometer; 0 where it is not stated.
+    positions : mapping of str to float [m]
+        Of the thermometers whose places are stated, and `parts` the parts they sit on.
+    """
+
+    runs: tuple[RunRows, ...]
+    sensors: tuple[str, ...]
+    base: tuple[str, ...]
+    kind: str
+    zeroed_by_run: bool = True
+    dead_path: float = 0.0
+    positions: Mapping[str, float] = field(default_factory=dict)
+    parts: Mapping[str, str] = field(default_factory=dict)
+
+    @cached_property
+    def pieces(self) -> tuple[Pieces, ...]:
+        """Windows of each run."""
+        return tuple(pieces_of(rows) for rows in self.runs)
+
+    @cached_property
+    def signals(self) -> tuple[LegSignals, ...]:
+        """Signals of each run with smoothed temperatures that count from the smoothed first usable row."""
+        found = []
+        for rows, piece in zip(self.runs, self.pieces, strict=True):
+            signals = rows.signals
+            table = smoothed(signals.time, np.column_stack([signals.dT[name] for name in self.sensors]))
+            zero = table[piece.used[0]] if self.zeroed_by_run else 0.0
+            table = table - zero
+            air = None if signals.air is None else smoothed(signals.time, signals.air[:, None])[:, 0]
+            found.append(replace(signals, dT=dict(zip(self.sensors, table.T, strict=True)), air=air))
+        return tuple(found)
+
+    @cached_property
+    def channel(self) -> Channel:
+        """The measured drift in windows."""
+        return self.channel_of([rows.drift for rows in self.runs])
+
+    def channel_of(self, values: Sequence[FloatArray]) -> Channel:
+        """Return a quantity of every row of each run as a channel."""
+        parts = []
+        for k, (rows, piece, value) in enumerate(zip(self.runs, self.pieces, values, strict=True)):
+            time, w = piece.means(rows.signals.time), len(piece.edges)
+            start = np.arange(w) == 0
+            fresh = np.concatenate([[True], piece.landing[1:] != piece.landing[:-1]])
+            step = np.diff(time, prepend=time[:1])
+            parts.append((piece.means(value), start, fresh, step, piece.rows, np.full(w, k)))
+        y, start, fresh, step, count, run = (np.concatenate(items) for items in zip(*parts, strict=True))
+        has = self.kind == "leg" and bool((fresh & ~start).any())
+        return Channel(y, start, fresh, step, count, run, np.ones(len(y)), has)
+
+    def windows(self, values: Sequence[FloatArray]) -> FloatArray:
+        """Return means over windows of rows' values, run after run, shape (n, k)."""
+        return np.concatenate([piece.means(value if value.ndim == 2 else value[:, None])
+                               for piece, value in zip(self.pieces, values, strict=True)])  # fmt: skip
+
+    def columns(self, shape: str, parameters: Mapping[str, Any]) -> FloatArray:
+        """Return a shape's columns in windows, less their value at each run's zero, shape (n, k)."""
+        found = []
+        for signals, piece in zip(self.signals, self.pieces, strict=True):
+            rows = term_columns(shape, signals, parameters)
+            found.append(rows - (rows[piece.used[0]] if self.zeroed_by_run else 0.0))
+        return self.windows(found)
+
+    @cached_property
+    def travelled(self) -> tuple[LegSignals, ...]:
+        """Windows of each run with the way gone since the first run's begin in place of the displacement [m]."""
+        found, before = [], 0.0
+        for signals, piece in zip(self.signals, self.pieces, strict=True):
+            way = before + np.cumsum(np.abs(Memory().moves(signals.q)))
+            found.append(_mean_signals(replace(signals, q=way - (way[0] if self.zeroed_by_run else 0.0)), piece))
+            before = float(way[-1]) if not self.zeroed_by_run else 0.0
+        return tuple(found)
+
+    def weather(self, column: int) -> FloatArray | None:
+        """Return a column of the weather, at once and behind half an hour, less its value at the zero, shape (n, 2)."""
+        found = []
+        for rows, signals, piece in zip(self.runs, self.signals, self.pieces, strict=True):
+            if rows.weather is None or np.isnan(rows.weather[:, column]).any():
+                return None
+            values = smoothed(signals.time, rows.weather[:, [column]])[:, 0]
+            late = Memory().low_pass("late", signals.time, values, 1800.0)
+            both = np.column_stack([values, late])
+            found.append(both - (both[piece.used[0]] if self.zeroed_by_run else 0.0))
+        return self.windows(found)
+
+    def quick_columns(self, shape: str, parameters: Mapping[str, Any]) -> FloatArray:
+        """Return the columns of a shape without a memory, made from windows alone, shape (n, k)."""
+        return np.concatenate([term_columns(shape, signals, parameters) for signals in self.windowed])
+
+    @cached_property
+    def windowed(self) -> tuple[LegSignals, ...]:
+        """Signals of each run, one row a window: enough for shapes without a memory."""
+        return tuple(_mean_signals(signals, piece) for signals, piece in zip(self.signals, self.pieces, strict=True))
+
+    @cached_property
+    def time(self) -> FloatArray:
+        """Time of each window since its run's first row [s]."""
+        return np.concatenate([signals.time for signals in self.windowed])
+
+    @cached_property
+    def q(self) -> FloatArray:
+        """Displacement in each window [m]."""
+        return np.concatenate([signals.q for signals in self.windowed])
+
+    @property
+    def length(self) -> float:
+        """Retracted length q0 [m]; 1 for a component."""
+        return self.runs[0].signals.retracted_length
+
+    @cached_property
+    def moves(self) -> bool:
+        """Whether the rod moves at all."""
+        return bool(np.ptp(self.q) > 1e-4)
+
+    def temperatures(self, sensor: str) -> FloatArray:
+        """Return a sensor's smoothed temperature in windows [K]."""
+        return np.concatenate([signals.dT[sensor] for signals in self.windowed])
+
+    def span(self, ratio: float) -> FloatArray:
+        """Return ``q0 + ratio q`` in windows [m]; 1 for a component."""
+        return np.asarray(self.length + ratio * self.q)
+
+    def windows_zeroed(self, values: Sequence[FloatArray]) -> FloatArray:
+        """Return means over windows of rows' values less those of the zero, shape (n,)."""
+        zeroed = [value - (value[piece.used[0]] if self.zeroed_by_run else 0.0)
+                  for value, piece in zip(values, self.pieces, strict=True)]  # fmt: skip
+        return self.windows(zeroed)[:, 0]
+
+    def shifted(self, sensor: str, offset: float) -> FloatArray:
+        """Return a sensor's temperature read `offset` seconds later, in windows [K]."""
+        return self.windows_zeroed([np.interp(s.time + offset, s.time, s.dT[sensor]) for s in self.signals])
+
+    @cached_property
+    def base_columns(self) -> FloatArray:
+        """``q0 dT_s`` and ``q dT_s`` of the law's sensors (``dT_s`` of a component's), shape (n, p)."""
+        return self.base_of([self.temperatures(name) for name in self.base])
+
+    def base_of(self, temperatures: Sequence[FloatArray]) -> FloatArray:
+        """Return the law's columns of temperatures in windows."""
+        table = np.column_stack(temperatures)
+        if self.kind != "leg":
+            return table
+        return np.concatenate([self.length * table, self.q[:, None] * table], axis=1)
+
+
+def _mean_signals(signals: LegSignals, piece: Pieces) -> LegSignals:
+    """Return signals as means over windows."""
+
+    def mean(values: FloatArray | None) -> FloatArray | None:
+        return None if values is None else piece.means(values)
+
+    return replace(
+        signals,
+        time=piece.means(signals.time),
+        q=piece.means(signals.q),
+        dT={name: piece.means(values) for name, values in signals.dT.items()},
+        air=mean(signals.air),
+        index=mean(signals.index),
+        tilt=mean(signals.tilt),
+        inputs={name: piece.means(values) for name, values in signals.inputs.items()},
+    )

@@ -1,0 +1,73 @@
+"""Compiled whitening by a Kalman filter: rows of several runs become independent with variance 1.
+
+The noise of a window is ``offset_run + slow(t) + landing + white``; the filter's innovations over their standard
+deviations are white, and the sum of the logarithms of those is half of log det V.  Linear in the number of windows.
+
+The module is imported on first use: it needs the compiler.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from hexathermal.kinematics.compiled import loop
+
+
+@loop
+def whiten(C, start, fresh, step, white, landing, slow, tau, offset, out):
+    """Whiten the columns C (n, m) into out; return log det V.
+
+    `start` marks the first window of a run, `fresh` that of a landing; `step` is the time since the window before.
+    `white` and `landing` (n,) are variances of a window and of its landing; `slow` and `offset` variances of a run.
+    """
+    n, m = C.shape
+    x = np.zeros((3, m))
+    P = np.zeros((3, 3))
+    total = 0.0
+    for i in range(n):
+        if start[i]:
+            P[:, :] = 0.0
+            P[0, 0] = slow
+            P[1, 1] = landing[i]
+            P[2, 2] = offset
+            x[:, :] = 0.0
+        else:
+            a = np.exp(-step[i] / tau)
+            P[0, 0] = a * a * P[0, 0] + slow * (1.0 - a * a)
+            P[0, 1] *= a
+            P[1, 0] *= a
+            P[0, 2] *= a
+            P[2, 0] *= a
+            for c in range(m):
+                x[0, c] *= a
+            if fresh[i]:
+                P[1, 0] = 0.0
+                P[0, 1] = 0.0
+                P[1, 2] = 0.0
+                P[2, 1] = 0.0
+                P[1, 1] = landing[i]
+                for c in range(m):
+                    x[1, c] = 0.0
+        h0 = P[0, 0] + P[0, 1] + P[0, 2]
+        h1 = P[1, 0] + P[1, 1] + P[1, 2]
+        h2 = P[2, 0] + P[2, 1] + P[2, 2]
+        s = h0 + h1 + h2 + white[i]
+        total += np.log(s)
+        r = 1.0 / np.sqrt(s)
+        k0, k1, k2 = h0 / s, h1 / s, h2 / s
+        for c in range(m):
+            e = C[i, c] - x[0, c] - x[1, c] - x[2, c]
+            out[i, c] = e * r
+            x[0, c] += k0 * e
+            x[1, c] += k1 * e
+            x[2, c] += k2 * e
+        P[0, 0] -= k0 * h0
+        P[0, 1] -= k0 * h1
+        P[0, 2] -= k0 * h2
+        P[1, 0] -= k1 * h0
+        P[1, 1] -= k1 * h1
+        P[1, 2] -= k1 * h2
+        P[2, 0] -= k2 * h0
+        P[2, 1] -= k2 * h1
+        P[2, 2] -= k2 * h2
+    return total
