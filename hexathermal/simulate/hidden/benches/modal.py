@@ -30,6 +30,9 @@ STEP = 15.0
 ROWS = 1441
 TIME: FloatArray = STEP * np.arange(ROWS, dtype=np.float64)
 MODES = 24
+WIDTH = 0.02
+"""Width [m] over which heat enters; the modes that are left out see less than 1 % of it."""
+
 ROLES = ("identification",) * 9 + ("validation",) * 3
 BASES = ((5,), (6,), (7,), (3, 12), (4, 14), (6, 15))
 """Choices of the law's thermocouples, one or an upper and a lower one (as Robert et al. found best)."""
@@ -132,7 +135,7 @@ class Heated:
         motor = lfilter([1.0 - kept], [1.0, -kept], self.holding + (1.0 - self.holding) * running)
         moving = np.flatnonzero(speed)
         friction = np.zeros((ROWS, MODES))
-        heat = self.body.source(self.nut + place[moving], 0.012) * (speed[moving, None] / PER_ROW)
+        heat = self.body.source(self.nut + place[moving], WIDTH) * (speed[moving, None] / PER_ROW)
         np.add.at(friction, moving // PER_ROW, heat)
         body, none = self.body, np.zeros(MODES)
         feed_room = np.zeros((ROWS, MODES))
@@ -142,7 +145,7 @@ class Heated:
         first[0], first[1:4] = room[0] + leftover[0], leftover[1:]
         bodies = (
             body.modes(feed_room, first),
-            body.modes(motor[:, None] * body.source(np.array(0.0), 0.004), none),
+            body.modes(motor[:, None] * body.source(np.array(0.0), WIDTH), none),
             body.modes((1.0 - self.friction_share) * friction, none),
         )
         q = motion.at(TIME)
@@ -158,7 +161,7 @@ class Heated:
         feeding = np.zeros((ROWS, MODES))
         feeding[:, 0] = self.rod.loss * around
         if k == 2:
-            feeding += self.friction_share * speed[:, None] * self.rod.source(np.array(0.0), 0.008)
+            feeding += self.friction_share * speed[:, None] * self.rod.source(np.array(0.0), WIDTH)
         first = np.zeros(MODES)
         first[0] = around[0]
         rods = self.rod.modes(feeding, first)
@@ -171,8 +174,8 @@ def plan(stroke: float, first: float, generator: np.random.Generator) -> Iterato
     while True:
         speed = log_uniform(1e-3, 5e-3, generator)
         if generator.uniform() < 0.6:
-            pause = log_uniform(8.0, 90.0, generator)
-            for _sweep in range(generator.integers(1, 5)):
+            pause = log_uniform(8.0, 75.0, generator)
+            for _sweep in range(generator.integers(1, 4)):
                 up = now < 0.5 * stroke
                 goal = generator.uniform(0.6, 1.0) * stroke if up else generator.uniform(0.0, 0.4) * stroke
                 for _stop in range(int(abs(goal - now) / 0.010)):
@@ -185,7 +188,7 @@ def plan(stroke: float, first: float, generator: np.random.Generator) -> Iterato
                 now = round(generator.uniform(low, high) * stroke, 6)
                 yield now, speed, pause * generator.uniform(0.5, 2.0)
         now = round(min(max(now + generator.uniform(-0.02, 0.02), 0.0), stroke), 6)
-        yield now, speed, log_uniform(60.0, 1800.0, generator)
+        yield now, speed, log_uniform(120.0, 1800.0, generator)
 
 
 def _heated(generator: np.random.Generator) -> Heated:

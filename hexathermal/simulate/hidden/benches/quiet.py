@@ -31,7 +31,7 @@ TIME: FloatArray = STEP * np.arange(ROWS, dtype=np.float64)
 ROLES = ("identification",) * 6 + ("validation",) * 2
 BODY, ROD, ZONES = 8, 4, 4
 BASES = ((3,), (4,), (2, 9), (3, 10))
-TIMES = (90.0, 450.0, 1800.0, 6000.0)
+TIMES = (240.0, 900.0, 2700.0, 7200.0)
 """Time constants ``tau_m`` [s] of the network."""
 
 WHITE_UM = 0.02
@@ -123,7 +123,7 @@ def draw(generator: np.random.Generator) -> CampaignTruth:
     names = tuple(f"T{k + 1:02d}" for k in range(BODY + ROD))
     level = {"white_um": WHITE_UM, "landing_um": 0.0, "slow_um": 0.0, "slow_time_s": 0.0, "sensor_noise_K": 0.0,
              "sensor_bias_K": 0.0, "sensor_walk_6h_K": 0.0, "sample_s": STEP, "drift_resolution_um": 0.0,
-             "temperature_resolution_K": 0.0}  # fmt: skip
+             "temperature_resolution_K": 1e-5}  # fmt: skip
     return noted(CampaignTruth(
         "leg", NAME, tuple(runs), names, ("body",) * BODY + ("rod",) * ROD, places,
         tuple(names[k] for k in leg.base), leg.coefficients, leg.retracted_length, (0.0, leg.stroke),

@@ -32,7 +32,7 @@ TIME: FloatArray = STEP * np.arange(ROWS, dtype=np.float64)
 ROLES = ("identification",) * 8 + ("validation",) * 3
 BODY, ROD, PIECES = 13, 4, 10
 BASES = ((4,), (6,), (8,), (4, 13), (6, 14), (2, 11))
-WIDTH = 0.015
+WIDTH = 0.035
 """Width [m] over which heat enters; ``G`` starts as a bell of this width."""
 
 FADED = 6.0 * 3600.0
