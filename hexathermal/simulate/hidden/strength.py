@@ -14,6 +14,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
+import numpy.typing as npt
 
 from hexathermal.poses import FloatArray
 from hexathermal.simulate.hidden.effect import Effect, Parameters
@@ -23,6 +24,9 @@ CLOSE = 0.005
 """A wanted strength counts as reached so closely [1]."""
 
 ROUNDS = 14
+
+SPIKE_M, SPIKE_K = 1.5e-6, 0.9
+"""A reading that stands off from its neighbours by more is a spike, which any cleaning leaves out [m], [K]."""
 
 
 def recorded(run: RunTruth) -> FloatArray:
@@ -60,9 +64,21 @@ def law_columns(truth: CampaignTruth, readings: Sequence[FloatArray] | None = No
 
 
 def settled_rows(truth: CampaignTruth, values: Sequence[FloatArray], role: str) -> FloatArray:
-    """Return the settled rows of the runs of a role, one behind the other."""
+    """Return the settled rows of the runs of a role, one behind the other; those with a spike are left out."""
     pairs = zip(truth.runs, values, strict=True)
-    return np.concatenate([item[run.settled] for run, item in pairs if run.role == role])
+    return np.concatenate([item[run.settled & ~_spiked(truth, run)] for run, item in pairs if run.role == role])
+
+
+def _spiked(truth: CampaignTruth, run: RunTruth) -> npt.NDArray[np.bool_]:
+    """Return the rows in which the displacement, or a base sensor, stands off from both its neighbours, shape (n,)."""
+    base = [truth.sensors.index(name) for name in truth.base]
+    found = np.zeros(run.time.size, dtype=bool)
+    for values, smallest in ((run.noise[:, None], SPIKE_M), (run.sensor_errors[:, base], SPIKE_K)):
+        off = values[1:-1] - np.clip(
+            values[1:-1], np.minimum(values[:-2], values[2:]), np.maximum(values[:-2], values[2:])
+        )
+        found[1:-1] |= (np.abs(off) > smallest).any(axis=1)
+    return found
 
 
 def noise_rms(truth: CampaignTruth) -> float:

@@ -73,8 +73,10 @@ def _to_steps(values: FloatArray, step: float) -> FloatArray:
 def run_columns(truth: CampaignTruth, run: RunTruth) -> dict[str, Column]:
     """Return the columns of a run's table, each with its decimals."""
     notes: Mapping[str, Any] = truth.notes
-    read: FloatArray = _to_steps(recorded(run), float(notes.get("temperature_resolution_K", 0.0)))
-    heat = {f"{name}_degC": (read[:, k], 3) for k, name in enumerate(truth.sensors)}
+    step = float(notes.get("temperature_resolution_K", 0.0))
+    digits = 3 if step == 0.0 else max(3, int(np.ceil(-np.log10(step))))
+    read = _to_steps(recorded(run), step)
+    heat = {f"{name}_degC": (read[:, k], digits) for k, name in enumerate(truth.sensors)}
     place = {"q_mm": (run.q * 1e3, 5), "settled": (run.settled * 1.0, 0)}
     inputs = {name: (run.inputs[:, k], 3) for k, name in enumerate(truth.input_names)}
     columns: dict[str, Column] = {"time_s": (run.time, 3)}

@@ -40,5 +40,5 @@ def named(name: str) -> Effect:
     """
     effects = found()
     if name not in effects:
-        raise UnknownNameError("effect", name, effects)
+        raise UnknownNameError(f"no effect is called {name!r}; there are {', '.join(effects)}", tuple(effects))
     return effects[name]
