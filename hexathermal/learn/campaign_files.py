@@ -7,7 +7,6 @@ from __future__ import annotations
 
 import os
 from collections.abc import Callable
-from difflib import get_close_matches
 from pathlib import Path
 from typing import Any
 
@@ -31,7 +30,7 @@ from hexathermal.learn.campaign_columns import MACHINE_THERMOMETER, columns_of
 from hexathermal.learn.campaign_faults import Faults
 from hexathermal.learn.campaign_scan import scan_tables
 from hexathermal.learn.campaign_streams import header_names
-from hexathermal.machine.forms import Form, shown
+from hexathermal.machine.forms import Form, meant, shown
 from hexathermal.machine.toml_positions import Where
 
 FORMAT = "hexathermal-campaign/1"
@@ -79,15 +78,10 @@ def load_campaign(
     ArgumentError
         There is no campaign at the path.
     """
-    if not isinstance(path, str | os.PathLike):
-        raise ArgumentError(f"a campaign is named by a text or a path, not by {type(path).__name__}")
-    file = Path(path)
-    file = file / FILE if file.is_dir() else file
-    if not file.is_file():
-        raise ArgumentError(f"no campaign at {file}; expected a campaign.toml or a folder that holds one")
-    if file.name != FILE:
-        raise ArgumentError(f"{file} is no campaign; give the folder of a campaign.toml, or the file of that name")
-    form = _CampaignForm(file, TABLES)
+    if isinstance(path, str | os.PathLike) and os.path.isfile(path) and Path(path).name != FILE:
+        raise ArgumentError(f"{path} is no campaign; give the folder of a campaign.toml, or the file of that name")
+    form = Form.opened(path, TABLES, FORMAT, "campaign", f"a {FILE} or a folder that holds one", FILE)
+    file = form.path
     campaign = _campaign(form, file.parent, needed)
     faults = Faults()
     faults.extend(file, sorted(form.problems, key=lambda problem: (problem.line, problem.column)))
@@ -100,9 +94,7 @@ def load_campaign(
 
 def _campaign(form: Form, folder: Path, needed: tuple[str, ...]) -> Campaign | None:
     """Return the campaign, as far as it can be made of what is right; None where its tables cannot be looked for."""
-    top = form.table(form.data, (), "")
-    if top.get("format", FORMAT) != FORMAT:
-        form.complain(("format",), f"format is {shown(top['format'])}; this version reads {FORMAT!r}")
+    top = form.top
     kind = _one_of(form, top, "kind", KINDS, "")
     zero = _one_of(form, top, "zero", ZEROS, "run")
     runs = _runs(form, top, folder, needed)
@@ -124,8 +116,8 @@ def _one_of(form: Form, data: dict[str, Any], key: str, known: tuple[str, ...], 
     """Return a word of a table, one of those known; `default` where it is not there, or after a complaint."""
     word = data.get(key, default)
     if key in data and word not in known:
-        close = get_close_matches(str(word), known, 1)
-        hint = f"; did you mean {close[0]!r}?" if close else ""
+        close = meant(word, known)
+        hint = "; " * bool(close) + close
         form.complain((*at, key), f"{key} is {shown(word)}, expected {' or '.join(map(repr, known))}{hint}")
         return default
     return str(word)
@@ -287,9 +279,8 @@ def _with_columns(form: Form, top: dict[str, Any], campaign: Campaign) -> Campai
     for name, other in top.get("columns", {}).items():
         at: Where = ("columns", name)
         if name not in names:
-            close = get_close_matches(name, names, 1)
-            hint = f"; did you mean {close[0]!r}?" if close else f"; known: {', '.join(names)}"
-            form.complain(at, f"[columns] names {name!r}, which is no column of this campaign{hint}")
+            close = meant(name, names) or f"known: {', '.join(names)}"
+            form.complain(at, f"[columns] names {name!r}, which is no column of this campaign; {close}")
         elif not isinstance(other, str) or not other.strip():
             form.complain(at, f"columns.{name} must be the name of a column, found {shown(other)}")
         elif other in own.values():
@@ -311,17 +302,3 @@ def _refuse_shared(form: Form, own: dict[str, str], names: list[str]) -> None:
                 f"column {other!r} would be read as {name} and as {other}: it is a column of the format itself; give "
                 f"{other} a name in [columns] too, or take this line out",
             )
-
-
-class _CampaignForm(Form):
-    """A `campaign.toml` being read; to a key that is not known the one that may be meant is named."""
-
-    def complain(self, where: Where, message: str) -> Any:
-        """Note a problem at a key."""
-        key, known = where[-1] if where else "", self.tables.get(self._kind_of(where), {})
-        close = get_close_matches(str(key), list(known), 1, 0.6) if message.startswith("unknown key") else []
-        return super().complain(where, f"{message}; did you mean {close[0]!r}?" if close else message)
-
-    def _kind_of(self, where: Where) -> str:
-        """Return the name of the table that a key stands in."""
-        return next((str(part) for part in where[:-1] if isinstance(part, str)), "")

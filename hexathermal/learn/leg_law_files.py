@@ -2,38 +2,51 @@
 
 from __future__ import annotations
 
-import os
-from decimal import Decimal
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import tomli_w
 
-from hexathermal.errors import ArgumentError
 from hexathermal.learn.campaign import ZEROS
 from hexathermal.learn.law import IdentifiedLaw, Origin, Validity
 from hexathermal.learn.noise import ResidualNoise
 from hexathermal.learn.sensor_errors import SensorErrors
 from hexathermal.machine.forms import Form
+from hexathermal.machine.leg_repairs import SensorRepair
+from hexathermal.machine.leg_term_files import (
+    TERM_TABLES,
+    check_covariance,
+    joint_matrix,
+    joint_table,
+    power_of,
+    read_repairs,
+    read_terms,
+    repair_table,
+    term_table,
+)
+from hexathermal.machine.leg_terms import LegTerm
 from hexathermal.machine.thermal import LARGEST_EXPANSION_PER_K
-from hexathermal.machine.units import metres, shortest
+from hexathermal.machine.units import from_millionths, metres, millionths, shortest
 from hexathermal.poses import FloatArray
 from hexathermal.predict.table_writing import refuse_no_folder, written_whole
 
 FORMAT = "hexathermal-leg/1"
 TABLES: dict[str, dict[str, str]] = {
     "": {"format": "text!", "kind": "text!", "zero": "text!", "law": "table!", "range": "table!", "residual": "table!",
-         "thermometers": "table!", "origin": "table!"},
+         "thermometers": "table!", "origin": "table!", "terms": "tables", "repairs": "tables"},
     "law.leg": {"sensors": "texts!", "A_per_K": "number+!", "B_per_K": "number+!", "covariance_per_K2": "matrix!",
-                "q0_mm": "mm!", "stroke_mm": "mm(2)"},
-    "law.component": {"sensors": "texts!", "C_um_per_K": "number+!", "covariance_um2_per_K2": "matrix!"},
+                "q0_mm": "mm!", "stroke_mm": "mm(2)", "joint_covariance": "matrix"},
+    "law.component": {"sensors": "texts!", "C_um_per_K": "number+!", "covariance_um2_per_K2": "matrix!",
+                      "joint_covariance": "matrix"},
     "range": {"lowest_dT_K": "number+!", "highest_dT_K": "number+!", "q_mm": "mm(2)", "temperature_degC": "number(2)"},
     "residual": {"row_um": "number!", "landing_um": "number!", "slow_um": "number!", "slow_time_s": "number!",
                  "offset_um": "number!", "interval_factor": "number!"},
     "thermometers": {"noise_K": "number+!", "slow_K": "number+!", "slow_time_s": "number!"},
     "origin": {"title": "text!", "fingerprint": "text!", "runs": "texts!", "method": "text!",
                "run_fingerprints": "texts"},
+    **TERM_TABLES,
 }  # fmt: skip
 """Keys of each table and their rules, see `hexathermal.machine.forms.Form`."""
 
@@ -61,16 +74,14 @@ def _mm(value: float) -> Any:
 
 def _um(value: Any, power: int = 1) -> Any:
     """Return SI numbers in millionths (squared: `power` 2) as the shortest decimals that are read back the same."""
-    if isinstance(value, np.ndarray):
-        return [_um(item, power) for item in value]
-    return Decimal(repr(float(value))).scaleb(6 * power)
+    return [_um(item, power) for item in value] if isinstance(value, np.ndarray) else millionths(value, power)
 
 
 def _from_um(raw: Any, power: int = 1) -> Any:
     """Return what `_um` wrote, as it stands in the file."""
     if isinstance(raw, list):
         return np.array([_from_um(item, power) for item in raw])
-    return float(Decimal(raw).scaleb(-6 * power))
+    return from_millionths(raw, power)
 
 
 def _document(law: IdentifiedLaw) -> dict[str, Any]:
@@ -84,6 +95,8 @@ def _document(law: IdentifiedLaw) -> dict[str, Any]:
     else:
         table["C_um_per_K"] = _um(law.A)
         table["covariance_um2_per_K2"] = _um(law.covariance, 2)
+    if law.joint_covariance is not None:
+        table["joint_covariance"] = joint_table(law.joint_covariance, _powers(law.kind, len(law.A), law.terms))
     valid: dict[str, Any] = {
         "lowest_dT_K": law.validity.dT[:, 0].tolist(),
         "highest_dT_K": law.validity.dT[:, 1].tolist(),
@@ -119,7 +132,15 @@ def _document(law: IdentifiedLaw) -> dict[str, Any]:
             "method": law.origin.method,
         }
         | ({"run_fingerprints": list(law.origin.run_fingerprints)} if law.origin.run_fingerprints else {}),
+        **({"terms": [term_table(term) for term in law.terms]} if law.terms else {}),
+        **({"repairs": [repair_table(repair) for repair in law.repairs]} if law.repairs else {}),
     }
+
+
+def _powers(kind: str, sensors: int, terms: Sequence[LegTerm]) -> list[int]:
+    """Return which coefficients and amplitudes are told in millionths (1), and which as they are (0)."""
+    own = [0] * (2 * sensors) if kind == "leg" else [1] * sensors
+    return [*own, *(power_of(term.shape) for term in terms for _amplitude in term.amplitudes)]
 
 
 def read_leg_law(path: str | Path) -> IdentifiedLaw:
@@ -132,13 +153,8 @@ def read_leg_law(path: str | Path) -> IdentifiedLaw:
     ArgumentError
         There is no such file.
     """
-    file = Path(path)
-    if not os.path.isfile(file):
-        raise ArgumentError(f"no law at {file}; expected a leg.toml, which 'hexathermal identify' writes")
-    form = Form(file, TABLES)
-    top = form.table(form.data, (), "")
-    if top.get("format", FORMAT) != FORMAT:
-        form.complain(("format",), f"format is {top['format']!r}; this version reads {FORMAT!r}")
+    form = Form.opened(path, TABLES, FORMAT, "law", "a leg.toml, which 'hexathermal identify' writes")
+    top = form.top
     kind = top.get("kind", "leg")
     if kind not in ("leg", "component"):
         form.complain(("kind",), f"kind must be 'leg' or 'component', found {kind!r}")
@@ -152,9 +168,15 @@ def read_leg_law(path: str | Path) -> IdentifiedLaw:
         form.check(("residual", key), parts["residual"][key] >= 0.0, "0 or more")
     for place in (("residual", "slow_time_s"), ("residual", "interval_factor"), ("thermometers", "slow_time_s")):
         form.check(place, parts[place[0]][place[1]] > 0.0, "above 0")
+    terms = read_terms(form, top.get("terms", ()), ("terms",))
+    repairs = read_repairs(form, top.get("repairs", ()), ("repairs",))
     _sizes(form, kind, parts)
     form.finish()
-    law = form.build(("law",), lambda: _law(kind, top["zero"], parts, form.data))
+    powers = _powers(kind, len(parts["law"]["sensors"]), terms)
+    if "joint_covariance" in parts["law"]:
+        check_covariance(form, parts["law"]["joint_covariance"], len(powers), ("law", "joint_covariance"))
+        form.finish()
+    law = form.build(("law",), lambda: _law(kind, top["zero"], parts, form.data, terms, repairs))
     form.finish()
     assert law is not None  # otherwise finish has raised
     return law
@@ -197,7 +219,10 @@ def _pair(array: FloatArray | None) -> tuple[float, float] | None:
     return None if array is None else (float(array[0]), float(array[1]))
 
 
-def _law(kind: str, zero: str, parts: dict[str, dict[str, Any]], raw: dict[str, Any]) -> IdentifiedLaw:
+def _law(
+    kind: str, zero: str, parts: dict[str, dict[str, Any]], raw: dict[str, Any], terms: tuple[LegTerm, ...],
+    repairs: tuple[SensorRepair, ...],
+) -> IdentifiedLaw:  # fmt: skip
     """Return the law of checked tables; micrometres are taken as written, so that nothing is rounded twice."""
     law, valid, noise = parts["law"], parts["range"], parts["residual"]
     errors, origin = parts["thermometers"], parts["origin"]
@@ -207,6 +232,9 @@ def _law(kind: str, zero: str, parts: dict[str, dict[str, Any]], raw: dict[str, 
     else:
         coefficients = np.atleast_1d(_from_um(raw["law"]["C_um_per_K"]))
         covariance, q0 = _from_um(raw["law"]["covariance_um2_per_K2"], 2), None
+    joint = None
+    if "joint_covariance" in law:
+        joint = joint_matrix(raw["law"]["joint_covariance"], _powers(kind, len(law["sensors"]), terms))
     dT = np.column_stack([np.atleast_1d(valid["lowest_dT_K"]), np.atleast_1d(valid["highest_dT_K"])])
     um = {key: _from_um(raw["residual"][f"{key}_um"]) for key in ("row", "landing", "slow", "offset")}
     return IdentifiedLaw(
@@ -218,4 +246,5 @@ def _law(kind: str, zero: str, parts: dict[str, dict[str, Any]], raw: dict[str, 
         float(noise["interval_factor"]),
         Origin(origin["title"], origin["fingerprint"], origin["runs"], origin["method"],
                origin.get("run_fingerprints", ())),
+        terms, repairs, joint,
     )  # fmt: skip

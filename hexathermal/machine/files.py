@@ -2,13 +2,11 @@
 
 from __future__ import annotations
 
-import os
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from hexathermal.errors import ArgumentError
 from hexathermal.machine.bodies import Bodies, PoseLimits
 from hexathermal.machine.forms import Form, dotted, shown
 from hexathermal.machine.hexapod import GRADES, Hexapod
@@ -22,7 +20,7 @@ from hexathermal.machine.thermal import (
 )
 from hexathermal.machine.toml_positions import Where
 
-FORMAT = "hexathermal-hexapod/1"
+FILE, FORMAT = "hexapod.toml", "hexathermal-hexapod/1"
 TABLES: dict[str, dict[str, str]] = {
     "": {"format": "text!", "name": "text!", "source": "text", "grade": "text", "geometry": "table!",
          "thermal": "table", "limits": "table", "bodies": "table"},
@@ -56,16 +54,8 @@ def read_hexapod(path: str | Path) -> Hexapod:
     ArgumentError
         There is no such file.
     """
-    if not isinstance(path, str | os.PathLike):
-        raise ArgumentError(f"a machine file is named by a text or a path, not by {type(path).__name__}")
-    file = Path(path)
-    file = file / "hexapod.toml" if os.path.isdir(file) else file
-    if not os.path.isfile(file):
-        raise ArgumentError(f"no machine file at {file}; expected a hexapod.toml or a folder that holds one")
-    form = Form(file, TABLES)
-    top = form.table(form.data, (), "")
-    if top.get("format", FORMAT) != FORMAT:
-        form.complain(("format",), f"format is {top['format']!r}; this version reads {FORMAT!r}")
+    form = Form.opened(path, TABLES, FORMAT, "machine file", f"a {FILE} or a folder that holds one", FILE)
+    top = form.top
     fields: dict[str, Any] = {"name": top.get("name", ""), "source": top.get("source", "")}
     fields["grade"] = top.get("grade", "C")
     if fields["grade"] not in GRADES:

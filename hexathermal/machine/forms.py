@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import os
 import re
 import tomllib
 from collections import Counter
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 from decimal import Decimal, InvalidOperation
+from difflib import get_close_matches
 from pathlib import Path
 from typing import Any, TypeVar
 
@@ -69,6 +71,7 @@ class Form:
     def __init__(self, path: Path, tables: Mapping[str, Mapping[str, str]]) -> None:
         self.path = path
         self.tables = tables
+        self.top: dict[str, Any] = {}
         self.problems: list[Problem] = []
         text = _text(path)
         try:
@@ -85,6 +88,51 @@ class Form:
             message = "brackets are nested too deep, or a number has too many digits"
             raise FileFormatError(str(path), (Problem(*excess(text), message),)) from None
 
+    @classmethod
+    def opened(
+        cls,
+        path: str | os.PathLike[str],
+        tables: Mapping[str, Mapping[str, str]],
+        form: str,
+        what: str,
+        expected: str,
+        name: str = "",
+    ) -> Form:
+        """Return a file of a known format being read; `top` holds the checked values of its top table.
+
+        Parameters
+        ----------
+        path : str or Path
+        tables : mapping
+            As in `Form`; the top table is ``""``.
+        form : str
+            What its key ``format`` must say.
+        what, expected : str
+            For the error where there is no file: what it is, and which file is expected.
+        name : str
+            Of the file, where `path` may be the folder that holds it.
+
+        Raises
+        ------
+        ArgumentError
+            There is no such file.
+        FileFormatError
+            As `Form`.
+        """
+        if not isinstance(path, str | os.PathLike):
+            raise ArgumentError(f"a {what} is named by a text or a path, not by {type(path).__name__}")
+        file = Path(path)
+        file = file / name if name and os.path.isdir(file) else file
+        if not os.path.isfile(file):
+            found = " (it is a folder)" if os.path.isdir(file) else " (it is no plain file)" * os.path.exists(file)
+            raise ArgumentError(f"no {what} at {file}{found}; expected {expected}")
+        self = cls(file, tables)
+        self.top = self.table(self.data, (), "")
+        stated = self.top.get("format", form)
+        if stated != form:
+            self.complain(("format",), f"format is {shown(stated)}; this version reads {form!r}")
+        return self
+
     def complain(self, where: Where, message: str) -> Any:
         """Note a problem at a key or an array element; returns None, so that a caller may return it."""
         line, column = self.positions.of(where)
@@ -96,7 +144,8 @@ class Form:
         keys, found = self.tables[kind], {}
         for key in data:
             if key not in keys:
-                self.complain((*path, key), f"unknown key {key!r}; known: {', '.join(keys)}")
+                close = meant(key, keys)
+                self.complain((*path, key), f"unknown key {key!r}; {close + ' ' * bool(close)}known: {', '.join(keys)}")
         for key, rule in keys.items():
             if key in data:
                 value = self.value(data[key], (*path, key), rule.rstrip("!"))
@@ -197,6 +246,18 @@ class Form:
         """Raise all complaints together, in the order of the file."""
         if self.problems:
             raise FileFormatError(str(self.path), tuple(sorted(self.problems, key=lambda p: (p.line, p.column))))
+
+
+def meant(word: Any, known: Iterable[str], count: int = 1, cutoff: float = 0.6) -> str:
+    """Return the question which known words may be meant; empty where none is near.
+
+    Examples
+    --------
+    >>> meant("titel", ["title", "kind"])
+    "did you mean 'title'?"
+    """
+    close = get_close_matches(str(word), list(known), count, cutoff)
+    return f"did you mean {' or '.join(map(repr, close))}?" if close else ""
 
 
 def _text(path: Path) -> str:

@@ -21,14 +21,12 @@ A label of a default source replaces it.
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
-from difflib import get_close_matches
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from hexathermal.errors import ArgumentError
-from hexathermal.machine.forms import Form
+from hexathermal.machine.forms import Form, meant
 from hexathermal.machine.hexapod import Hexapod
 from hexathermal.machine.toml_positions import Where
 from hexathermal.predict.budget_blocks import source_factors
@@ -61,13 +59,8 @@ def read_sources(path: str | Path, hexapod: Hexapod, plates: Plates | None = Non
     ArgumentError
         There is no such file.
     """
-    file = Path(path)
-    if not file.is_file():
-        raise ArgumentError(f"no file of sources at {file}; give the path of a TOML file")
-    form = Form(file, TABLES)
-    top = form.table(form.data, (), "")
-    if top.get("format", FORMAT) != FORMAT:
-        form.complain(("format",), f"format is {top['format']!r}; this version reads {FORMAT!r}")
+    form = Form.opened(path, TABLES, FORMAT, "file of sources", "a TOML file")
+    top = form.top
     known = default_sources(hexapod, plates) if top.get("defaults", True) else Sources(())
     without = top.get("without", ())
     for k, label in enumerate(without):
@@ -104,9 +97,8 @@ def _source(form: Form, data: Any, k: int, hexapod: Hexapod) -> tuple[str, Sourc
         form.complain((*place, "label"), "label is empty; a source needs one")
     for key, names in NAMES.items():
         if key in found and found[key] not in names:
-            close = get_close_matches(found[key], names, 1)
-            meant = f"did you mean {close[0]!r}?" if close else f"known: {', '.join(names)}"
-            form.complain((*place, key), f"{key} {found[key]!r} is not known; {meant}")
+            close = meant(found[key], names) or f"known: {', '.join(names)}"
+            form.complain((*place, key), f"{key} {found[key]!r} is not known; {close}")
     for key in ("standard", "half_width"):
         if key in found:
             form.check((*place, key), found[key] >= 0.0, "0 or more")

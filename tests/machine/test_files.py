@@ -91,7 +91,7 @@ def test_all_bad_fields_are_reported_together_with_their_lines(tmp_path: Path) -
     ("old", "new", "word"),
     [
         ('format = "hexathermal-hexapod/1"', 'format = "hexathermal-hexapod/9"', "this version reads"),
-        ("base_joints_mm = [", "base_joints = [", "unknown key 'base_joints'.*known"),
+        ("base_joints_mm = [", "base_joints = [", "unknown key 'base_joints'; did you mean 'base_joints_mm'.*known"),
         ("[443.163, -78.142, -663.3]", "[443.163, -78.142]", "different length|shape"),
         ("[443.163, -78.142, -663.3]", "[443.163, inf, -663.3]", "finite"),
         ("home_mm = [0.0, 0.0, 0.0]", "home_mm = [0.0, 0.0]", "shape"),

@@ -1,4 +1,4 @@
-"""Tables of measured poses and specifications: what is read, and every fault with line and column."""
+"""Tables of measured poses held against specifications: what is read, and every fault with line and column."""
 
 from __future__ import annotations
 
@@ -11,44 +11,8 @@ import pytest
 
 from hexathermal.errors import ArgumentError, FileFormatError
 from hexathermal.poses import Frames
-from hexathermal.predict.acceptance import (
-    PASS,
-    Acceptance,
-    accept,
-    pose_accuracy,
-    read_measured_poses,
-    read_specification,
-)
-
-POSE = "x_mm,y_mm,z_mm,rx_deg,ry_deg,rz_deg"
-MEASURED = ",".join(f"measured_{name}" for name in POSE.split(","))
-HEADER = f"pose,{POSE},{MEASURED}"
-FORMAT = 'format = "hexathermal-spec/1"\n'
-
-
-def visits(*rows: tuple[str, str, str], header: str = HEADER) -> str:
-    """A table of visits: name, command and measurement of each."""
-    return "\n".join([header, *(",".join(row) for row in rows)]) + "\n"
-
-
-TWO = visits(("A", "0,0,0,0,0,0", "0.001,0,0,0,0,0"), ("A", "0,0,0,0,0,0", "0.003,0,0,0,0,0"))
-
-
-def written(folder: Path, text: str, name: str = "measured.csv") -> Path:
-    """A file with a text."""
-    (folder / name).write_text(text, encoding="utf-8")
-    return folder / name
-
-
-def judged(folder: Path, table: str, spec: str, **options: object) -> Acceptance:
-    """Hold a table against a specification."""
-    measured = read_measured_poses(written(folder, table), **options)  # type: ignore[arg-type]
-    return accept(measured, read_specification(written(folder, FORMAT + spec, "spec.toml")))
-
-
-def values(acceptance: Acceptance) -> list[float]:
-    """Values of all results [um] or [urad]."""
-    return [result.decision.value * 1e6 for result in acceptance.results]
+from hexathermal.predict.acceptance import PASS, accept, pose_accuracy, read_measured_poses, read_specification
+from tests.predict.acceptance_files import FORMAT, HEADER, MEASURED, POSE, TWO, grouped, judged, values, visits, written
 
 
 def test_millimetres_and_micrometres(tmp_path: Path) -> None:
@@ -97,17 +61,6 @@ def test_parquet_is_the_same(tmp_path: Path) -> None:
     one, other = (accept(read_measured_poses(tmp_path / f"measured.{kind}"), spec) for kind in ("csv", "parquet"))
     assert values(one) == values(other)
     assert other.results[0].pose == "7"
-
-
-def grouped() -> str:
-    """Two groups of two visits, ten minutes apart, 1 um and 4 um off; temperatures and uncertainties recorded."""
-    header = f"time_s,group,{HEADER},room_degC,u_position_um"
-    visited = [("cold", 0.0005), ("cold", 0.0015), ("warm", 0.0035), ("warm", 0.0045)]
-    rows = [
-        (f"{600 * k}", group, "A", "0,0,0,0,0,0", f"{x},0,0,0,0,0", f"{20 + k}", "0.2")
-        for k, (group, x) in enumerate(visited)
-    ]
-    return visits(*rows, header=header)  # type: ignore[arg-type]
 
 
 def test_groups_are_judged_one_by_one_and_drift_between_them(tmp_path: Path) -> None:
@@ -243,66 +196,6 @@ def test_thousands_of_faults_are_counted(tmp_path: Path) -> None:
     assert len(caught.value.problems) == 20
 
 
-SPEC = FORMAT + "[limits]\n"
-
-
-@pytest.mark.parametrize(
-    ("spec", "line", "words"),
-    [
-        ("[limits]\nAP_um = 1\n", 1, "'format' is missing"),
-        (FORMAT.replace("/1", "/2") + "[limits]\nAP_um = 1\n", 1, "this version reads"),
-        (FORMAT, 1, "'limits' is missing"),
-        (SPEC, 2, "holds no limit"),
-        (SPEC + "AP = 1\n", 3, "did you mean 'AP_um'"),
-        (SPEC + "AP_um = true\n", 3, "must be a number"),
-        (SPEC + "AP_um = -1\n", 3, "must be above 0"),
-        (SPEC + "AP_um = nan\n", 3, "finite"),
-        (SPEC + "AP_um = {upper = 1, lower = 0}\n", 3, "cannot be negative"),
-        (SPEC + "AP_um = {}\n", 3, "give upper"),
-        (SPEC + "AP_x_um = {upper = 1}\n", 3, "may be negative"),
-        (SPEC + "AP_x_um = {upper = 1, lower = 2}\n", 3, "above lower"),
-        (SPEC + "AP_x_um = {within = 1, upper = 2}\n", 3, "give it alone"),
-        (SPEC + "AP_um = {upper = 1, u = 0}\n", 3, "no measurement is exact"),
-        (SPEC + "AP_um = {upper = 1, u = 1, U = 2}\n", 3, "not both"),
-        (SPEC + "AP_um = {upper = 1, rule = 'simpel'}\n", 3, "did you mean 'simple'"),
-        (SPEC + "AP_um = {upper = 1, probability = 95}\n", 3, "above 0.5 and below 1"),
-        (SPEC + "AP_um = {upper = 1, window_s = 60}\n", 3, "of ETVE only"),
-        (SPEC + "AP_um = {upper = 1, uper = 60}\n", 3, "unknown key 'uper'"),
-        (SPEC + "AP_um = {upper = 1, nonnegative = 1}\n", 3, "true or false"),
-        (SPEC + "AP_x_um = {within = 1, nonnegative = true}\n", 3, "may be negative"),
-        (FORMAT + "warm_up_s = 60\n[limits]\nAP_um = 1\n", 2, "at least 3600"),
-        (FORMAT + "[limits]\nRP_um = 1\nAP_um = []\n", 4, "empty list"),
-        (FORMAT + "letters = 'abc'\n[limits]\nAP_um = 1\n", 2, "one of xyz, zyx"),
-        (FORMAT + "[uncertainty]\nposition_um = 0\n[limits]\nAP_um = 1\n", 3, "above 0"),
-        (FORMAT + "limits = 3\n", 2, "must be a table"),
-        (SPEC + "AP_um = [1, 2]\n", 3, "one value"),
-        (SPEC + "AP_um = \n", 3, "not valid TOML"),
-    ],
-)
-def test_bad_specifications_name_line_and_reason(tmp_path: Path, spec: str, line: int, words: str) -> None:
-    """Every bad field of a specification is found where it stands, with what would be right."""
-    with pytest.raises(FileFormatError, match=words) as caught:
-        read_specification(written(tmp_path, spec, "spec.toml"))
-    assert [problem.line for problem in caught.value.problems] == [line]
-
-
-def test_the_specification_of_the_documentation_is_one(tmp_path: Path) -> None:
-    """The example of docs/acceptance.md reads as it stands: units, both sides, expanded uncertainty, two windows."""
-    page = (Path(__file__).parents[2] / "docs" / "acceptance.md").read_text(encoding="utf-8")
-    found = read_specification(written(tmp_path, page.split("```toml\n")[1].split("```")[0], "spec.toml"))
-    numbers = [[limit.lower, limit.upper, limit.uncertainty] for limit in found.limits]
-    micro = [[None if number is None else round(number * 1e6, 12) for number in row] for row in numbers]
-    read = [(limit.key, *row, limit.window) for limit, row in zip(found.limits, micro, strict=True)]
-    assert read == [
-        ("AP_um", None, 10, 0.3, None),
-        ("RP_um", None, 2, 0.2, None),
-        ("AP_rz_urad", -20, 20, 1.5, None),
-        ("AP_z_um", -3, 5, 0.3, None),
-        ("ETVE_z_um", None, 3, 0.3, 3600.0),
-        ("ETVE_z_um", None, 8, 0.3, None),
-    ]
-
-
 def test_a_quantity_known_not_to_be_negative(tmp_path: Path) -> None:
     """AP = 2 um, u = 2 um, limit 5.3 um: p = 0.951 as it is, 0.941 cut at 0 - no longer enough."""
     said = [
@@ -311,14 +204,6 @@ def test_a_quantity_known_not_to_be_negative(tmp_path: Path) -> None:
     ]
     assert [item.verdict for item in said] == [PASS, "not decided"]
     assert [item.probability for item in said] == pytest.approx([0.950529, 0.941199], abs=1e-6)
-
-
-def test_all_bad_fields_come_together(tmp_path: Path) -> None:
-    """Three faults are three problems of one error."""
-    text = FORMAT + "rule = 'none'\n[limits]\nAP = 1\nRP_um = 'x'\n"
-    with pytest.raises(FileFormatError) as caught:
-        read_specification(written(tmp_path, text, "spec.toml"))
-    assert [problem.line for problem in caught.value.problems] == [2, 4, 5]
 
 
 @pytest.mark.parametrize(
@@ -354,18 +239,6 @@ def test_one_fail_fails_and_probabilities_bound_the_whole(tmp_path: Path) -> Non
     }  # fmt: skip
     assert said[2.1, 1.1].probability == pytest.approx((1.0 - 2.0 * 0.158655, 0.841345), abs=1e-5)
     assert said[1, 0.5].probability == pytest.approx((0.0, 0.0), abs=1e-6)
-
-
-def test_every_bad_field_of_one_table_is_told(tmp_path: Path) -> None:
-    """Six bad fields of one inline table, one of them behind an unknown quantity, are six problems with columns."""
-    spec = 'limits.RP_um = { upper = "x", u = -1, rule = "foo", probability = 7, k = 0 }\nlimits.XX_um = { u = -1 }\n'
-    with pytest.raises(FileFormatError) as caught:
-        read_specification(written(tmp_path, FORMAT + spec, "spec.toml"))
-    places = [(problem.line, problem.column) for problem in caught.value.problems]
-    assert places == [(2, 1 + spec.index(word)) for word in ("upper", "u = ", "rule", "prob", "k =")] + [
-        (3, 8),
-        (3, 18),
-    ]
 
 
 @pytest.mark.parametrize("convention", ["fixed-xyz", "fixed-zyx"])

@@ -3,12 +3,10 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from difflib import get_close_matches
 from pathlib import Path
 from typing import Any
 
-from hexathermal.errors import ArgumentError
-from hexathermal.machine.forms import Form, dotted, shown
+from hexathermal.machine.forms import Form, dotted, meant, shown
 from hexathermal.machine.toml_positions import Where
 from hexathermal.predict.acceptance.decision_rules import RULES
 from hexathermal.predict.acceptance.quantities import ETVE, QUANTITIES, Quantity
@@ -101,14 +99,8 @@ def read_specification(path: str | Path) -> Specification:
     FileFormatError
         Lists every bad field with line and column.
     """
-    file = Path(path)
-    if not file.is_file():
-        kind = "a folder" if file.is_dir() else "not there" if not file.exists() else "no plain file"
-        raise ArgumentError(f"specification {file} is {kind}; give the path of a TOML file")
-    form = Form(file, TABLES)
-    top = form.table(form.data, (), "")
-    if top.get("format", FORMAT) != FORMAT:
-        form.complain(("format",), f"format is {top['format']!r}; this version reads {FORMAT!r}")
+    form = Form.opened(path, TABLES, FORMAT, "specification", "a TOML file")
+    top = form.top
     letters = top.get("letters")
     if letters is not None and letters not in LETTERS:
         form.complain(("letters",), f"letters must be one of {', '.join(LETTERS)}, found {letters!r}")
@@ -129,9 +121,9 @@ def read_specification(path: str | Path) -> Specification:
     if warm_up is not None:
         form.check(("warm_up_s",), warm_up >= 3600.0, "at least 3600 (d60 is taken after 60 minutes)")
     form.finish()
-    title = str(top.get("title", "")).strip() or file.stem
+    title = str(top.get("title", "")).strip() or form.path.stem
     whole = tuple(limit for limit in limits if limit is not None)
-    return Specification(title, whole, None if warm_up is None else float(warm_up), str(file))
+    return Specification(title, whole, None if warm_up is None else float(warm_up), str(form.path))
 
 
 def _decided_by(form: Form, found: dict[str, Any], path: Where) -> dict[str, Any]:
@@ -141,9 +133,10 @@ def _decided_by(form: Form, found: dict[str, Any], path: Where) -> dict[str, Any
         if found["rule"].lower() in RULES:
             fields["rule"] = found["rule"].lower()
         else:
-            close = get_close_matches(found["rule"].lower(), RULES, 3)
-            meant = f"; did you mean {' or '.join(map(repr, close))}?" if close else ""
-            message = f"decision rule {found['rule']!r} is not known{meant}; known: {', '.join(RULES)}"
+            close = meant(found["rule"].lower(), RULES, 3)
+            message = (
+                f"decision rule {found['rule']!r} is not known; {close + ' ' * bool(close)}known: {', '.join(RULES)}"
+            )
             form.complain((*path, "rule"), message)
     if "probability" in found:
         p = found["probability"]
@@ -180,9 +173,8 @@ def _quantity(form: Form, key: str, place: Where, letters: str | None) -> Quanti
         key = f"{name}_angle_{LETTERS[letters]['abc'.index(letter)]}_{unit}"
     if key in QUANTITIES:
         return QUANTITIES[key]
-    close = get_close_matches(key, QUANTITIES, 3, 0.5)
-    meant = f"did you mean {' or '.join(map(repr, close))}?" if close else f"known: {', '.join(QUANTITIES)}"
-    return form.complain(place, f"unknown quantity {key!r}; {meant}")  # type: ignore[no-any-return]
+    close = meant(key, QUANTITIES, 3, 0.5) or f"known: {', '.join(QUANTITIES)}"
+    return form.complain(place, f"unknown quantity {key!r}; {close}")  # type: ignore[no-any-return]
 
 
 def _limit(form: Form, key: str, value: Any, place: Where, common: dict[str, Any], letters: str | None) -> Limit | None:
