@@ -20,6 +20,7 @@ from hexathermal.learn.cleaning_record import CleaningRecord
 from hexathermal.learn.identification import AUTO, Identification, Passing, identify
 from hexathermal.learn.law import IdentifiedLaw, Origin
 from hexathermal.learn.validation import Validation, validate
+from hexathermal.learn.validation_rows import RowsPredictor
 from hexathermal.poses import FloatArray
 
 KINDS = {"leg": "a leg (drift = A q0 dT + B q dT)", "component": "a component (drift = C dT)"}
@@ -228,5 +229,6 @@ def validate_campaign(law: IdentifiedLaw, campaign: Campaign, progress: Passing 
             f"{campaign.zero}: they cannot be compared; set zero in campaign.toml as it was for the law"
         )
     passed = _Passed()
-    found = validate(law, role_blocks(campaign, "validation", progress, passed), campaign.sensors)
+    predictor = RowsPredictor(law, campaign) if law.extended else None
+    found = validate(law, role_blocks(campaign, "validation", progress, passed), campaign.sensors, predictor)
     return replace(found, notes=(*found.notes, *passed.notes()))

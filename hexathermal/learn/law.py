@@ -1,14 +1,26 @@
-"""A law that was identified: coefficients, their covariance, the residual's noise, and where it holds."""
+"""A law that was identified: coefficients, terms, their covariance, the residual's noise, and where it holds."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
 from hexathermal.errors import ArgumentError
 from hexathermal.learn.noise import ResidualNoise
 from hexathermal.learn.sensor_errors import SensorErrors
+from hexathermal.machine.leg_repairs import SensorRepair, repaired
+from hexathermal.machine.leg_signals import LegSignals
+from hexathermal.machine.leg_states import (
+    LegController,
+    LegMemory,
+    of_bench,
+    sensors_of,
+    terms_columns,
+    terms_drift,
+)
+from hexathermal.machine.leg_terms import LegTerm
 from hexathermal.machine.thermal import LegLaw, frozen
 from hexathermal.poses import FloatArray
 
@@ -58,7 +70,7 @@ class Origin:
 @dataclass(frozen=True, eq=False)
 class IdentifiedLaw:
     """The law of a leg, ``drift = sum_s A_s q0 dT_s + B_s q dT_s`` (paper, eq. 4), or of a part without a stroke,
-    ``drift = sum_s C_s dT_s``.
+    ``drift = sum_s C_s dT_s``. Terms add ``sum_k a_k shape_k`` (`hexathermal.machine.leg_terms`).
 
     Attributes
     ----------
@@ -79,6 +91,12 @@ class IdentifiedLaw:
     factor : float
         Half of a 95 % prediction interval over the predicted standard deviation.
     origin : Origin
+    terms : tuple of LegTerm
+        That extend the law.
+    repairs : tuple of SensorRepair
+        Of the thermometers' data, before the law reads them.
+    joint_covariance : array, shape (p + k, p + k), optional
+        Of the coefficients and all amplitudes, in the order of the terms; without it terms are taken as independent.
     """
 
     kind: str
@@ -93,6 +111,9 @@ class IdentifiedLaw:
     errors: SensorErrors
     factor: float = 1.96
     origin: Origin = field(default_factory=Origin)
+    terms: tuple[LegTerm, ...] = ()
+    repairs: tuple[SensorRepair, ...] = ()
+    joint_covariance: FloatArray | None = None
 
     def __post_init__(self) -> None:
         p = len(self.sensors) * (2 if self.kind == "leg" else 1)
@@ -105,6 +126,16 @@ class IdentifiedLaw:
             raise ArgumentError("a leg's law needs the retracted length q0")
         object.__setattr__(self, "coefficients", frozen(self.coefficients))
         object.__setattr__(self, "covariance", frozen(self.covariance))
+        object.__setattr__(self, "terms", tuple(self.terms))
+        object.__setattr__(self, "repairs", tuple(self.repairs))
+        if self.joint_covariance is not None:
+            whole = p + sum(len(term.amplitudes) for term in self.terms)
+            if self.joint_covariance.shape != (whole, whole):
+                raise ArgumentError(
+                    f"joint_covariance has shape {self.joint_covariance.shape}; expected ({whole}, {whole}): {p} "
+                    f"coefficients and {whole - p} amplitudes"
+                )
+            object.__setattr__(self, "joint_covariance", frozen(self.joint_covariance))
 
     @property
     def A(self) -> FloatArray:
@@ -130,7 +161,7 @@ class IdentifiedLaw:
         return np.concatenate([dT * float(self.retracted_length or 0.0), dT * q[:, None]], axis=1)
 
     def predict(self, dT: FloatArray, q: FloatArray | None = None) -> FloatArray:
-        """Return the predicted drift [m] of rows.
+        """Return the predicted drift [m] of rows; of a law without terms and repairs.
 
         Parameters
         ----------
@@ -138,8 +169,124 @@ class IdentifiedLaw:
             Of the law's sensors, in their order.
         q : array, shape (n,) [m]
             Displacement of the rod; None for a component.
+
+        Raises
+        ------
+        ArgumentError
+            The law has terms or repairs, which need more than that.
         """
+        if self.extended:
+            causes = [term.cause for term in self.terms] + [repair.cause for repair in self.repairs]
+            names = ", ".join(dict.fromkeys(causes))
+            raise ArgumentError(
+                f"this law is extended by {names}, which dT and q of single rows do not tell: call "
+                "predict_signals(signals) with all rows of a run (hexathermal.learn.signals.run_rows), or feed "
+                "law.controller() row by row"
+            )
         return np.asarray(self.columns(dT, q) @ self.coefficients)
+
+    @property
+    def extended(self) -> bool:
+        """Whether terms or repairs join the law."""
+        return bool(self.terms or self.repairs)
+
+    @property
+    def read_sensors(self) -> tuple[str, ...]:
+        """Sensors whose readings matter: of the law, its terms and its repairs."""
+        replaced = {one.replaced for one in self.repairs}
+        own = [name for name in (*self.sensors, *sensors_of(self.terms)) if name not in replaced]
+        return tuple(dict.fromkeys([*own, *(name for one in self.repairs for name in one.sensors)]))
+
+    def memory(self) -> LegMemory:
+        """Return the memory that a run begins with."""
+        return LegMemory(self.terms)
+
+    def repaired(self, signals: LegSignals, memory: LegMemory | None = None, run: str | None = None) -> LegSignals:
+        """Return signals behind the law's repairs."""
+        return repaired(signals, self.repairs, run, None if memory is None else memory.repairs)
+
+    def base_columns(self, signals: LegSignals) -> FloatArray:
+        """Return the columns that the coefficients multiply in rows that are repaired, shape (n, p)."""
+        dT = np.column_stack([signals.temperature(name) for name in self.sensors])
+        return self.columns(dT, signals.q if self.kind == "leg" else None)
+
+    def predict_signals(
+        self, signals: LegSignals, memory: LegMemory | None = None, run: str | None = None
+    ) -> FloatArray:
+        """Return the predicted drift [m] of rows in the order of time, terms and repairs included.
+
+        Parameters
+        ----------
+        signals : LegSignals
+            As recorded.
+        memory : LegMemory, optional
+            Of the rows before (`memory()` at a run's beginning), where rows come one by one or in blocks; without it
+            the rows are a whole run.
+        run : str, optional
+            Name of the run, for repairs that begin in a certain one.
+
+        Returns
+        -------
+        array, shape (n,) [m]
+
+        Raises
+        ------
+        ArgumentError
+            A sensor or a recorded input of a term is not there.
+        """
+        right = self._scaled(self.repaired(signals, memory, run))
+        return np.asarray(self.base_columns(right) @ self.coefficients + terms_drift(self.terms, right, memory))
+
+    def variance_signals(self, signals: LegSignals, run: str | None = None) -> FloatArray:
+        """Return the variance of ``measured - predicted`` in all rows of a new run, shape (n,) [m^2].
+
+        As `variance`, with the amplitudes' covariance; thermometers' errors count in the coefficients' part.
+        """
+        right = self._scaled(self.repaired(signals, None, run))
+        X = np.concatenate([self.base_columns(right), terms_columns(self.terms, right)], axis=1)
+        own = np.einsum("np,pq,nq->n", X, self.whole_covariance, X)
+        return self._in_rows(own, right.q if self.kind == "leg" else None, right.time)
+
+    @property
+    def whole_covariance(self) -> FloatArray:
+        """Covariance of the coefficients and all amplitudes."""
+        if self.joint_covariance is not None:
+            return self.joint_covariance
+        parts = [self.covariance, *(term.covariance for term in self.terms)]
+        whole = np.zeros((sum(map(len, parts)),) * 2)
+        at = 0
+        for part in parts:
+            whole[at : at + len(part), at : at + len(part)] = part
+            at += len(part)
+        return whole
+
+    def _scaled(self, signals: LegSignals) -> LegSignals:
+        """Return signals with the law's own retracted length, as `predict` takes it."""
+        own = self.retracted_length
+        return signals if own is None or own == signals.retracted_length else replace(signals, retracted_length=own)
+
+    def controller(
+        self, reference_degC: Mapping[str, float] | float | None = None, *, bench: bool = True
+    ) -> LegController:
+        """Return a controller that is given one row after the other.
+
+        Parameters
+        ----------
+        reference_degC : mapping of str to float, or float, optional
+            Temperatures that the law counts from; without it those of the first row.
+        bench : bool
+            Whether terms of the bench join (its frame, the interferometer): the drift is then that which the bench
+            measures. False: the leg's own.
+
+        Raises
+        ------
+        ArgumentError
+            A repair needs rows that have not come yet.
+        """
+        law = self if bench else replace(self, terms=tuple(term for term in self.terms if not of_bench(term)),
+                                         joint_covariance=None)  # fmt: skip
+        return LegController(law.predict_signals, law.read_sensors, law.terms, law.repairs,
+                             law.retracted_length or 1.0, reference_degC)  # fmt: skip
 
     def slopes(self, q: FloatArray | None, count: int) -> FloatArray:
         """Return each sensor's ``A q0 + B q`` in rows, shape (n, k) [m/K]."""
@@ -153,8 +300,11 @@ class IdentifiedLaw:
         It holds the coefficients' covariance, the residual's noise and the thermometers' errors.
         """
         X = self.columns(dT, q)
-        own = np.einsum("np,pq,nq->n", X, self.covariance, X)
-        thermometers = (self.slopes(q, len(dT)) ** 2 * self.errors.variance(time)).sum(axis=1)
+        return self._in_rows(np.einsum("np,pq,nq->n", X, self.covariance, X), q, time)
+
+    def _in_rows(self, own: FloatArray, q: FloatArray | None, time: FloatArray) -> FloatArray:
+        """Return the law's own variance with that of noise and of the thermometers' errors, shape (n,) [m^2]."""
+        thermometers = (self.slopes(q, len(time)) ** 2 * self.errors.variance(time)).sum(axis=1)
         return np.asarray(own + self.noise.variance + thermometers)
 
     def leg_law(self) -> LegLaw:

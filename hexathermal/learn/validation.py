@@ -7,7 +7,7 @@ does not grow with the rows of a run: beyond `MOST_LANDINGS`, neighbouring landi
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, field
 from enum import Enum
 
@@ -34,6 +34,19 @@ MOST_LANDINGS = 1024
 
 TRIFLE = 0.02
 """Part of the drift by which a law may make it worse, within its interval, without being called so."""
+
+
+@dataclass(frozen=True, eq=False)
+class Predicted:
+    """What a law says of rows: dT of its sensors (n, k) [K] as it reads them, drift (n,) [m] and variance (n,) [m^2]."""
+
+    dT: FloatArray
+    drift: FloatArray
+    variance: FloatArray
+
+
+Predictor = Callable[[Block], Predicted]
+"""From complete rows to what a law says of them."""
 
 
 class Verdict(Enum):
@@ -116,11 +129,11 @@ class _Run:
         self.step, self.seen = 1, 0
         self._number, self._last, self._begun = -1, -1, 0.0
 
-    def add(self, law: IdentifiedLaw, block: Block, dT: FloatArray) -> None:
-        """Add complete rows; `dT` is that of the law's sensors."""
+    def add(self, law: IdentifiedLaw, block: Block, said: Predicted) -> None:
+        """Add complete rows."""
         time, q, drift = block.time, block.q, block.drift
-        predicted = law.predict(dT, q)
-        e, half = drift - predicted, law.factor * np.sqrt(law.variance(dT, q, time))
+        dT, predicted = said.dT, said.drift
+        e, half = drift - predicted, law.factor * np.sqrt(said.variance)
         edges = np.flatnonzero(np.concatenate([[True], np.diff(block.landing) != 0]))
         goes_on = self._number >= 0 and block.landing[0] == self._last
         numbers = self._number + np.arange(len(edges)) + (0 if goes_on else 1)
@@ -171,7 +184,20 @@ def _beyond(law: IdentifiedLaw, dT: FloatArray, q: FloatArray | None) -> FloatAr
     return np.array([((dT < low) | (dT > high)).any(axis=1).sum(), far_q], dtype=np.float64)
 
 
-def validate(law: IdentifiedLaw, blocks: Iterable[Block], sensors: Sequence[str]) -> Validation:
+def at_once(law: IdentifiedLaw, sensors: Sequence[str]) -> Predictor:
+    """Return what predicts each row of a block by itself; `sensors` are the columns of ``Block.dT``."""
+    chosen = [list(sensors).index(name) for name in law.sensors]
+
+    def said(block: Block) -> Predicted:
+        dT = block.dT[:, chosen]
+        return Predicted(dT, law.predict(dT, block.q), law.variance(dT, block.q, block.time))
+
+    return said
+
+
+def validate(
+    law: IdentifiedLaw, blocks: Iterable[Block], sensors: Sequence[str], predictor: Predictor | None = None
+) -> Validation:
     """Return how a law predicts runs that it was not fitted to.
 
     Parameters
@@ -181,33 +207,37 @@ def validate(law: IdentifiedLaw, blocks: Iterable[Block], sensors: Sequence[str]
         Of the runs for validation.
     sensors : sequence of str
         Names of the columns of ``Block.dT``.
+    predictor : function, optional
+        Predicts complete rows where a row by itself is not enough: for a law with terms or repairs, see
+        `hexathermal.learn.validation_rows`.
 
     Raises
     ------
     UnknownNameError
         The campaign lacks a sensor of the law.
     ArgumentError
-        There are no rows, or a leg's law meets a part without q.
+        There are no rows, or a leg's law meets a part without q; or a law with terms has no `predictor`.
     """
-    for name in law.sensors:
+    for name in law.read_sensors:
         if name not in sensors:
             raise UnknownNameError(
                 f"the law reads sensor {name!r}, which the campaign does not have; it has {', '.join(sensors)}",
                 tuple(sensors),
             )
-    chosen = [list(sensors).index(name) for name in law.sensors]
+    read = [list(sensors).index(name) for name in law.read_sensors]
+    predicted = at_once(law, sensors) if predictor is None else predictor
     runs: dict[str, _Run] = {}
     marks, lost = RowFingerprints(), 0
     for block in marks.passing(blocks):
         if law.kind == "leg" and block.q is None:
             raise ArgumentError(f"run {block.run.name} has no displacement q_mm, which a leg's law needs")
-        good = np.isfinite(block.dT[:, chosen]).all(axis=1) & np.isfinite(block.drift)
+        good = np.isfinite(block.dT[:, read]).all(axis=1) & np.isfinite(block.drift)
         if block.q is not None:
             good &= np.isfinite(block.q)
         lost += int((~good).sum())
         if good.any():
             kept = block if good.all() else _some(block, good)
-            runs.setdefault(block.run.name, _Run()).add(law, kept, kept.dT[:, chosen])
+            runs.setdefault(block.run.name, _Run()).add(law, kept, predicted(kept))
     if not runs:
         raise ArgumentError(
             'there is no row to validate on: a campaign needs runs with role = "validation", never fitted, in which '

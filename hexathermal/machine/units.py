@@ -35,6 +35,25 @@ def same(value: Decimal) -> float:
     return float(value)
 
 
+def millionths(value: float, power: int = 1) -> Decimal:
+    """Return a number in millionths (squared: `power` 2), to the last digit: micrometres of metres.
+
+    Examples
+    --------
+    >>> str(millionths(2.5e-7)), from_millionths(millionths(2.5e-7))
+    ('0.25', 2.5e-07)
+    """
+    number = Decimal(repr(float(value)))
+    with localcontext(_OWN):
+        return number.scaleb(6 * power) if number else number.quantize(1)
+
+
+def from_millionths(value: Decimal | int, power: int = 1) -> float:
+    """Return what `millionths` made, as it was."""
+    with localcontext(_OWN):
+        return float(Decimal(value).scaleb(-6 * power))
+
+
 def shortest(value: float, reader: Callable[[Decimal], float]) -> Decimal:
     """Return the decimal with the fewest digits that `reader` turns into exactly `value`, its sign included.
 

@@ -1,0 +1,58 @@
+"""A law with terms on whole runs: all rows are run through, so that states are right; the usable ones are scored."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from hexathermal.errors import ArgumentError
+from hexathermal.learn.campaign import Block, Campaign
+from hexathermal.learn.law import IdentifiedLaw
+from hexathermal.learn.signals import run_rows
+from hexathermal.learn.validation import Predicted
+from hexathermal.machine.leg_signals import LegSignals
+
+
+def law_on_rows(law: IdentifiedLaw, signals: LegSignals, run: str | None = None) -> Predicted:
+    """Return what a law says of all rows of a run, terms and repairs included.
+
+    Parameters
+    ----------
+    law : IdentifiedLaw
+    signals : LegSignals
+        As recorded.
+    run : str, optional
+        Name of the run.
+    """
+    right = law.repaired(signals, run=run)
+    dT = np.column_stack([right.temperature(name) for name in law.sensors])
+    return Predicted(dT, law.predict_signals(signals, run=run), law.variance_signals(signals, run=run))
+
+
+class RowsPredictor:
+    """Predicts usable rows of a campaign's runs from all rows of the same run; the last run is kept.
+
+    Parameters
+    ----------
+    law : IdentifiedLaw
+    campaign : Campaign
+    """
+
+    def __init__(self, law: IdentifiedLaw, campaign: Campaign) -> None:
+        self.law, self.campaign = law, campaign
+        self._run, self._time = "", np.zeros(0)
+        self._said = Predicted(np.zeros((0, 0)), self._time, self._time)
+
+    def __call__(self, block: Block) -> Predicted:
+        """Return what the law says of a block's rows."""
+        name = block.run.name
+        if name != self._run:
+            signals = run_rows(self.campaign, name).signals
+            self._said, self._time, self._run = law_on_rows(self.law, signals, name), signals.time, name
+        at = np.searchsorted(self._time, block.time - 1e-9)
+        said = Predicted(self._said.dT[at], self._said.drift[at], self._said.variance[at])
+        if not np.isfinite(said.drift).all():
+            raise ArgumentError(
+                f"run {name}: the law has no prediction from {block.time[~np.isfinite(said.drift)][0]:g} s on: a "
+                "signal that its terms read has no values; take runs that hold it"
+            )
+        return said

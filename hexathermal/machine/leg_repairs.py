@@ -1,0 +1,182 @@
+"""What is wrong with the thermometers' data rather than with the leg, and how it is put right.
+
+Kinds of repairs and their parameters:
+
+``clock``: ``offset_s``. The temperatures' clock runs ahead (positive) or behind: ``dT(t) := dT(t + offset)``, linear
+between rows; where there is no such row, the first or the last one's. The zero moves with it: in the row in which all
+temperatures are zero they stay so.
+``swap``: ``first``, ``second``. Two sensors exchange their names.
+``drift``: ``sensor``, ``rate_K_per_h``. ``dT := dT - rate t``.
+``detached``: ``sensor``, ``weights`` (of other sensors), optionally ``from_s`` (by the name of each run concerned, the
+time since its zero from which on it is detached; without it everywhere). ``dT := sum_s w_s dT_s``.
+
+A controller has no rows of the future: it can run all of them but a clock with a positive offset.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from hexathermal.errors import ArgumentError, UnknownNameError
+from hexathermal.machine.leg_signals import LegSignals
+from hexathermal.poses import FloatArray
+
+KINDS: dict[str, tuple[str, ...]] = {
+    "clock": ("offset_s",), "swap": ("first", "second"), "drift": ("sensor", "rate_K_per_h"),
+    "detached": ("sensor", "weights"),
+}  # fmt: skip
+"""Kinds of repairs and the parameters that each of them needs."""
+
+
+@dataclass(frozen=True)
+class SensorRepair:
+    """A repair of the thermometers' data.
+
+    Parameters
+    ----------
+    cause : str
+        Name of the catalogue, as ``"swapped-sensors"``.
+    kind : str
+        One of `KINDS`.
+    parameters : mapping
+        As the module's description tells for each kind.
+    """
+
+    cause: str
+    kind: str
+    parameters: Mapping[str, Any]
+
+    def __post_init__(self) -> None:
+        if self.kind not in KINDS:
+            raise UnknownNameError(f"no repair {self.kind!r}; there are: {', '.join(KINDS)}", tuple(KINDS))
+        given = {key: dict(value) if isinstance(value, Mapping) else value for key, value in self.parameters.items()}
+        known = {*KINDS[self.kind], *(("from_s",) if self.kind == "detached" else ())}
+        missing, strange = [key for key in KINDS[self.kind] if key not in given], sorted(set(given) - known)
+        if missing or strange:
+            wrong = f"lacks {', '.join(missing)}" if missing else f"does not know {', '.join(strange)}"
+            raise ArgumentError(f"repair {self.kind!r} of {self.cause!r} {wrong}; it takes {', '.join(sorted(known))}")
+        if self.kind == "detached" and (not given["weights"] or given["sensor"] in given["weights"]):
+            raise ArgumentError(f"repair of {given['sensor']!r}: weights are those of other sensors, one or more")
+        object.__setattr__(self, "parameters", given)
+
+    @property
+    def sensors(self) -> tuple[str, ...]:
+        """Sensors that are read; none for a clock, which concerns whichever there are."""
+        p = self.parameters
+        if self.kind == "detached":
+            return (*(() if "from_s" not in p else (p["sensor"],)), *p["weights"])
+        names = {"swap": ("first", "second"), "drift": ("sensor",), "clock": ()}[self.kind]
+        return tuple(p[name] for name in names)
+
+    @property
+    def replaced(self) -> str | None:
+        """A sensor whose own readings do not matter, in whatever run."""
+        return self.parameters["sensor"] if self.kind == "detached" and "from_s" not in self.parameters else None
+
+    @property
+    def causal(self) -> bool:
+        """Whether it needs no row that has not come yet."""
+        return self.kind != "clock" or self.parameters["offset_s"] <= 0.0
+
+
+class RepairMemory:
+    """What repairs remember from the rows before; a new one belongs to the beginning of a run."""
+
+    def __init__(self) -> None:
+        self.kept: dict[int, tuple[FloatArray, dict[str, FloatArray]]] = {}
+        self.zeros: dict[int, dict[str, float]] = {}
+
+
+def repaired(
+    signals: LegSignals,
+    repairs: Sequence[SensorRepair],
+    run_name: str | None = None,
+    memory: RepairMemory | None = None,
+) -> LegSignals:
+    """Return signals whose temperatures are put right, repair after repair.
+
+    Parameters
+    ----------
+    signals : LegSignals
+    repairs : sequence of SensorRepair
+    run_name : str, optional
+        For what begins in a certain run; without it, a sensor that detached in some run is taken as detached.
+    memory : RepairMemory, optional
+        Of the rows before, where rows come one by one or in blocks; without it the rows are a whole run.
+
+    Raises
+    ------
+    ArgumentError
+        A sensor is not there; or, with a memory, a repair needs rows that have not come yet.
+
+    Examples
+    --------
+    >>> signals = LegSignals(np.array([0.0, 60.0]), {"a": np.array([0.0, 1.0]), "b": np.array([0.0, 3.0])}, np.zeros(2))
+    >>> repaired(signals, [SensorRepair("swapped-sensors", "swap", {"first": "a", "second": "b"})]).dT["a"].tolist()
+    [0.0, 3.0]
+    """
+    for number, repair in enumerate(repairs):
+        if repair.kind == "clock":
+            signals = replace(signals, dT=_clock(signals, repair, number, memory))
+        else:
+            signals = replace(signals, dT={**signals.dT, **_AT_ONCE[repair.kind](signals, repair.parameters, run_name)})
+    return signals
+
+
+def _swapped(signals: LegSignals, parameters: Mapping[str, Any], run: str | None) -> dict[str, FloatArray]:
+    """Return the temperatures of two sensors, exchanged."""
+    first, second = parameters["first"], parameters["second"]
+    return {first: signals.temperature(second), second: signals.temperature(first)}
+
+
+def _without_drift(signals: LegSignals, parameters: Mapping[str, Any], run: str | None) -> dict[str, FloatArray]:
+    """Return a sensor's temperature less its drift."""
+    name = parameters["sensor"]
+    return {name: signals.temperature(name) - parameters["rate_K_per_h"] * signals.time / 3600.0}
+
+
+def _foretold(signals: LegSignals, parameters: Mapping[str, Any], run: str | None) -> dict[str, FloatArray]:
+    """Return a detached sensor's temperature as the others foretell it."""
+    name, starts = parameters["sensor"], parameters.get("from_s")
+    others = np.asarray(sum(w * signals.temperature(other) for other, w in parameters["weights"].items()))
+    if starts is None or run is None:
+        return {name: others}
+    if run not in starts:
+        return {}
+    return {name: np.where(signals.time >= starts[run], others, signals.temperature(name))}
+
+
+_AT_ONCE: dict[str, Callable[[LegSignals, Mapping[str, Any], str | None], dict[str, FloatArray]]] = {
+    "swap": _swapped, "drift": _without_drift, "detached": _foretold,
+}  # fmt: skip
+
+
+def _clock(
+    signals: LegSignals, repair: SensorRepair, number: int, memory: RepairMemory | None
+) -> dict[str, FloatArray]:
+    """Return all temperatures as they were `offset_s` later."""
+    offset = float(repair.parameters["offset_s"])
+    if memory is not None and not repair.causal:
+        raise ArgumentError(
+            f"{repair.cause}: the temperatures' clock runs {offset:g} s ahead, so that a row needs temperatures that "
+            "come later: row by row that cannot be run; set the logger's clock, or take whole runs (predict_signals)"
+        )
+    time, known = signals.time, dict(signals.dT)
+    if memory is not None and number in memory.kept:
+        before, held = memory.kept[number]
+        time = np.concatenate([before, time])
+        known = {name: np.concatenate([held[name], values]) for name, values in known.items()}
+    moved = {name: np.interp(signals.time + offset, time, values) for name, values in known.items()}
+    zeros = None if memory is None else memory.zeros.get(number)
+    if zeros is None:
+        still = np.all([values == 0.0 for values in signals.dT.values()], axis=0) if moved else np.zeros(1, dtype=bool)
+        zeros = {name: float(values[np.argmax(still)]) if still.any() else 0.0 for name, values in moved.items()}
+    if memory is not None:
+        memory.zeros[number] = zeros
+        first = max(int(np.searchsorted(time, signals.time[-1] + offset, side="right")) - 1, 0)
+        memory.kept[number] = (time[first:].copy(), {name: values[first:].copy() for name, values in known.items()})
+    return {name: values - zeros[name] for name, values in moved.items()}
