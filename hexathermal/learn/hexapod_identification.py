@@ -13,28 +13,16 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from hexathermal.errors import ArgumentError
-from hexathermal.kinematics.jacobian import jacobian
 from hexathermal.learn.choice import decided
-from hexathermal.learn.hexapod_data import AXES, HexapodRows, UnusableRowsError
-from hexathermal.learn.hexapod_fit import HexapodFit, fit_model, model_of
-from hexathermal.learn.hexapod_model import HexapodEquations, hexapod_equations, pose_residuals, used
+from hexathermal.learn.hexapod_data import HexapodRows, UnusableRowsError
+from hexathermal.learn.hexapod_fit import HexapodFit
+from hexathermal.learn.hexapod_model import HexapodEquations, pose_residuals
+from hexathermal.learn.hexapod_noise import Kinds, frames_of, leg_and_plate, settled
 from hexathermal.machine.hexapod import Hexapod
 from hexathermal.machine.thermal import DEFAULT_RANGE_DEGC, LegLaw, PlateLaw, ThermalModel
 from hexathermal.poses import FloatArray
 
 PLATES_CHOICES = ("auto", "fit", "known", "none")
-START_NOISE = np.array([1e-6, 1e-6, 1e-6, 2e-6, 2e-6, 2e-6])
-"""First guess of the coordinates' noise; the residuals replace it [m, rad]."""
-
-SMALLEST_NOISE = 1e-12
-"""Noise of a coordinate below this [m, rad] is rounding: simulated data without noise."""
-
-MISSED = 45.0
-"""A row whose squared weighted residual exceeds this many times the usual one per coordinate is a miss of the
-positioning system: in normal noise, one row in 10^7."""
-
-MEDIAN_CHI2_6 = 5.348
-ROUNDS = 4
 
 
 @dataclass(frozen=True, eq=False)
@@ -166,8 +154,8 @@ def identify_hexapod(
     if len(rows) * 6 < 2 * need:
         raise UnusableRowsError(f"{len(rows)} poses cannot tell {need} unknowns; at least {need // 3 + 1} are needed")
     notes: list[str] = []
-    kinds = _Kinds(rows.sensors, chosen, _plates(rows, plates, notes), frame)
-    rows, equations, sigma, leg_noise, frames = _settled(rows, kinds, noise)
+    kinds = Kinds(rows.sensors, chosen, _plates(rows, plates, notes), frame)
+    rows, equations, sigma, leg_noise, frames = settled(rows, kinds, noise)
     fits = {} if legs is None else {name: kinds.fit(equations, name, given) for name, given in legs.items()}
     for name in ("common", "leg-specific"):
         try:
@@ -183,58 +171,8 @@ def identify_hexapod(
     return HexapodIdentification(
         rows, chosen, equations, fits, best, reason, {name: one[0] for name, one in scores.items()},
         {name: one[1] for name, one in scores.items()}, sigma, noise is not None, leg_noise, frame,
-        frames + _frames(rows, equations, fits[best].b, frame), tuple(notes),
+        frames + frames_of(rows, equations, fits[best].b, frame), tuple(notes),
     )  # fmt: skip
-
-
-@dataclass(frozen=True)
-class _Kinds:
-    """What all kinds of laws share: thermometers, those chosen, expansions of plates (None: free), and the frame."""
-
-    sensors: tuple[str, ...]
-    chosen: tuple[str, ...]
-    plates: tuple[float | None, float | None]
-    frame: str
-
-    def fit(self, equations: HexapodEquations, name: str, given: FloatArray | None = None) -> HexapodFit:
-        """Return the fit of a kind of laws."""
-        extra = tuple(f"frame {axis}" for axis in AXES) if self.frame == "campaign" else ()
-        return fit_model(equations, model_of(name, self.sensors, self.chosen, common=name == "common",
-                                             plates=self.plates, legs=given, extra=extra))  # fmt: skip
-
-    def widest(self, equations: HexapodEquations) -> HexapodFit:
-        """Return the leg-specific fit, or the common one where rows cannot tell the legs apart."""
-        try:
-            return self.fit(equations, "leg-specific")
-        except UnusableRowsError:
-            return self.fit(equations, "common")
-
-
-def _settled(
-    rows: HexapodRows, kinds: _Kinds, noise: FloatArray | None
-) -> tuple[HexapodRows, HexapodEquations, FloatArray, float, FloatArray]:
-    """Return rows without misses, their equations, noise of coordinates and of legs, and frames: found in turns."""
-    sigma, leg_noise = START_NOISE if noise is None else np.asarray(noise, dtype=np.float64), 0.0
-    frames = np.zeros((len(rows.runs), 6))
-    for turn in range(ROUNDS):
-        equations = hexapod_equations(rows, sigma, leg_noise, kinds.frame, frames)
-        fit = kinds.widest(equations)
-        frames = frames + _frames(rows, equations, fit.b, kinds.frame)
-        left = pose_residuals(rows, _coefficients(fit.b, rows), frames)
-        if turn < 2:
-            rows, left = _without_misses(rows, left)
-        if noise is None:
-            unknowns = fit.theta.size + (6 * len(rows.runs) if kinds.frame == "run" else 0)
-            sigma = np.sqrt((left**2).sum(axis=0) / max(1.0, len(rows) - unknowns / 6.0))
-            sigma = np.maximum(sigma, SMALLEST_NOISE)
-        elif turn:
-            leg_noise = _leg_noise(rows, fit, leg_noise, sigma)
-    return rows, hexapod_equations(rows, sigma, leg_noise, kinds.frame, frames), sigma, leg_noise, frames
-
-
-def _coefficients(b: FloatArray, rows: HexapodRows) -> FloatArray:
-    """Return the coefficients of legs and plates, without a campaign's frame."""
-    return b[: 12 * len(rows.sensors) + 2]
 
 
 def _plates(rows: HexapodRows, plates: str, notes: list[str]) -> tuple[float | None, float | None]:
@@ -271,7 +209,7 @@ def _doubts(rows: HexapodRows) -> list[str]:
     return notes
 
 
-def _stated_plates(equations: HexapodEquations, kinds: _Kinds) -> list[str]:
+def _stated_plates(equations: HexapodEquations, kinds: Kinds) -> list[str]:
     """Return notes on plates whose stated expansion the data contradict."""
     try:
         fit = replace(kinds, plates=(None if kinds.plates[0] else 0.0, None if kinds.plates[1] else 0.0)).widest(
@@ -290,38 +228,6 @@ def _stated_plates(equations: HexapodEquations, kinds: _Kinds) -> list[str]:
                     f"it is {value:.2f} +- {u:.2f}, with what in the legs follows its temperature (--plates fit)"
                 )
     return notes
-
-
-def _frames(rows: HexapodRows, equations: HexapodEquations, b: FloatArray, frame: str) -> FloatArray:
-    """Return the frame of each run that belongs to b, shape (runs, 6)."""
-    found = np.zeros((len(rows.runs), 6))
-    if frame == "campaign":
-        found[:] = b[-6:]
-    elif frame == "run":
-        for run in equations.runs:
-            found[rows.runs.index(run.run)] = run.frame(b)
-    return found
-
-
-def _without_misses(rows: HexapodRows, left: FloatArray) -> tuple[HexapodRows, FloatArray]:
-    """Return rows and residuals without those where the positioning system missed."""
-    scale = np.median(np.abs(left), axis=0) / 0.6745
-    square = ((left / np.where(scale > 0.0, scale, 1.0)) ** 2).sum(axis=1)
-    usual = float(np.median(square)) / MEDIAN_CHI2_6
-    keep = square <= MISSED * max(usual, 1e-300)
-    reason = f"the positioning system missed (squared residual above {MISSED:g} times the usual)"
-    return used(rows, keep, reason), left[keep]
-
-
-def _leg_noise(rows: HexapodRows, fit: HexapodFit, before: float, noise: FloatArray) -> float:
-    """Return what the legs add to a given noise, so that the weighted residuals come out as they should."""
-    ratio = fit.chi2 / fit.freedom
-    # within three standard deviations of chance, the given noise explains all
-    if ratio <= 1.0 + 3.0 * np.sqrt(2.0 / fit.freedom) and before == 0.0:
-        return 0.0
-    J = jacobian(rows.hexapod, rows.measured)
-    tracker = float(((J * noise) ** 2).sum(axis=2).mean())
-    return float(np.sqrt(max(0.0, (tracker + before**2) * ratio - tracker)))
 
 
 def _chosen(fits: dict[str, HexapodFit], equations: HexapodEquations) -> tuple[str, str]:
@@ -368,7 +274,7 @@ def _scores(
             elif frame == "campaign":
                 own += b[-6:]
             part = rows.rows(rows.run == rows.runs.index(run.run))
-            e = pose_residuals(part, _coefficients(b, rows), own)
+            e = pose_residuals(part, leg_and_plate(b, rows), own)
             squares += [(e[:, :3] ** 2).sum(), (e[:, 3:] ** 2).sum()]
             count += len(e)
         pairs.append(tuple(np.sqrt(squares / count)) if count else (float("nan"), float("nan")))

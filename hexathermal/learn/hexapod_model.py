@@ -15,7 +15,7 @@ coordinates, and of the legs.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import numpy.typing as npt
@@ -279,6 +279,4 @@ def used(rows: HexapodRows, keep: npt.NDArray[np.bool_], reason: str) -> Hexapod
     lost = int((~keep).sum())
     if not lost:
         return rows
-    found = rows.rows(keep)
-    found.left_out[reason] = found.left_out.get(reason, 0) + lost
-    return found
+    return replace(rows.rows(keep), left_out=rows.left_out | {reason: rows.left_out.get(reason, 0) + lost})

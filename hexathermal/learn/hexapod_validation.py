@@ -2,13 +2,13 @@
 
 Before: the measured pose less the pose that the scales say (the forward kinematics of ``q0 + q``): what a controller
 without correction leaves.  After: the measured pose less the pose that the law predicts, with its legs' drift and its
-plates' expansion, through the exact forward kinematics.  Errors are ``[t - t_w, log(R R_w^T)]`` in base axes. Intervals
-come from drawing runs, and within each stretches of consecutive rows, with replacement.
+plates' expansion, through the exact forward kinematics.  Errors are ``[t - t_w, log(R R_w^T)]`` in base axes. Misses of
+the positioning system are left out by the rule of identification; runs that were fitted are known by their rows.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -16,48 +16,34 @@ from hexathermal.errors import ArgumentError, UnknownNameError
 from hexathermal.kinematics.forward import forward_kinematics
 from hexathermal.learn.campaign import Campaign
 from hexathermal.learn.hexapod_data import PLATES, HexapodRows, hexapod_rows
-from hexathermal.learn.validation import DRAWS, SEED, TRIFLE, Figure, Verdict
+from hexathermal.learn.hexapod_noise import without_misses
+from hexathermal.learn.hexapod_scores import PoseScore, best_factor, pose_scores
+from hexathermal.learn.law import Origin
+from hexathermal.learn.validation import TRIFLE, Figure, Verdict
 from hexathermal.machine.hexapod import Hexapod
 from hexathermal.machine.thermal import ThermalModel
 from hexathermal.poses import FloatArray
 from hexathermal.predict.correction import predicted_pose
 from hexathermal.predict.pose_errors import moved_poses, pose_errors
 
-QUANTITIES = ("x", "y", "z", "rx", "ry", "rz", "translation", "rotation")
-STRETCH = 10
-"""Consecutive rows that are drawn together."""
+FEWEST_RUNS = 3
+"""Runs from which on their scatter alone says whether a law makes it better."""
 
 CORRECTED_ON_LINE_M = 1e-6
 """Commanded and nominal pose differ by more where a correction was active while measuring."""
-
-
-@dataclass(frozen=True)
-class PoseScore:
-    """One quantity before and after correction, with 95 % intervals; m or rad.
-
-    Attributes
-    ----------
-    before, after : Figure
-        Root mean square.
-    largest_before, largest_after : float
-    reduction : Figure
-        ``1 - after / before``; negative where the law makes it worse.
-    """
-
-    before: Figure
-    after: Figure
-    largest_before: float
-    largest_after: float
-    reduction: Figure
 
 
 @dataclass(frozen=True, eq=False)
 class HexapodValidation:
     """What the validation found.
 
+    Runs that were fitted have their own scores, but count in `total`, `framed`, `gain` and `verdict` only where every
+    run was fitted.
+
     Attributes
     ----------
     rows : HexapodRows
+        Of all runs, without misses of the positioning system.
     before, after : array, shape (n, 6) [m, m, m, rad, rad, rad]
     total : dict of str to PoseScore
         By `QUANTITIES`.
@@ -71,6 +57,10 @@ class HexapodValidation:
     verdict : dict of str to Verdict
         Of ``"translation"`` and ``"rotation"``.
     notes : tuple of str
+    fitted : dict of str to str
+        Runs whose rows were fitted, and the names that they had then.
+    fits_known : bool
+        Whether it is known which runs the law was fitted to.
     """
 
     rows: HexapodRows
@@ -83,9 +73,13 @@ class HexapodValidation:
     gain: Figure
     verdict: dict[str, Verdict]
     notes: tuple[str, ...]
+    fitted: dict[str, str] = field(default_factory=dict)
+    fits_known: bool = False
 
 
-def validate_hexapod(hexapod: Hexapod, campaign: Campaign, role: str = "validation") -> HexapodValidation:
+def validate_hexapod(
+    hexapod: Hexapod, campaign: Campaign, role: str = "validation", *, origin: Origin | None = None
+) -> HexapodValidation:
     """Return what a machine's law leaves of the platform's errors in runs that were never fitted.
 
     Temperatures count as the campaign says: ``dT`` from its zero; the machine's own reference does not matter.
@@ -98,20 +92,24 @@ def validate_hexapod(hexapod: Hexapod, campaign: Campaign, role: str = "validati
         Of kind ``"hexapod"``.
     role : str
         Of the runs.
+    origin : Origin, optional
+        Where the law comes from, as `hexathermal.learn.hexapod_origin.read_origin` gives it: tells which runs were
+        fitted.
 
     Raises
     ------
     UnknownNameError
         The campaign lacks a thermometer of the law; `available` lists those recorded.
     ArgumentError
-        The machine has no law, or there are no usable rows.
+        The machine has no law, or its legs' thermometers differ in name.
+    UnusableRowsError
+        There are no usable rows.
     """
     model = hexapod.thermal
     if model is None:
         raise ArgumentError(
             f"machine {hexapod.name!r} has no thermal law: there is nothing to validate; 'identify' makes one"
         )
-    legs = {name for law in model.legs for name in law.sensors}
     for name in model.sensor_names:
         if name not in campaign.sensors:
             raise UnknownNameError(
@@ -119,22 +117,30 @@ def validate_hexapod(hexapod: Hexapod, campaign: Campaign, role: str = "validati
                 f"{', '.join(campaign.sensors) or 'none'}",
                 campaign.sensors,
             )
-    shared = tuple(sorted(legs)) if all(set(law.sensors) == legs for law in model.legs) else None
-    rows = hexapod_rows(campaign, role, hexapod=hexapod, sensors=shared)
+    wanted = tuple(dict.fromkeys(name for law in model.legs for name in law.sensors))
+    rows, note = without_misses(hexapod_rows(campaign, role, hexapod=hexapod, sensors=wanted))
     lengths = rows.retracted + rows.q
     told = forward_kinematics(hexapod, lengths)
     warm = predicted_pose(hexapod, lengths, _temperatures(rows, model))
     before, after = pose_errors(told, rows.measured), pose_errors(warm, rows.measured)
-    notes = _notes(rows, model, told)
-    generator = np.random.default_rng(SEED)
-    parts = [rows.run == k for k in range(len(rows.runs)) if (rows.run == k).any()]
+    known = {} if origin is None else dict(zip(origin.run_fingerprints, origin.runs, strict=False))
     names = [name for k, name in enumerate(rows.runs) if (rows.run == k).any()]
-    total, gain = _scores([before[part] for part in parts], [after[part] for part in parts], generator)
-    each = {name: _scores([before[part]], [after[part]], generator)[0] for name, part in zip(names, parts, strict=True)}
-    frames, framed = _frames(rows, after)
-    verdict = {key: _verdict(total[key]) for key in ("translation", "rotation")}
-    notes += _doubts(each, gain, len(parts))
-    return HexapodValidation(rows, before, after, total, each, frames, framed, gain, verdict, tuple(notes))
+    fitted = {name: known[mark] for name, mark in rows.fingerprints.items() if mark in known and name in names}
+    judged = [name for name in names if name not in fitted] or names
+    parts = {name: rows.run == rows.runs.index(name) for name in names}
+    some = [[errors[parts[name]] for name in judged] for errors in (before, after)]
+    total, gain = pose_scores(*some), best_factor(*some)
+    each = {name: pose_scores([before[part]], [after[part]]) for name, part in parts.items()}
+    frames, framed = _frames(rows, after, judged)
+    own = [each[name] for name in judged]
+    verdict = {key: _verdict(total[key], [one[key] for one in own], len(fitted) == len(names))
+               for key in ("translation", "rotation")}  # fmt: skip
+    notes = [*_notes(rows, model, told), *([note] if note else []), *_doubts(each, gain, len(judged))]
+    if fitted and len(fitted) < len(names):
+        notes.append(f"{', '.join(fitted)}: fitted, and left out of the verdict and of what is said of all runs")
+    return HexapodValidation(
+        rows, before, after, total, each, frames, framed, gain, verdict, tuple(notes), fitted, origin is not None
+    )
 
 
 def _temperatures(rows: HexapodRows, model: ThermalModel) -> FloatArray:
@@ -166,76 +172,9 @@ def _notes(rows: HexapodRows, model: ThermalModel, told: FloatArray) -> list[str
     return notes
 
 
-def _distances(errors: FloatArray) -> FloatArray:
-    """Return the absolute errors by `QUANTITIES`, shape (n, 8)."""
-    shift, turn = np.linalg.norm(errors[:, :3], axis=1), np.linalg.norm(errors[:, 3:], axis=1)
-    return np.column_stack([np.abs(errors), shift, turn])
-
-
-def _drawn(sizes: list[int], generator: np.random.Generator) -> FloatArray:
-    """Return how often each stretch of rows counts in each draw, shape (DRAWS, stretches)."""
-    counts = []
-    runs = len(sizes)
-    times = generator.multinomial(runs, np.full(runs, 1.0 / runs), size=DRAWS)
-    for r, n in enumerate(sizes):
-        stretches = -(-n // STRETCH)
-        counts.append(generator.multinomial(times[:, r] * stretches, np.full(stretches, 1.0 / stretches)))
-    return np.concatenate(counts, axis=1).astype(np.float64)
-
-
-def _sums(parts: list[FloatArray]) -> FloatArray:
-    """Return sums over stretches of consecutive rows, shape (stretches, k)."""
-    return np.concatenate([np.add.reduceat(part, np.arange(0, len(part), STRETCH)) for part in parts])
-
-
-def _scores(
-    before: list[FloatArray], after: list[FloatArray], generator: np.random.Generator
-) -> tuple[dict[str, PoseScore], Figure]:
-    """Return the scores of runs, and by how much the predicted drift would have to be multiplied."""
-    counts = _drawn([len(part) for part in before], generator)
-    near, far = ([_distances(part) for part in errors] for errors in (before, after))
-    n = _sums([np.ones((len(part), 1)) for part in before])
-    squares = [_sums([part**2 for part in one]) for one in (near, far)]
-    rms = [np.sqrt(one.sum(axis=0) / n.sum()) for one in squares]
-    some = [np.sqrt(counts @ one / (counts @ n)) for one in squares]
-    largest = [np.max([part.max(axis=0) for part in one], axis=0) for one in (near, far)]
-    scores = {}
-    for k, name in enumerate(QUANTITIES):
-        with np.errstate(divide="ignore", invalid="ignore"):
-            value = 1.0 - rms[1][k] / rms[0][k] if rms[0][k] > 0.0 else 0.0
-            draws = np.where(some[0][:, k] > 0.0, 1.0 - some[1][:, k] / some[0][:, k], 0.0)
-        scores[name] = PoseScore(
-            _figure(rms[0][k], some[0][:, k]), _figure(rms[1][k], some[1][:, k]), float(largest[0][k]),
-            float(largest[1][k]), _figure(value, draws),
-        )  # fmt: skip
-    return scores, _gain(before, after, counts)
-
-
-def _figure(value: float, draws: FloatArray) -> Figure:
-    """Return a number with its 95 % interval from draws."""
-    low, high = np.quantile(draws, [0.025, 0.975])
-    return Figure(float(value), float(min(low, value)), float(max(high, value)))
-
-
-def _gain(before: list[FloatArray], after: list[FloatArray], counts: FloatArray) -> Figure:
-    """Return ``sum p m / sum p p`` of measured against predicted drift, each less its run's mean, translations."""
-    up, down = [], []
-    for b, a in zip(before, after, strict=True):
-        predicted, measured = (b - a)[:, :3], b[:, :3]
-        predicted, measured = predicted - predicted.mean(axis=0), measured - measured.mean(axis=0)
-        up.append((predicted * measured).sum(axis=1)[:, None])
-        down.append((predicted**2).sum(axis=1)[:, None])
-    top, bottom = _sums(up), _sums(down)
-    if not bottom.sum() > 0.0:
-        return Figure(float("nan"), float("nan"), float("nan"))
-    some = counts @ bottom
-    draws = (counts @ top)[:, 0] / np.where(some[:, 0] > 0.0, some[:, 0], np.inf)
-    return _figure(float(top.sum() / bottom.sum()), draws)
-
-
-def _frames(rows: HexapodRows, after: FloatArray) -> tuple[FloatArray, tuple[float, float]]:
-    """Return each run's mean error as one motion about home, and what is left without it."""
-    frames, squares = np.zeros((len(rows.runs), 6)), np.zeros(2)
+def _frames(rows: HexapodRows, after: FloatArray, judged: list[str]) -> tuple[FloatArray, tuple[float, float]]:
+    """Return each run's mean error as one motion about home, and what is left without it in the runs judged."""
+    frames, squares, count = np.zeros((len(rows.runs), 6)), np.zeros(2), 0
     home = rows.hexapod.home[:3, 3]
     for k in range(len(rows.runs)):
         here = rows.run == k
@@ -253,25 +192,39 @@ def _frames(rows: HexapodRows, after: FloatArray) -> tuple[FloatArray, tuple[flo
         w = np.array([1.0] * 3 + [radius] * 3)
         A, y = (X * w[:, None]).reshape(-1, 6), (after[here] * w).ravel()
         frames[k] = np.linalg.lstsq(A, y, rcond=None)[0]
+        if rows.runs[k] not in judged:
+            continue
         left = after[here] - X @ frames[k]
         squares += [(left[:, :3] ** 2).sum(), (left[:, 3:] ** 2).sum()]
-    root = np.sqrt(squares / len(rows))
+        count += n
+    root = np.sqrt(squares / count)
     return frames, (float(root[0]), float(root[1]))
 
 
-def _verdict(score: PoseScore) -> Verdict:
-    """Return what the reduction says: worse beyond doubt or by more than a trifle, better beyond doubt, or neither."""
-    gain = score.reduction
-    if gain.value < 0.0 and (gain.high < 0.0 or gain.value < -TRIFLE):
+def _verdict(score: PoseScore, runs: list[PoseScore], all_fitted: bool) -> Verdict:
+    """Return what the reduction says: worse beyond doubt or by more than a trifle, better beyond doubt, or neither.
+
+    One or two runs tell next to nothing of their scatter: there every run has to be better beyond its own doubt.
+    """
+    if _worse(score):
         return Verdict.WORSE
-    return Verdict.BETTER if score.reduction.low > 0.0 else Verdict.UNPROVEN
+    if all_fitted:
+        return Verdict.FITTED
+    each = len(runs) < FEWEST_RUNS and all(one.reduction.low > 0.0 for one in runs)
+    return Verdict.BETTER if score.reduction.low > 0.0 or each else Verdict.UNPROVEN
+
+
+def _worse(score: PoseScore) -> bool:
+    """Whether correction makes it worse, beyond doubt or by more than a trifle."""
+    gain = score.reduction
+    return gain.value < 0.0 and (gain.high < 0.0 or gain.value < -TRIFLE)
 
 
 def _doubts(each: dict[str, dict[str, PoseScore]], gain: Figure, runs: int) -> list[str]:
     """Return over-correction and weak intervals in words."""
     notes = []
     for key in ("translation", "rotation"):
-        worse = [name for name, one in each.items() if one[key].reduction.value < 0.0]
+        worse = [name for name, one in each.items() if _worse(one[key])]
         if worse:
             notes.append(
                 f"over-correction, or a frame that moved between runs: in {', '.join(worse)} the {key} error is larger "
@@ -287,6 +240,11 @@ def _doubts(each: dict[str, dict[str, PoseScore]], gain: Figure, runs: int) -> l
             f"under-correction: the predicted drift is too small, {gain.value:.2f} times it would fit best "
             f"({gain.low:.2f} to {gain.high:.2f})"
         )
-    if runs < 3:
-        notes.append(f"intervals rest on {runs} run{'s' if runs > 1 else ''}: between-run scatter is hardly in them")
+    if runs == 1:
+        notes.append("intervals rest on one run: they speak of its rows, and say nothing of other runs")
+    elif runs < FEWEST_RUNS:
+        notes.append(
+            f"intervals rest on {runs} runs, whose scatter says little: they are wide, and the verdict asks whether "
+            "each run is better beyond its own doubt"
+        )
     return notes

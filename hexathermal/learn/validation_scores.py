@@ -85,21 +85,32 @@ def scores(tables: list[FloatArray], rng: np.random.Generator) -> Scores:
     def size(k: int) -> Figure:
         if len(tables) < 2:
             return drawn(now[k], m[k])
-        spread = np.exp(_half_width(own, lambda part: _logarithm(part, k)))
-        return Figure(float(now[k]), float(now[k] / spread), float(now[k] * spread))
+        return magnitude(now[k], half_width(own, lambda part: _logarithm(part, k)))
 
-    def reduction(k: int) -> Figure:
+    def reduced(k: int) -> Figure:
         value = 1.0 - now[k] / now[k + 3] if now[k + 3] > 0.0 else 0.0
         if len(tables) > 1 and k != 1 and now[k + 3] > 0.0:
-            spread = np.exp(_half_width(own, lambda part: _logarithm(part, k) - _logarithm(part, k + 3)))
-            return Figure(value, 1.0 - (1.0 - value) * spread, 1.0 - (1.0 - value) / spread)
+            half = half_width(own, lambda part: _logarithm(part, k) - _logarithm(part, k + 3))
+            return reduction(now[k] / now[k + 3], half)
         with np.errstate(divide="ignore", invalid="ignore"):
             return drawn(value, np.where(m[k + 3] > 0.0, 1.0 - m[k] / m[k + 3], 0.0))
 
     return Scores(
         size(0), drawn(now[1], m[1]), size(2), float(now[3]), float(now[4]), float(now[5]),
-        reduction(2), reduction(1), reduction(0),
+        reduced(2), reduced(1), reduced(0),
     )  # fmt: skip
+
+
+def magnitude(value: float, half: float) -> Figure:
+    """Return a positive number whose logarithm has the half-width `half`."""
+    spread = float(np.exp(half))
+    return Figure(float(value), float(value) / spread, float(value) * spread)
+
+
+def reduction(ratio: float, half: float) -> Figure:
+    """Return ``1 - ratio`` of a ratio whose logarithm has the half-width `half`."""
+    spread = float(np.exp(half))
+    return Figure(1.0 - float(ratio), 1.0 - float(ratio) * spread, 1.0 - float(ratio) / spread)
 
 
 def _logarithm(sums: FloatArray, k: int) -> float:
@@ -108,14 +119,31 @@ def _logarithm(sums: FloatArray, k: int) -> float:
     return float(np.log(max(measures[k], LEAST_M)))
 
 
-def _half_width(sums: FloatArray, measure: Callable[[FloatArray], float]) -> float:
-    """Return half the 95 % interval of a measure from the jackknife over runs, `sums` (runs, 5)."""
+def half_width(sums: FloatArray, measure: Callable[[FloatArray], float], fewest: int = FEWEST_DEGREES) -> float:
+    """Return half the 95 % interval of a measure from the jackknife.
+
+    Parameters
+    ----------
+    sums : array, shape (R, k)
+        Of two or more units (runs, or stretches of rows) that are independent of each other.
+    measure : callable
+        Of the sums of some of them, shape (m, k).
+    fewest : int
+        Degrees of freedom that Student's factor is given at least.
+
+    Examples
+    --------
+    Of a mean it is Student's interval: 4.30 times the standard error of three numbers.
+
+    >>> round(half_width(np.array([[1.0], [2.0], [3.0]]), lambda part: float(part.mean())) * 3**0.5, 2)
+    4.3
+    """
     from scipy.stats import t
 
     R = len(sums)
     without = np.array([measure(np.delete(sums, r, axis=0)) for r in range(R)])
     spread = np.sqrt((R - 1) / R * ((without - without.mean()) ** 2).sum())
-    return float(t.ppf(0.975, max(R - 1, FEWEST_DEGREES)) * spread)
+    return float(t.ppf(0.975, max(R - 1, fewest)) * spread)
 
 
 def _drawn(tables: list[FloatArray], rng: np.random.Generator) -> FloatArray:

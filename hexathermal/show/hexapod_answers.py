@@ -19,6 +19,8 @@ if TYPE_CHECKING:
     from hexathermal.learn.hexapod_identification import HexapodIdentification
     from hexathermal.learn.hexapod_observability import Observability
     from hexathermal.learn.hexapod_validation import HexapodValidation
+    from hexathermal.learn.law import Origin
+    from hexathermal.machine.hexapod import Hexapod
     from hexathermal.machine.thermal import LegLaw
     from hexathermal.poses import FloatArray
 
@@ -27,7 +29,8 @@ CANDIDATES = 400
 
 IDENTIFY_HEXAPOD = """\
 A campaign of kind hexapod (6-D measurements of the platform alone) gives laws of all legs and of the plates, one law
-for all legs or one for each, decided on runs left out; --out DIR is then the folder of a machine, with hexapod.toml.
+for all legs or one for each, decided on runs left out; --out DIR is then the folder of a machine, with hexapod.toml and
+hexapod.origin.toml, by which 'validate' knows runs that were fitted.
 """
 
 EPILOG_IDENTIFY = """\
@@ -76,6 +79,7 @@ def identify_answer(arguments: argparse.Namespace, progress: Progress) -> Answer
     from hexathermal.learn.hexapod_data import hexapod_rows
     from hexathermal.learn.hexapod_identification import identify_hexapod
     from hexathermal.learn.hexapod_observability import observability
+    from hexathermal.learn.hexapod_origin import identified_origin, write_origin
     from hexathermal.machine.writing import write_hexapod
     from hexathermal.show.hexapod_tables import (
         design_facts,
@@ -102,7 +106,9 @@ def identify_answer(arguments: argparse.Namespace, progress: Progress) -> Answer
     written: list[Path] = []
     if arguments.out is not None:
         title, own = campaign.title or campaign.folder.name, bench if found.chosen == "bench" else None
-        written.append(write_hexapod(found.hexapod(title, own), arguments.out))
+        made = found.hexapod(title, own)
+        written.append(write_hexapod(made, arguments.out))
+        written.append(write_origin(identified_origin(campaign, found, title), made, written[0]))
     if arguments.report is not None:
         progress(0, 0, "drawing")
         written += _identification_report(found, seen, design, facts, arguments.report)
@@ -291,24 +297,43 @@ def validate_answer(arguments: argparse.Namespace, progress: Progress) -> Answer
     from hexathermal.learn.hexapod_validation import validate_hexapod
     from hexathermal.show.hexapod_tables import hexapod_validation_facts, hexapod_validation_table
 
-    hexapod = machine(str(arguments.law))
+    name = str(arguments.law)
+    hexapod = machine(name)
+    origin, why = _origin(name, hexapod)
     campaign = load_campaign(arguments.campaign, needed=("validation",), progress=progress)
     progress(0, 0, "validating (the first run compiles)")
-    found = validate_hexapod(hexapod, campaign)
+    found = validate_hexapod(hexapod, campaign, origin=origin)
     facts = hexapod_validation_facts(found)
+    if origin is None:
+        facts["notes"].append(f"whether these runs were fitted cannot be told: {why}")
     written = [] if arguments.report is None else list(_validation_report(found, facts, arguments.report, progress))
-    texts: list[Any] = [lambda pretty, _: hexapod_validation_table(found, pretty), _validated(found)]
+    texts: list[Any] = [lambda pretty, _: hexapod_validation_table(found, pretty), _validated(found, facts["notes"])]
     if written:
         texts.append("Written:\n" + "\n".join(f"  {file}" for file in written))
-    return Answer(tuple(texts), facts)
+    warnings = tuple(
+        f"warning: run {run} was fitted: the law was identified on its rows, then named {before}; it proves nothing"
+        for run, before in found.fitted.items()
+    )
+    return Answer(tuple(texts), facts, warnings)
 
 
-def _validated(found: HexapodValidation) -> str:
+def _origin(name: str, hexapod: Hexapod) -> tuple[Origin | None, str]:
+    """Return where the law of a machine comes from, or why that is not known."""
+    from hexathermal.learn.hexapod_origin import read_origin
+    from hexathermal.machine.library import bundled_hexapods
+
+    if name in bundled_hexapods():
+        return None, "the law of a bundled machine holds no fingerprints of its runs"
+    file = Path(name) / "hexapod.toml" if Path(name).is_dir() else Path(name)
+    return (None, "it has no law") if hexapod.thermal is None else read_origin(file, hexapod.thermal)
+
+
+def _validated(found: HexapodValidation, notes: list[str]) -> str:
     """Return the verdict, in words."""
     lines = []
     for name, unit in (("translation", "um"), ("rotation", "urad")):
         one, verdict = found.total[name], found.verdict[name]
-        what = "no gain proven" if verdict.name == "UNPROVEN" else f"the law {verdict.value}"
+        what = f"{'the law ' if verdict.name in ('BETTER', 'WORSE') else ''}{verdict.value}"
         lines.append(
             f"Verdict on {name}: {what}; RMS {one.before.value * 1e6:.2f} -> {one.after.value * 1e6:.2f} {unit}, "
             f"largest {one.largest_before * 1e6:.2f} -> {one.largest_after * 1e6:.2f} {unit}."
@@ -317,7 +342,7 @@ def _validated(found: HexapodValidation) -> str:
         f"Without each run's mean motion (frame of the positioning system, and offsets that are not heat) "
         f"{found.framed[0] * 1e6:.2f} um and {found.framed[1] * 1e6:.2f} urad are left after correction."
     )
-    return "\n".join([*lines, *(f"note: {note}" for note in found.notes)])
+    return "\n".join([*lines, *(f"note: {note}" for note in notes)])
 
 
 def _validation_report(found: HexapodValidation, facts: dict[str, Any], folder: Path, progress: Progress) -> list[Path]:

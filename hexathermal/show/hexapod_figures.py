@@ -150,6 +150,7 @@ def validation_figure(found: HexapodValidation, run: str) -> Figure:
 
     here = found.rows.run == found.rows.runs.index(run)
     hours = found.rows.time[here] / 3600.0
+    told = "was fitted" if run in found.fitted else "never fitted" if found.fits_known else "for validation"
     with mpl.rc_context(STYLE):
         figure = Figure(figsize=(9.4, 7.2), layout="constrained")
         panels = figure.subplots(3, 2, sharex=True)
@@ -168,6 +169,6 @@ def validation_figure(found: HexapodValidation, run: str) -> Figure:
         panels[0, 1].plot([], [], ".", color=BLUE, label="with correction")
         handles, labels = panels[0, 1].get_legend_handles_labels()
         figure.legend(handles, labels, loc="outside lower center", ncols=2)
-        figure.suptitle(f"{run}: error of the platform, base axes; never fitted", fontsize=9.5)
+        figure.suptitle(f"{run}: error of the platform, base axes; {told}", fontsize=9.5)
         figure.align_ylabels()
     return figure

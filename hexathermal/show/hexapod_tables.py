@@ -11,7 +11,8 @@ from hexathermal.learn.hexapod_data import AXES
 from hexathermal.learn.hexapod_design import PoseDesign
 from hexathermal.learn.hexapod_identification import HexapodIdentification
 from hexathermal.learn.hexapod_observability import Observability
-from hexathermal.learn.hexapod_validation import QUANTITIES, HexapodValidation, PoseScore
+from hexathermal.learn.hexapod_scores import QUANTITIES, PoseScore
+from hexathermal.learn.hexapod_validation import HexapodValidation
 from hexathermal.learn.validation import Figure
 from hexathermal.show.campaign_tables import number
 from hexathermal.show.identification_tables import plain
@@ -81,19 +82,26 @@ def hexapod_validation_table(found: HexapodValidation, pretty: bool) -> Table:
 
     def row(run: str, name: str, one: PoseScore) -> None:
         """Add a quantity."""
-        interval = f"{one.after.low * 1e6:.2f} to {one.after.high * 1e6:.2f}"
         part = one.reduction
-        table.add_row(run, name, f"{one.before.value * 1e6:.2f}", f"{one.after.value * 1e6:.2f}", interval,
-                      f"{one.largest_before * 1e6:.2f}", f"{one.largest_after * 1e6:.2f}",
-                      f"{100.0 * part.value:.1f} %", f"{100.0 * part.low:.1f} to {100.0 * part.high:.1f} %",
-                      unit_of(name))  # fmt: skip
+        table.add_row(run, name, f"{one.before.value * 1e6:.2f}", f"{one.after.value * 1e6:.2f}",
+                      _interval(one.after, 1e6, 2), f"{one.largest_before * 1e6:.2f}",
+                      f"{one.largest_after * 1e6:.2f}", f"{100.0 * part.value:.1f} %",
+                      f"{_interval(part, 100.0, 1)} %", unit_of(name))  # fmt: skip
 
+    some = 0 < len(found.fitted) < len(found.runs)
     for name in QUANTITIES:
-        row("all", name, found.total[name])
+        row("all never fitted" if some else "all", name, found.total[name])
     for run, scores in found.runs.items():
         for name in ("translation", "rotation"):
-            row(run, name, scores[name])
+            row(f"{run} (fitted)" if run in found.fitted else run, name, scores[name])
     return table
+
+
+def _interval(one: Figure, scale: float, digits: int) -> str:
+    """Return an interval in words; a dash where there are too few rows for one."""
+    if not np.isfinite(one.low) or not np.isfinite(one.high):
+        return "-"
+    return f"{one.low * scale:.{digits}f} to {one.high * scale:.{digits}f}"
 
 
 def unit_of(quantity: str) -> str:
@@ -201,6 +209,9 @@ def hexapod_validation_facts(found: HexapodValidation) -> dict[str, Any]:
         "mean_error_after_as_one_motion": {
             run: dict(zip(AXES, (found.frames[k] * 1e6).tolist(), strict=True)) for k, run in enumerate(found.rows.runs)
         },
+        "fitted_runs": found.fitted,
+        "fitted_runs_known": found.fits_known,
+        "rows_left_out": dict(found.rows.left_out),
         "after_without_mean_motion": {"translation_um": found.framed[0] * 1e6, "rotation_urad": found.framed[1] * 1e6},
         "notes": list(found.notes),
     }
