@@ -9,8 +9,7 @@ import numpy as np
 from hexathermal.learn.campaign import Thermocouple
 from hexathermal.learn.check import CampaignCheck, RunCheck
 from hexathermal.poses import FloatArray
-from hexathermal.show.figures import BLACK, BLUE, GREEN, GREY, PURPLE, STYLE, VERMILION
-from hexathermal.show.figures import _spaced as spaced
+from hexathermal.show.figures import BLACK, BLUE, GREEN, GREY, PURPLE, STYLE, VERMILION, spaced
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -98,7 +98,7 @@ def _temperatures(axes: Axes, hours: Any, result: Demonstration) -> None:
     )
     for values, colour, style, _label in curves[1:]:
         axes.plot(hours, values, color=colour, ls=style)
-    ends = _spaced([float(values[-1]) for values, *_rest in curves], 0.062 * float(np.ptp(truth.legs)))
+    ends = spaced([float(values[-1]) for values, *_rest in curves], 0.062 * float(np.ptp(truth.legs)))
     for (_values, colour, _style, label), end in zip(curves, ends, strict=True):
         axes.annotate(
             label, (1.0, end), (5, 0), xycoords=("axes fraction", "data"), textcoords="offset points",
@@ -108,7 +108,7 @@ def _temperatures(axes: Axes, hours: Any, result: Demonstration) -> None:
     axes.set_title(f"Machine {result.hexapod.name or 'without a name'}: true temperatures (shaded: the machine works)")
 
 
-def _spaced(values: list[float], gap: float) -> list[float]:
+def spaced(values: list[float], gap: float) -> list[float]:
     """Return values moved apart, in their order, until neighbours are `gap` apart."""
     order = np.argsort(values)
     moved = np.array(values)[order]

@@ -2,25 +2,21 @@
 
 from __future__ import annotations
 
-import os
-import shutil
-import tomllib
-from collections.abc import Iterable, Iterator
-from contextlib import contextmanager, suppress
+from collections.abc import Iterable
 from pathlib import Path
 from typing import Any
 
 import numpy as np
-import pyarrow as pa
-import pyarrow.csv
-import pyarrow.parquet
-import tomli_w
 
-from hexathermal.errors import ArgumentError
 from hexathermal.simulate.bench.bench import Bench, BenchRun, RunPlan
+from hexathermal.simulate.campaign_writing import CAMPAIGN as CAMPAIGN
+from hexathermal.simulate.campaign_writing import FORMAT as FORMAT
+from hexathermal.simulate.campaign_writing import RUNS as RUNS
+from hexathermal.simulate.campaign_writing import as_toml as as_toml
+from hexathermal.simulate.campaign_writing import check_folder as check_folder
+from hexathermal.simulate.campaign_writing import new_folder as new_folder
+from hexathermal.simulate.campaign_writing import run_entries, write_folder
 
-FORMAT = "hexathermal-campaign/1"
-CAMPAIGN, RUNS = "campaign.toml", "runs"
 TITLE = "Leg test bench: thermal expansion"
 
 
@@ -44,18 +40,8 @@ def campaign_form(
             {"name": name, "part": part, "position_mm": _mm(position)}
             for name, part, position in bench.thermocouples.places
         ],
-        "runs": [
-            {"name": plan.name, "file": f"{RUNS}/{plan.name}{'.parquet' if parquet else '.csv'}", "role": plan.role}
-            for plan in plans
-        ],
+        "runs": run_entries(plans, parquet),
     }
-
-
-def as_toml(form: dict[str, Any]) -> str:
-    """Return a form as TOML, each thermocouple and run under a heading of its own."""
-    lists = {key: value for key, value in form.items() if isinstance(value, list)}
-    text = tomli_w.dumps({key: value for key, value in form.items() if key not in lists})
-    return text + "".join(f"\n[[{key}]]\n{tomli_w.dumps(item)}" for key, items in lists.items() for item in items)
 
 
 def _mm(metres: float) -> float:
@@ -75,100 +61,6 @@ def run_columns(bench: Bench, run: BenchRun) -> dict[str, tuple[np.ndarray[Any, 
         "air_pressure_hPa": (run.weather.pressure * 1e-2, 2),
         "air_humidity_percent": (run.weather.humidity * 1e2, 1),
     }
-
-
-def write_run(path: Path, bench: Bench, run: BenchRun) -> None:
-    """Write the table of a run: Parquet where the name says so, otherwise CSV."""
-    columns = run_columns(bench, run)
-    if path.suffix == ".parquet":
-        arrays = {
-            name: values.astype(np.int64) if name == "settled" else values.round(digits)
-            for name, (values, digits) in columns.items()
-        }
-        pa.parquet.write_table(pa.table(arrays), path)
-        return
-    texts = [[f"{value:.{digits}f}" for value in values.round(digits) + 0.0] for values, digits in columns.values()]
-    lines = [",".join(columns), *(",".join(row) for row in zip(*texts, strict=True))]
-    path.write_text("\n".join(lines) + "\n", encoding="utf-8")
-
-
-def check_folder(folder: Path, force: bool, kind: str = "leg") -> None:
-    """Refuse a folder that holds something else than a campaign of a kind, or one unless it may be replaced.
-
-    Raises
-    ------
-    ArgumentError
-        Says what was found there and what to do.
-    """
-    if folder.is_symlink() or (folder.exists() and not folder.is_dir()):
-        raise ArgumentError(f"cannot write {folder}: it is a link or no folder; give the name of a new folder")
-    if folder.resolve() == Path.cwd():
-        raise ArgumentError(f"cannot write {folder}: it is the folder you are in; give the name of a new folder")
-    parent = folder.absolute().parent
-    if not parent.is_dir():
-        raise ArgumentError(f"cannot write {folder}: there is no folder {parent}; create it first")
-    if not os.access(parent, os.W_OK | os.X_OK):
-        raise ArgumentError(f"cannot write {folder}: permission denied in {parent}")
-    if not folder.is_dir() or not any(folder.iterdir()):
-        return
-    foreign = sorted(set(_files(folder)) - _campaign_files(folder, kind))
-    if foreign:
-        raise ArgumentError(
-            f"{folder} holds what no campaign of kind {kind!r} has: {', '.join(foreign[:5])}"
-            f"{', ...' if len(foreign) > 5 else ''}; it is not touched, not even with --force: give another folder"
-        )
-    if not force:
-        raise ArgumentError(
-            f"{folder} holds a campaign already, and nobody can tell a simulated one from a measured one; give another "
-            "folder, or --force to replace it"
-        )
-
-
-def _files(folder: Path) -> Iterator[str]:
-    """Return the files below a folder, and its empty folders and links, as relative names."""
-    for item in folder.rglob("*"):
-        if item.is_symlink() or not item.is_dir() or not any(item.iterdir()):
-            yield item.relative_to(folder).as_posix()
-
-
-def _campaign_files(folder: Path, kind: str) -> set[str]:
-    """Return the names of the files that a folder's `campaign.toml` stands for; none where it is of another kind."""
-    try:
-        found = tomllib.loads((folder / CAMPAIGN).read_text(encoding="utf-8"))
-        files = {run["file"] for run in found["runs"]}
-    except (OSError, ValueError, KeyError, TypeError):
-        return set()
-    if found.get("format") != FORMAT or found.get("kind") != kind:
-        return set()
-    return {CAMPAIGN, *files, *([found["hexapod"]] if isinstance(found.get("hexapod"), str) else [])}
-
-
-@contextmanager
-def new_folder(folder: Path) -> Iterator[Path]:
-    """Give a folder beside `folder` to fill; it takes its place at the end, or vanishes on any error."""
-    part = folder.absolute().with_name(folder.absolute().name + ".part")
-    try:
-        part.mkdir()
-    except FileExistsError:
-        raise ArgumentError(
-            f"{part} exists: another run is writing it, or was killed; remove it if none is, and try again"
-        ) from None
-    try:
-        yield part
-        old = part.with_name(part.name + ".old")
-        if folder.exists():
-            os.replace(folder, old)
-        try:
-            os.replace(part, folder)
-        except BaseException:
-            if old.exists():
-                os.replace(old, folder)
-            raise
-        shutil.rmtree(old, ignore_errors=True)
-    except BaseException:
-        with suppress(OSError):
-            shutil.rmtree(part)
-        raise
 
 
 def write_campaign(
@@ -214,12 +106,5 @@ def write_campaign(
     >>> [file.name for file in files]
     ['campaign.toml', 'run-01.csv']
     """
-    folder = Path(folder)
-    check_folder(folder, force)
     form = campaign_form(bench, plans, title=title, parquet=parquet)
-    with new_folder(folder) as part:
-        (part / RUNS).mkdir()
-        (part / CAMPAIGN).write_text(as_toml(form), encoding="utf-8")
-        for run, entry in zip(runs, form["runs"], strict=True):
-            write_run(part / entry["file"], bench, run)
-    return (folder / CAMPAIGN, *(folder / entry["file"] for entry in form["runs"]))
+    return write_folder(folder, form, (run_columns(bench, run) for run in runs), force=force)

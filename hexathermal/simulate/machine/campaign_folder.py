@@ -8,13 +8,11 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-import pyarrow as pa
-import pyarrow.parquet
 
 from hexathermal.errors import ArgumentError
 from hexathermal.machine.hexapod import Hexapod
 from hexathermal.machine.writing import write_hexapod
-from hexathermal.simulate.bench.campaign_folder import CAMPAIGN, FORMAT, RUNS, as_toml, check_folder, new_folder
+from hexathermal.simulate.campaign_writing import FORMAT, run_entries, write_folder
 from hexathermal.simulate.machine.machine import VirtualMachine
 from hexathermal.simulate.machine.runs import MachinePlan, MachineRun
 
@@ -33,18 +31,6 @@ def machine_run_columns(machine: VirtualMachine, run: MachineRun) -> dict[str, t
     columns |= {f"{name}_degC": (run.temperatures[:, k], 3) for k, name in enumerate(machine.columns)}
     columns["air_temperature_degC"] = (run.air, 2)
     return columns | {f"measured_{name}": (run.measured[:, k], 6 if k < 3 else 8) for k, name in enumerate(POSE)}
-
-
-def _write_run(path: Path, machine: VirtualMachine, run: MachineRun) -> None:
-    """Write the table of a run: Parquet where the name says so, otherwise CSV."""
-    columns = machine_run_columns(machine, run)
-    rounded = {name: values.round(digits) + 0.0 for name, (values, digits) in columns.items()}
-    if path.suffix == ".parquet":
-        pa.parquet.write_table(pa.table(rounded), path)
-        return
-    texts = [[f"{value:.{columns[name][1]}f}" for value in values] for name, values in rounded.items()]
-    lines = [",".join(columns), *(",".join(row) for row in zip(*texts, strict=True))]
-    path.write_text("\n".join(lines) + "\n", encoding="utf-8")
 
 
 def told_hexapod(machine: VirtualMachine) -> Hexapod:
@@ -92,17 +78,12 @@ def write_machine_campaign(
     """
     if zero not in ZEROS:
         raise ArgumentError(f"zero is {zero!r}, expected {' or '.join(map(repr, ZEROS))}")
-    folder = Path(folder)
-    check_folder(folder, force, KIND)
-    ending = ".parquet" if parquet else ".csv"
     form: dict[str, Any] = {
         "format": FORMAT, "kind": KIND, "title": title, "zero": zero, "hexapod": MACHINE,
-        "runs": [{"name": plan.name, "file": f"{RUNS}/{plan.name}{ending}", "role": plan.role} for plan in plans],
+        "runs": run_entries(plans, parquet),
     }  # fmt: skip
-    with new_folder(folder) as part:
-        (part / RUNS).mkdir()
-        (part / CAMPAIGN).write_text(as_toml(form), encoding="utf-8")
-        write_hexapod(told_hexapod(machine), part / MACHINE)
-        for run, entry in zip(runs, form["runs"], strict=True):
-            _write_run(part / entry["file"], machine, run)
-    return (folder / CAMPAIGN, folder / MACHINE, *(folder / entry["file"] for entry in form["runs"]))
+    nominal = told_hexapod(machine)
+    return write_folder(
+        folder, form, (machine_run_columns(machine, run) for run in runs), force=force,
+        beside={MACHINE: lambda path: write_hexapod(nominal, path)},
+    )  # fmt: skip
