@@ -17,6 +17,14 @@ NONE = "none"
 LEADERS = 7
 """Causes whose noise is fitted anew."""
 
+BYSTANDERS = 8
+"""Sensors outside the law whose parity is asked for the same fault: what they show of it is chance."""
+
+USUAL = 0.8
+"""Quantile of the bystanders that counts as chance."""
+
+MOST_PARITY = 60.0
+
 TRIFLE = 0.3
 """Log evidence by which new noise must help the null for everything to be screened again."""
 
@@ -133,11 +141,23 @@ class Search:
         return self.channel.evidence(base.X, base.sd, levels)
 
     def _parity(self, trial: Trial) -> float:
-        """Return the log evidence of the parity for a trial."""
-        if trial.parity is None:
+        """Return the log evidence of the parity for a trial, less what other sensors show of the same by chance."""
+        if trial.parity is None or trial.target is None:
             return 0.0
-        model, columns, sizes = trial.parity
-        return model.gain(columns, sizes)
+        gains = {}
+        for sensor in (trial.target, *self._bystanders(trial.target)):
+            model = self.bench.model(sensor)
+            if model is not None:
+                gains[sensor] = model.gain(*trial.parity(model))
+        own = gains.pop(trial.target, 0.0)
+        usual = float(np.quantile(list(gains.values()), USUAL)) if gains else 0.0
+        return float(np.clip(own - max(usual, 0.0), -MOST_PARITY, MOST_PARITY))
+
+    def _bystanders(self, sensor: str) -> tuple[str, ...]:
+        """Return sensors outside the law, evenly chosen."""
+        others = [name for name in self.bench.view.sensors if name not in self.bench.view.base and name != sensor]
+        chosen = np.unique(np.linspace(0, len(others) - 1, min(BYSTANDERS, len(others))).astype(int))
+        return tuple(others[k] for k in chosen)
 
 
 def _families(scored: list[Scored]) -> dict[str, tuple[float, Scored]]:

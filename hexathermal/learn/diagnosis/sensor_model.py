@@ -71,12 +71,12 @@ class SensorModel:
 
     @cached_property
     def innovation(self) -> FloatArray:
-        """The slow parity in windows of the drift, shape (n,) [K]."""
+        """The parity and its slow part in windows of the drift, shape (n, 2) [K]: the law may believe either or neither."""
         found = []
-        for signals, own, told, piece in zip(self.view.signals, self.own, self.foretold(), self.view.pieces, strict=True):
+        for signals, own, told in zip(self.view.signals, self.own, self.foretold(), strict=True):
             slow = smoothed(signals.time, (own - told)[:, None], SLOW_PARITY_S)[:, 0]
-            found.append(piece.means(slow - (slow[piece.used[0]] if self.view.zeroed_by_run else 0.0)))
-        return np.concatenate(found)
+            found.append(np.column_stack([own - told, slow]))
+        return np.column_stack([self.view.windows_zeroed([both[:, k] for both in found]) for k in range(2)])
 
     @cached_property
     def windows(self) -> list[np.ndarray]:
@@ -107,8 +107,10 @@ class SensorModel:
 
     @cached_property
     def X(self) -> FloatArray:
-        """The others' profiles in the parity's windows."""
-        return self.means(self.profiles)
+        """The others' profiles in the parity's windows, and the air, which an imperfect contact lets in at all times."""
+        profiles = self.means(self.profiles)
+        air = [signals.air for signals in self.view.signals if signals.air is not None]
+        return profiles if len(air) < len(self.view.signals) else np.column_stack([profiles, self.means(air)])
 
     @cached_property
     def sd(self) -> FloatArray:

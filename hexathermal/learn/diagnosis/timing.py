@@ -10,8 +10,9 @@ from __future__ import annotations
 from functools import cached_property
 
 import numpy as np
+from scipy import special
 
-from hexathermal.learn.diagnosis.view import View
+from hexathermal.learn.diagnosis.view import View, smoothed
 from hexathermal.machine.leg_signals import Memory
 from hexathermal.poses import FloatArray
 
@@ -20,10 +21,14 @@ TIMES_S = (60.0, 240.0, 960.0, 3840.0)
 
 GRID_S = 60.0
 PROFILES = 2
-SHARE = 0.5
+SHARE = 0.15
 """Of this log evidence that is believed: the regression is a sketch of conduction."""
 
-MOST = 30.0
+TOLERANCE_S = 30.0
+"""Heat may take so much longer, or less, than the low passes can say."""
+
+REACH_S, STEP_S = 1300.0, 20.0
+MOST = 60.0
 
 
 class Timing:
@@ -46,12 +51,14 @@ class Timing:
         response, design = [], []
         for signals, profile in zip(self.view.signals, self._rates, strict=True):
             time = signals.time
-            grid = np.arange(time[0] + 1300.0, time[-1] - 1300.0, GRID_S)
+            grid = np.arange(time[0] + REACH_S, time[-1] - REACH_S, GRID_S)
             if len(grid) < 10:
                 continue
             memory = Memory()
             speed = memory.speed(time, signals.q)
-            columns = [memory.low_pass(f"{tau}", time, speed, tau) for tau in TIMES_S]
+            passed = np.column_stack([memory.low_pass(f"{tau}", time, speed, tau) for tau in TIMES_S])
+            # the temperatures were smoothed: so is the motion, or it would seem late
+            columns = smoothed(time, np.column_stack([speed, passed])).T
             at = np.column_stack([np.interp(grid, time, column) for column in columns])
             shifted = np.column_stack([np.interp(grid + offset, time, profile[:, k]) for k in range(profile.shape[1])])
             # rates of change, so that slow weather does not count as noise that is correlated
@@ -66,11 +73,19 @@ class Timing:
         return float(-0.5 * len(Y) / 5.0 * np.log((left**2).sum(axis=0)).sum())
 
     @cached_property
-    def _at_zero(self) -> float:
-        return self._misfit(0.0)
+    def _curve(self) -> tuple[FloatArray, FloatArray]:
+        """Offsets [s], and the log likelihood that is believed at each."""
+        offsets = np.arange(-REACH_S, REACH_S + 1.0, STEP_S)
+        return offsets, SHARE * np.array([self._misfit(float(offset)) for offset in offsets])
+
+    def _believed(self, offset: float) -> float:
+        """Return the log of the likelihood averaged over the errors that heat's way may make."""
+        offsets, values = self._curve
+        weight = -0.5 * ((offsets - offset) / TOLERANCE_S) ** 2
+        return float(special.logsumexp(values + weight) - special.logsumexp(weight))
 
     def advantage(self, offset: float) -> float:
         """Return the log evidence that temperatures are to be read `offset` seconds later, against now."""
         if not self.view.moves:
             return 0.0
-        return float(np.clip(SHARE * (self._misfit(offset) - self._at_zero), -MOST, MOST))
+        return float(np.clip(self._believed(offset) - self._believed(0.0), -MOST, MOST))

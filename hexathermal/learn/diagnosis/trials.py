@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
 from typing import TYPE_CHECKING, Any, Protocol
@@ -76,8 +76,8 @@ class Trial:
         The law's columns where the trial changes them.
     repair : SensorRepair or None
         What it mends in the data.
-    parity : tuple of (SensorModel, array (m, k), array (k,)) or None
-        Columns in the parity of a sensor, and their sizes.
+    parity : function or None
+        From the model of a sensor to columns in its parity, shape (m, k), and their sizes, shape (k,).
     advantage : float
         Log evidence from what the drift does not show: order of positions, clocks against motion.
     """
@@ -89,7 +89,7 @@ class Trial:
     parameters: Mapping[str, Any] = field(default_factory=dict)
     base: FloatArray | None = None
     repair: SensorRepair | None = None
-    parity: tuple[SensorModel, FloatArray, FloatArray] | None = None
+    parity: Callable[[SensorModel], tuple[FloatArray, FloatArray]] | None = None
     advantage: float = 0.0
 
 

@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from functools import partial
 
 import numpy as np
 
+from hexathermal.learn.diagnosis.sensor_model import SensorModel
 from hexathermal.learn.diagnosis.trials import Cause, Parameter, Trial, Workbench
 from hexathermal.poses import FloatArray
 
@@ -31,33 +33,33 @@ def trials(bench: Workbench) -> Iterator[Trial]:
         model = bench.model(sensor)
         if model is None:
             continue
-        span = view.span(bench.ratios[sensor])
-        own = view.temperatures(sensor)
-        size = np.array([0.7])
+        span, own = bench.slopes_span(sensor), view.temperatures(sensor)
         for k, rows in enumerate(view.runs):
-            end = float(rows.signals.time[-1])
             for part in PARTS_OF_RUN:
                 if k == 0 and part == 0.0:
                     continue
-                moment = part * end
-                before = [_until(signals.time, k, i, moment) for i, signals in enumerate(view.signals)]
-                told = model.foretold(before)
-                off = ((view.channel.run > k) | ((view.channel.run == k) & (view.time >= moment))).astype(float)
+                moment = part * float(rows.signals.time[-1])
+                told = _foretold(model, k, moment)
+                off = (view.channel.run > k) | ((view.channel.run == k) & (view.time >= moment))
                 lost = off * (view.windows_zeroed(told) - own)
-                gap = [_gap(signals.air, foretold, signals.time, k, i, moment)
-                       for i, (signals, foretold) in enumerate(zip(view.signals, told, strict=True))]  # fmt: skip
-                parity = (model, model.means(gap)[:, None], size)
                 where = {"run": rows.run.name, "time_s": round(moment, 1)}
-                yield Trial(CAUSE.name, (span * lost)[:, None], sensor, "", where, parity=parity)
+                yield Trial(CAUSE.name, (span * lost)[:, None], sensor, "", where, parity=partial(_parity, k, moment))
 
 
-def _until(time: FloatArray, run: int, i: int, moment: float) -> slice:
-    """Return the rows of run `i` before the moment in run `run`."""
-    return slice(None) if i < run else slice(0, int(np.searchsorted(time, moment)) if i == run else 0)
+def _foretold(model: SensorModel, run: int, moment: float) -> list[FloatArray]:
+    """Return what the other sensors foretell, learnt before the moment in run `run`."""
+    before = []
+    for i, signals in enumerate(model.view.signals):
+        last = int(np.searchsorted(signals.time, moment)) if i == run else 0
+        before.append(slice(None) if i < run else slice(0, last))
+    return model.foretold(before)
 
 
-def _gap(air: FloatArray | None, told: FloatArray, time: FloatArray, run: int, i: int, moment: float) -> FloatArray:
-    """Return by how much the air differs from the foretold temperature once contact is lost [K]."""
-    assert air is not None  # looked at before
-    on = (time >= moment) if i == run else np.full(len(time), i > run)
-    return np.asarray(on * (air - told))
+def _parity(run: int, moment: float, model: SensorModel) -> tuple[FloatArray, FloatArray]:
+    """Return by how much the air differs from the foretold temperature once contact is lost, in the parity."""
+    gaps = []
+    for i, (signals, told) in enumerate(zip(model.view.signals, _foretold(model, run, moment), strict=True)):
+        assert signals.air is not None  # looked at before
+        on = (signals.time >= moment) if i == run else np.full(len(told), i > run)
+        gaps.append(on * (signals.air - told))
+    return model.means(gaps)[:, None], np.array([0.7])

@@ -3,10 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from functools import partial
 
 import numpy as np
 
+from hexathermal.learn.diagnosis.sensor_model import SensorModel
 from hexathermal.learn.diagnosis.trials import Cause, Parameter, Trial, Workbench
+from hexathermal.poses import FloatArray
 
 CAUSE = Cause(
     name="sensor-drift",
@@ -26,14 +29,16 @@ def trials(bench: Workbench) -> Iterator[Trial]:
     """Give errors of each of the law's sensors that grow with time, in the drift and in the parity."""
     view = bench.view
     for sensor in view.base:
-        model = bench.model(sensor)
-        if model is None:
+        if bench.model(sensor) is None:
             continue
-        span = view.span(bench.ratios[sensor])
-        hours = view.time / 3600.0
-        size = 2.0 * model.null[0].rms
+        span = bench.slopes_span(sensor)
         for decay in DECAYS:
             fade = np.exp(-view.channel.run / decay)
-            own = model.means([signals.time / 3600.0 for signals in view.signals]) * np.exp(-model.channel.run / decay)
-            parity = (model, own[:, None], np.array([size]))
-            yield Trial(CAUSE.name, -(span * hours * fade)[:, None], sensor, "", {"decay_runs": decay}, parity=parity)
+            yield Trial(CAUSE.name, -(span * view.time / 3600.0 * fade)[:, None], sensor, "", {"decay_runs": decay},
+                        parity=partial(_parity, decay))  # fmt: skip
+
+
+def _parity(decay: float, model: SensorModel) -> tuple[FloatArray, FloatArray]:
+    """Return the error in the parity of a sensor."""
+    hours = model.means([signals.time / 3600.0 for signals in model.view.signals])
+    return (hours * np.exp(-model.channel.run / decay))[:, None], np.array([2.0 * model.null[0].rms])
