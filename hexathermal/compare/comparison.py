@@ -1,0 +1,139 @@
+"""A campaign against the virtual bench, in one call: where they part, the physics behind it, and the gain."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from hexathermal.compare.bench_runs import CONTACT_ERROR, BenchRuns, discretisation_error
+from hexathermal.compare.differences import (
+    Difference,
+    ParameterFound,
+    differences,
+    named_values,
+    parameters_found,
+)
+from hexathermal.compare.measured import MeasuredRun, measured_run
+from hexathermal.compare.noise import Noise
+from hexathermal.compare.placing import Placed, placed
+from hexathermal.compare.scores import ChannelScore, ComparedRun, channel_scores, compared_run
+from hexathermal.compare.steps import calibrated
+from hexathermal.errors import ArgumentError
+from hexathermal.learn.campaign import Campaign
+from hexathermal.learn.campaign_files import load_campaign
+from hexathermal.simulate.bench.leg import VirtualLeg
+
+Progress = Callable[[int, int, str], None]
+
+
+@dataclass(frozen=True, eq=False)
+class Comparison:
+    """A campaign against the virtual bench.
+
+    Attributes
+    ----------
+    title : str
+    placed : Placed
+    sensors : tuple of str
+        Thermocouples that were compared.
+    differences : tuple of Difference
+        What was named, in the order of the steps; empty: no difference found.
+    parameters : tuple of ParameterFound
+        All that was looked for: estimate, smallest difference that would have been named, and what it is confused with.
+    scores : tuple of ChannelScore
+        On the runs of `scored_role`.
+    scored_role : str
+        ``"validation"``, or ``"identification"`` where no run for validation could be compared: then no gain is proven.
+    runs : tuple of ComparedRun
+    noise : Noise
+    step : float [s]
+    step_error_K, step_error_m : float
+        What the step costs, see `hexathermal.compare.bench_runs.discretisation_error`.
+    notes : tuple of str
+    """
+
+    title: str
+    placed: Placed
+    sensors: tuple[str, ...]
+    differences: tuple[Difference, ...]
+    parameters: tuple[ParameterFound, ...]
+    scores: tuple[ChannelScore, ...]
+    scored_role: str
+    runs: tuple[ComparedRun, ...]
+    noise: Noise
+    step: float
+    step_error_K: float
+    step_error_m: float
+    notes: tuple[str, ...]
+
+    @property
+    def sentence(self) -> str:
+        """What was found, in one sentence."""
+        if not self.differences:
+            return "No difference from the virtual bench was found; each number says from where on it would have been named."
+        return "The bench differs in " + "; ".join(one.sentence for one in self.differences) + "."
+
+
+def compare_campaign(
+    campaign: Campaign | str | Path, *, leg: VirtualLeg | None = None, progress: Progress | None = None
+) -> Comparison:
+    """Drive the virtual bench by a campaign's motion and room, and say where simulated and measured part.
+
+    Runs for identification say which numbers of the bench differ and by how much (maximum of the evidence, Laplace);
+    the gain is measured on runs for validation.
+
+    Parameters
+    ----------
+    campaign : Campaign, str or Path
+        Of kind ``"leg"``, its thermocouples with part and position, the room's temperature recorded.
+    leg : VirtualLeg, optional
+        Default: the bench's own, its lengths fitted to the campaign's.
+    progress : callable, optional
+        Called as ``progress(done, total, label)``.
+
+    Raises
+    ------
+    ArgumentError
+        The campaign is of another kind, without positions, room or a run for identification that can be compared.
+    CampaignError
+        A file is at fault.
+    """
+    tell = progress or (lambda done, total, label: None)
+    if not isinstance(campaign, Campaign):
+        campaign = load_campaign(campaign, progress=progress)
+    where = placed(campaign, leg)
+    notes = list(where.notes)
+    runs: list[MeasuredRun] = []
+    for k, run in enumerate(campaign.runs):
+        tell(k, len(campaign.runs), f"reading {run.name}")
+        found = measured_run(campaign, run, where.sensors)
+        if isinstance(found, str):
+            notes.append(found)
+        else:
+            runs.append(found)
+    fitted = [run for run in runs if run.role == "identification"]
+    if not fitted:
+        raise ArgumentError(f"{campaign.folder} has no run for identification to compare: {'; '.join(notes) or 'none'}")
+    bench = BenchRuns(where, fitted)
+    calibration = calibrated(bench, progress)
+    logs, contact_errors = named_values(calibration)
+    tell(0, 0, "measuring the gain")
+    every = tuple(compared_run(bench, run, logs, contact_errors) for run in runs)
+    role = "validation" if any(run.role == "validation" for run in runs) else "identification"
+    if role == "identification":
+        notes.append("no run for validation could be compared: the scores are those of the runs that were fitted")
+    scored = [k for k, run in enumerate(runs) if run.role == role]
+    names = tuple(campaign.sensors[k] for k in where.sensors)
+    score = channel_scores([every[k] for k in scored], [runs[k] for k in scored], names, where.places)
+    error_K, error_m = discretisation_error(bench, fitted[0])
+    return Comparison(
+        campaign.title or campaign.folder.name, where, names, differences(calibration, names),
+        parameters_found(calibration, names), score, role, every, calibration.last.noise,
+        float(np.max([run.step for run in runs])), error_K, error_m, tuple(notes),
+    )  # fmt: skip
+
+
+__all__ = ["CONTACT_ERROR", "Comparison", "compare_campaign"]

@@ -1,0 +1,265 @@
+"""Which numbers of the bench differ: forward steps, one at a time, each by evidence and on runs left out.
+
+At each step every candidate is weighed in the linearised bench; the leading ones are followed to their own best value
+with the bench simulated anew (Gauss-Newton), the noise sought again where something was named. The best is named only
+if it is probable by `PROBABILITY` against "nothing more differs", all candidates taken together as equally likely as
+nothing, and if it foretells identification runs left out of its estimate better than without.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from hexathermal.compare.bench_runs import BenchRuns
+from hexathermal.compare.evidence import (
+    FREE_ALL,
+    Normal,
+    Sensitivities,
+    normal,
+    own_factors,
+    sensitivities,
+)
+from hexathermal.compare.noise import Noise, first_noise, fitted_noise
+from hexathermal.compare.parameters import NAMES
+from hexathermal.poses import FloatArray
+
+PROBABILITY = 0.99
+"""What is named is at least so probable."""
+
+EQUIVALENT = 3.0
+"""A candidate whose log-evidence is less than this below the best one's cannot be told from it by these data."""
+
+FOLLOWED = 4
+"""Candidates that are followed to their own best value."""
+
+FOLLOWED_WITHIN = 12.0
+"""Those whose linearised log-evidence is this far below the best, or a tenth of its gain, are followed."""
+
+MOST_NAMED = 8
+ITERATIONS = 6
+LARGEST_LOG_STEP = 0.7
+CONVERGED = 0.01
+NOISE_RUNS = 4
+"""Runs that the noise is sought in: the longest."""
+
+Progress = Callable[[int, int, str], None]
+
+
+@dataclass(frozen=True, eq=False)
+class Fit:
+    """The bench with some numbers free.
+
+    Attributes
+    ----------
+    free : tuple of int
+        Places of what differs: below ``len(NAMES)`` parameters, then contact errors of the thermocouples.
+    sums : Normal
+        About the best point.
+    found : Sensitivities
+    noise : Noise
+    evidence : float
+    x, covariance : array
+        Estimate of all numbers.
+    """
+
+    free: tuple[int, ...]
+    sums: Normal
+    found: Sensitivities
+    noise: Noise
+    evidence: float
+    x: FloatArray
+    covariance: FloatArray
+
+
+@dataclass(frozen=True, eq=False)
+class Step:
+    """One forward step.
+
+    Attributes
+    ----------
+    candidate : int
+    gain : float
+        Log-evidence above the bench before.
+    probability : float
+    left_out : array, shape (runs,)
+        By how much each run left out is foretold better (log of its probability density).
+    equivalent : tuple of (int, float)
+        Candidates that the data cannot tell from it, each with its own estimate (log factor or contact error).
+    accepted : bool
+    """
+
+    candidate: int
+    gain: float
+    probability: float
+    left_out: FloatArray
+    equivalent: tuple[tuple[int, float], ...]
+    accepted: bool
+
+
+@dataclass(frozen=True, eq=False)
+class Calibration:
+    """All forward steps.
+
+    Attributes
+    ----------
+    first, last : Fit
+        The bench as it is, and with what was named.
+    steps : tuple of Step
+        Those accepted, and the one refused at the end, if any.
+    gains : array, shape (k,)
+        Log-evidence of each candidate over `last`, in the linearised bench; NaN for what is free already.
+    """
+
+    first: Fit
+    last: Fit
+    steps: tuple[Step, ...]
+    gains: FloatArray
+
+    @property
+    def named(self) -> tuple[int, ...]:
+        """Places of what was named, in the order of the steps."""
+        return tuple(step.candidate for step in self.steps if step.accepted)
+
+
+def calibrated(bench: BenchRuns, progress: Progress | None = None) -> Calibration:
+    """Return which numbers of the bench differ, and by how much.
+
+    Parameters
+    ----------
+    bench : BenchRuns
+        With the runs for identification.
+    progress : callable, optional
+        Called as ``progress(done, total, label)``.
+    """
+    tell = progress or (lambda done, total, label: None)
+    tell(0, 0, "simulating the bench")
+    found = sensitivities(bench, np.zeros(len(NAMES)))
+    tell(0, 0, "noise of the channels")
+    noise = sought_noise(bench, found, first_noise(bench.runs))
+    now = first = _fit(bench, found, noise, ())
+    steps: list[Step] = []
+    while True:
+        tell(len(steps), MOST_NAMED, "naming what differs")
+        gains = _gains(now)
+        if len(now.free) >= MOST_NAMED:
+            break
+        step, fit = _step(bench, now, gains)
+        if not step.accepted:
+            steps.append(step)
+            break
+        if now is first:
+            # what differed is no noise: seek it again, and weigh the first step with it
+            renewed = sought_noise(bench, fit.found, fit.noise)
+            now = first = _fit(bench, found, renewed, ())
+            step, fit = _step(bench, now, _gains(now))
+            if not step.accepted:
+                steps.append(step)
+                gains = _gains(now)
+                break
+        steps.append(step)
+        now = fit
+    return Calibration(first, now, tuple(steps), gains)
+
+
+def sought_noise(bench: BenchRuns, found: Sensitivities, noise: Noise) -> Noise:
+    """Return the noise of the largest evidence with every number free."""
+    order = np.argsort([-len(run.windows.time) for run in bench.runs], kind="stable")[:NOISE_RUNS]
+    runs = [bench.runs[k] for k in order]
+    part = replace(found, simulated=tuple(found.simulated[k] for k in order),
+                   tables=tuple(found.tables[k] for k in order), used=tuple(found.used[k] for k in order))  # fmt: skip
+
+    def evidence(one: Noise) -> float:
+        sums = normal(part, runs, one)
+        precision = sums.precision(range(len(NAMES) + sums.sensors))
+        precision[: len(NAMES)] = FREE_ALL**-2.0
+        return sums.evidence(precision)
+
+    best = fitted_noise(noise, evidence)
+    return replace(best, own=own_factors(found, bench.runs, best))
+
+
+def _fit(bench: BenchRuns, found: Sensitivities, noise: Noise, free: tuple[int, ...]) -> Fit:
+    """Return a fit about a point that is taken as it is."""
+    sums = normal(found, bench.runs, noise)
+    precision = sums.precision(free)
+    x, covariance = sums.estimate(precision)
+    return Fit(free, sums, found, noise, sums.evidence(precision), x, covariance)
+
+
+def _gains(now: Fit) -> FloatArray:
+    """Return the log-evidence that each candidate adds in the linearised bench."""
+    gains = np.full(len(NAMES) + now.sums.sensors, np.nan)
+    for j in range(len(gains)):
+        if j not in now.free:
+            gains[j] = now.sums.evidence(now.sums.precision((*now.free, j))) - now.evidence
+    return gains
+
+
+def followed(bench: BenchRuns, now: Fit, free: tuple[int, ...]) -> Fit:
+    """Return the fit with some numbers free, the bench simulated anew until they stay (Gauss-Newton)."""
+    parameters = [j for j in free if j < len(NAMES)]
+    found = now.found
+    if not parameters:
+        return _fit(bench, found, now.noise, free)
+    x, _covariance = now.sums.estimate(now.sums.precision(free))
+    for _k in range(ITERATIONS):
+        step = np.clip(x[: len(NAMES)] - found.logs, -LARGEST_LOG_STEP, LARGEST_LOG_STEP)
+        if np.abs(step).max() < CONVERGED:
+            break
+        found = sensitivities(bench, found.logs + step, found, parameters)
+        x = _fit(bench, found, now.noise, free).x
+    found = sensitivities(bench, found.logs)
+    return _fit(bench, found, now.noise, free)
+
+
+def _step(bench: BenchRuns, now: Fit, gains: FloatArray) -> tuple[Step, Fit]:
+    """Return the best next step, and the fit with it."""
+    order = np.argsort(np.where(np.isnan(gains), -np.inf, gains))[::-1]
+    best = float(np.nanmax(gains))
+    within = max(FOLLOWED_WITHIN, 0.1 * best)
+    leading = [int(j) for j in order if not np.isnan(gains[j]) and gains[j] > best - within][:FOLLOWED]
+    # a step far below the threshold needs no second look
+    if best < 0.0:
+        leading = leading[:1]
+    fits = {j: followed(bench, now, (*now.free, j)) for j in leading}
+    exact = gains.copy()
+    for j, fit in fits.items():
+        exact[j] = fit.evidence - now.evidence
+    chosen = max(fits, key=lambda j: exact[j])
+    odds = np.exp(np.clip(exact[~np.isnan(exact)], None, 500.0))
+    probability = float(odds.mean() / (1.0 + odds.mean()))
+    equivalent = tuple(
+        (j, float(fits[j].x[j])) for j in leading if j != chosen and exact[j] > exact[chosen] - EQUIVALENT
+    )
+    left_out = _left_out(fits[chosen], now)
+    pays = len(left_out) < 2 or (float(left_out.sum()) > 0.0 and float((left_out > 0.0).mean()) >= 0.5)
+    accepted = probability >= PROBABILITY and pays and exact[chosen] > 0.0
+    return Step(chosen, float(exact[chosen]), probability, left_out, equivalent, accepted), fits[chosen]
+
+
+def _left_out(fit: Fit, before: Fit) -> FloatArray:
+    """Return by how much each run is foretold better by the others with the last number free, shape (runs,)."""
+    found = np.zeros(len(fit.sums.grams))
+    if len(found) < 2:
+        return found
+    for sign, one in ((1.0, fit), (-1.0, before)):
+        precision = one.sums.precision(one.free)
+        for r in range(len(found)):
+            found[r] += sign * (one.evidence - one.sums.without(r).evidence(precision))
+    return found
+
+
+def confused(fit: Fit, candidates: Sequence[int], precision: FloatArray) -> FloatArray:
+    """Return how alike the marks of candidates are, -1 to 1, all else within its prior, shape (a, a).
+
+    Beyond `hexathermal.compare.comparison.ALIKE` two of them cannot be separated by the data.
+    """
+    found = np.eye(len(candidates))
+    for a, i in enumerate(candidates):
+        for b in range(a):
+            own = fit.sums.information((candidates[b], i), precision)
+            found[a, b] = found[b, a] = own[0, 1] / np.sqrt(max(own[0, 0] * own[1, 1], 1e-300))
+    return found

@@ -1,0 +1,111 @@
+"""``hexathermal compare``: the virtual bench driven by a measured campaign, simulated against measured."""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from hexathermal.show.commands import Answer, Progress, add_json
+from hexathermal.show.options import EXIT_CODES, STYLE, path
+
+if TYPE_CHECKING:
+    from hexathermal.compare.comparison import Comparison
+
+COMPARE = """\
+Drive the virtual bench ('hexathermal simulate bench') by a campaign's own motion and room, and hold what it simulates
+against what was measured: each thermocouple where it sits, and the drift. Where they part, the physics is named, with a
+factor and its interval: heat of motor or screw, convection, contact, conduction, stored heat, expansion, or a
+thermometer that reads the air. Runs for validation are never fitted; the gain is measured on them.
+"""
+
+EPILOG = f"""\
+The campaign must be of kind "leg", its thermocouples with part = "body" or "rod" and position_mm, and the air's
+temperature must be recorded. Where the bench's leg is of another length, its lengths are multiplied; notes say so.
+
+A number is named where it is more probable than 0.99 that it differs by more than its tolerance (3 %), and where runs
+left out of the estimate are foretold better. "would have been named" says how large a difference these data show; below
+it nothing is claimed. "not told apart" lists what explains the data as well; "cannot be separated from" those whose
+marks in these data are alike by more than 0.95. See docs/compare.md.
+
+files of --plots DIR:
+  parameters.png      factors of all numbers with intervals, and how large a difference would have been named
+  RUN-channels.png    each run: every channel, measured, and simulated before and after
+  RUN-residuals.png   each run: simulated less measured, by part
+
+examples:
+  hexathermal compare my-campaign
+  hexathermal compare my-campaign --plots pictures --json comparison.json
+
+{EXIT_CODES}"""
+
+
+def add(commands: Any) -> None:
+    """Declare the command."""
+    one = commands.add_parser("compare", help="the virtual bench against a measured leg", description=COMPARE,
+                              epilog=EPILOG, **STYLE)  # fmt: skip
+    one.add_argument("campaign", type=path, metavar="CAMPAIGN", help="folder with campaign.toml")
+    one.add_argument("--plots", type=path, metavar="DIR", help="draw channels, residuals and factors into this folder")
+    add_json(one)
+
+
+def run(arguments: argparse.Namespace, progress: Progress) -> Answer:
+    """Compare a campaign with the virtual bench."""
+    from hexathermal.compare.comparison import compare_campaign
+    from hexathermal.learn.campaign_files import load_campaign
+    from hexathermal.predict.table_writing import refuse_no_place
+    from hexathermal.show.compare_tables import (
+        comparison_facts,
+        differences_table,
+        parameters_table,
+        scores_table,
+    )
+
+    if arguments.plots is not None:
+        refuse_no_place(arguments.plots)
+    campaign = load_campaign(arguments.campaign, progress=progress)
+    found = compare_campaign(campaign, progress=progress)
+    facts = comparison_facts(found)
+    written = [] if arguments.plots is None else _drawn(found, arguments.plots, progress)
+    facts["written"] = [str(file) for file in written]
+    texts: list[Any] = [_summary(found)]
+    if found.differences:
+        texts.append(lambda pretty, _: differences_table(found, pretty))
+    texts += [lambda pretty, _: scores_table(found, pretty), lambda pretty, _: parameters_table(found, pretty)]
+    if written:
+        texts.append("Written:\n" + "\n".join(f"  {file}" for file in written))
+    return Answer(tuple(texts), facts)
+
+
+def _summary(found: Comparison) -> str:
+    """Return what was found, in words."""
+    runs = [f"{sum(one.role == role for one in found.runs)} for {role}" for role in ("identification", "validation")]
+    lines = [
+        found.sentence,
+        f"Campaign {found.title}: runs {', '.join(runs)}; {len(found.sensors)} thermocouples and the drift; scores on "
+        f"the runs for {found.scored_role}.",
+        f"Steps of {found.step:g} s change temperatures by at most {1e3 * found.step_error_K:.0f} mK and the drift "
+        f"by at most {1e9 * found.step_error_m:.0f} nm (one run).",
+    ]
+    lines += [f"To decide on {one.name} {one.target}".rstrip() + f": {one.experiment}." for one in found.differences
+              if one.equivalent]  # fmt: skip
+    lines += [f"note: {note}" for note in found.notes]
+    return "\n".join(lines)
+
+
+def _drawn(found: Comparison, folder: Path, progress: Progress) -> list[Path]:
+    """Write all pictures, or none; returns their paths."""
+    from hexathermal.predict.table_writing import written_folder
+    from hexathermal.show.compare_figures import channels_figure, parameters_figure, residuals_figure
+    from hexathermal.show.figures import draw
+
+    with written_folder(folder) as part:
+        names = ["parameters.png"]
+        draw(parameters_figure(found), part / names[0], "png")
+        for k, one in enumerate(found.runs):
+            progress(k, len(found.runs), "drawing")
+            stem = "".join(letter if letter.isalnum() or letter in "-_." else "_" for letter in one.name)
+            for kind, figure in (("channels", channels_figure), ("residuals", residuals_figure)):
+                names.append(f"{stem}-{kind}.png")
+                draw(figure(found, one), part / names[-1], "png")
+    return [folder / name for name in names]

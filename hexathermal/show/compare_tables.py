@@ -1,0 +1,127 @@
+"""Tables of a comparison of a campaign with the virtual bench, and the same as plain values."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from rich.table import Table
+
+from hexathermal.compare.comparison import Comparison
+from hexathermal.compare.differences import ParameterFound
+from hexathermal.compare.parameters import NAMES
+from hexathermal.compare.scores import ChannelScore
+from hexathermal.show.tables import framed
+
+FORMAT = "hexathermal-comparison/1"
+
+
+def differences_table(found: Comparison, pretty: bool) -> Table:
+    """Return what was named."""
+    table = framed(pretty, "what differs", "value>", "95 % interval", "probability>", "runs left out\nbetter>",
+                   "not told apart from", "may stand for")  # fmt: skip
+    for one in found.differences:
+        name = f"{one.name} {one.target}".strip()
+        same = ", ".join(f"{other} ({value:.2f})" for other, value in one.equivalent) or "-"
+        better = f"{one.runs_better[0]} of {one.runs_better[1]}" if one.runs_better[1] else "-"
+        table.add_row(name, f"{one.value:.3f}", f"{one.low:.3f} to {one.high:.3f}", f"{one.probability:.3f}", better,
+                      same, one.meaning)  # fmt: skip
+    return table
+
+
+def scores_table(found: Comparison, pretty: bool) -> Table:
+    """Return every channel before and after."""
+    table = framed(pretty, "channel", "part", "position\nmm>", "unit", "RMSE\nbefore>", "RMSE\nafter>",
+                   "largest\nbefore>", "largest\nafter>", "RMSE less by", "95 % interval")  # fmt: skip
+    for one in found.scores:
+        factor, unit = scale_of(one)
+        numbers = (one.rmse_before, one.rmse_after, one.linf_before, one.linf_after)
+        gain = one.reduction
+        same = not found.differences
+        table.add_row(
+            one.channel, one.part or "-", "-" if one.position is None else f"{one.position * 1e3:.1f}", unit,
+            *(f"{value * factor:.3f}" for value in numbers), "-" if same else f"{100.0 * gain.value:.0f} %",
+            "-" if same else f"{100.0 * gain.low:.0f} to {100.0 * gain.high:.0f} %",
+        )  # fmt: skip
+    return table
+
+
+def parameters_table(found: Comparison, pretty: bool) -> Table:
+    """Return all numbers that were looked for, thermocouples only where they say something."""
+    table = framed(pretty, "number", "estimate>", "95 % interval", "named", "would have been named",
+                   "cannot be separated from")  # fmt: skip
+    for one in found.parameters:
+        if one.target and not one.named and not -1.0 < one.log_evidence:
+            continue
+        alike = ", ".join(name for name, _value in one.alike) or "-"
+        table.add_row(f"{one.name} {one.target}".strip(), f"{one.value:.3f}", f"{one.low:.3f} to {one.high:.3f}",
+                      "yes" if one.named else "", limit_words(one), alike)  # fmt: skip
+    return table
+
+
+def limit_words(one: ParameterFound) -> str:
+    """Return from where on a number would have been named."""
+    if one.target:
+        return f"above {one.limit_high:.2f}"
+    if one.limit_low <= 0.0 or not np.isfinite(one.limit_high):
+        return "never by these data"
+    return f"below {one.limit_low:.2f} or above {one.limit_high:.2f}"
+
+
+def scale_of(one: ChannelScore) -> tuple[float, str]:
+    """Return the factor to the unit that a channel is shown in, and that unit."""
+    return (1e6, "um") if one.channel == "drift" else (1.0, "K")
+
+
+def comparison_facts(found: Comparison) -> dict[str, Any]:
+    """Return a comparison as plain values (JSON)."""
+    noise = found.noise
+    return {
+        "format": FORMAT,
+        "title": found.title,
+        "verdict": "difference" if found.differences else "none",
+        "sentence": found.sentence,
+        "sensors": list(found.sensors),
+        "differences": [
+            {"name": one.name, "target": one.target or None, "value": one.value, "low": one.low, "high": one.high,
+             "probability": one.probability, "log_evidence": one.log_evidence, "meaning": one.meaning,
+             "runs_better": one.runs_better[0], "runs_left_out": one.runs_better[1],
+             "equivalent": [{"name": name, "value": value} for name, value in one.equivalent],
+             "next_experiment": one.experiment}
+            for one in found.differences
+        ],
+        "parameters": [_parameter_facts(one) for one in found.parameters],
+        "scored_runs": found.scored_role,
+        "channels": [_channel_facts(one) for one in found.scores],
+        "noise": {"slow_K": noise.slow, "common_K": noise.common, "time_s": noise.time,
+                  "drift_slow_um": noise.drift_slow, "drift_time_s": noise.drift_time,
+                  "landing_scatter_um": noise.scatter,
+                  "own_factor": dict(zip(found.sensors, noise.own.tolist(), strict=True))},
+        "step_s": found.step,
+        "step_error": {"largest_K": found.step_error_K, "largest_um": found.step_error_m * 1e6},
+        "notes": list(found.notes),
+    }  # fmt: skip
+
+
+def _parameter_facts(one: ParameterFound) -> dict[str, Any]:
+    """Return a number that was looked for as plain values."""
+    never = one.name in NAMES and (one.limit_low <= 0.0 or not np.isfinite(one.limit_high))
+    return {
+        "name": one.name, "target": one.target or None, "value": one.value, "low": one.low, "high": one.high,
+        "named": one.named, "log_evidence": one.log_evidence, "named_below": None if never else one.limit_low,
+        "named_above": None if never else one.limit_high,
+        "not_separated": [{"name": name, "correlation": value} for name, value in one.alike],
+        "next_experiment": one.experiment,
+    }  # fmt: skip
+
+
+def _channel_facts(one: ChannelScore) -> dict[str, Any]:
+    """Return a channel's scores as plain values."""
+    factor, unit = scale_of(one)
+    return {
+        "channel": one.channel, "part": one.part or None,
+        "position_mm": None if one.position is None else one.position * 1e3, "unit": unit,
+        "rmse_before": one.rmse_before * factor, "rmse_after": one.rmse_after * factor,
+        "linf_before": one.linf_before * factor, "linf_after": one.linf_after * factor,
+        "rmse_reduction": {"value": one.reduction.value, "low": one.reduction.low, "high": one.reduction.high},
+    }  # fmt: skip
