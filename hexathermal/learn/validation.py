@@ -38,7 +38,7 @@ TRIFLE = 0.02
 
 @dataclass(frozen=True, eq=False)
 class Predicted:
-    """What a law says of rows: dT of its sensors (n, k) [K] as it reads them, drift (n,) [m] and variance (n,) [m^2]."""
+    """What a law says of rows: dT of its sensors (n, k) [K] as it reads them, drift [m] and variance [m^2] (n,)."""
 
     dT: FloatArray
     drift: FloatArray

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -108,7 +109,7 @@ class Memory:
         t0, u0, y0 = (time[0], u[0], u[0]) if before is None else before
         step = np.diff(time, prepend=t0) / time_constant
         decay = np.exp(-step)[:, None]
-        # part of a linear piece that the end of the piece carries: 1 - (1 - a) / step, by its series where step is small
+        # the part of a linear piece that its end carries: 1 - (1 - a) / step, by its series where step is small
         safe = np.where(step > 1e-4, step, 1.0)
         carried = np.where(step > 1e-4, 1.0 - (1.0 - np.exp(-step)) / safe, step / 2.0 - step**2 / 6.0)[:, None]
         previous = np.concatenate([u0[None], u[:-1]])
@@ -122,7 +123,9 @@ class Memory:
         t0, q0 = self._kept.get("speed", (time[0], q[0]))
         dt, dq = np.diff(time, prepend=t0), np.diff(q, prepend=q0)
         self._kept["speed"] = (time[-1], q[-1])
-        return np.where(dt > 0.0, np.abs(np.where(np.abs(dq) > SMALLEST_MOVE, dq, 0.0)) / np.where(dt > 0, dt, 1.0), 0.0)
+        return np.where(
+            dt > 0.0, np.abs(np.where(np.abs(dq) > SMALLEST_MOVE, dq, 0.0)) / np.where(dt > 0, dt, 1.0), 0.0
+        )
 
     def first(self, key: str, values: FloatArray) -> Any:
         """Return what the values were in the run's first row."""
@@ -161,7 +164,7 @@ def _accumulated(decay: FloatArray, step: FloatArray, gained: FloatArray, start:
     piece = np.floor(np.cumsum(step) / LONGEST_DECAY)
     edges = np.flatnonzero(np.concatenate([[True], piece[1:] != piece[:-1], [True]]))
     value = np.asarray(start, dtype=np.float64)
-    for first, stop in zip(edges[:-1], edges[1:], strict=True):
+    for first, stop in pairwise(edges):
         # the first row of a piece by itself, so that a long gap before it cannot overflow
         y[first] = decay[first] * value + gained[first]
         if stop - first > 1:

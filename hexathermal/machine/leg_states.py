@@ -29,6 +29,9 @@ BENCH_CAUSES = ("frame-expansion", "air-refraction", "abbe-tilt", "zero-drift", 
 """What belongs to the bench and its interferometer, not to the leg."""
 
 MOST_STEPS = 40
+LARGEST_JUMP = 1e-4
+"""What a jump of the drift at a reversal may leave of a corrected length, where no length solves the equation [m]."""
+
 LENGTH_STEP = 1e-15
 """A corrected length that moves by less than this is the solution [m]."""
 
@@ -230,8 +233,10 @@ class LegController:
     ) -> None:  # fmt: skip
         """Keep the first row, which later ones count from."""
         degC = {name: np.array([value]) for name, value in self._checked(temperatures).items()}
-        kept = [None if value is None else np.asarray([value], dtype=np.float64) for value in (air, index, tilt)]
-        self._zero = LegSignals(np.array([float(time)]), degC, np.zeros(1), self.retracted_length, *kept[:3])
+        weather = [None if value is None else np.asarray([value], dtype=np.float64) for value in (air, index, tilt)]
+        self._zero = LegSignals(
+            np.array([float(time)]), degC, np.zeros(1), self.retracted_length, weather[0], weather[1], weather[2]
+        )
 
     def _checked(self, temperatures: Mapping[str, float]) -> dict[str, float]:
         """Return the temperatures of the sensors that are read."""
@@ -264,6 +269,6 @@ def solved_length(wanted: float, drift: Callable[[float], float]) -> float:
         if abs(wrong) <= LENGTH_STEP:
             break
         length = length + wrong
-    if not least < np.inf or abs(best - wanted) > 0.2 * abs(wanted):
+    if not least <= LARGEST_JUMP:
         raise ArgumentError(f"no length solves c + drift(c) = {wanted:g} m: the drift is no small part of the length")
     return best

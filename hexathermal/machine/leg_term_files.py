@@ -94,7 +94,12 @@ def term_table(term: LegTerm) -> dict[str, Any]:
     table: dict[str, Any] = {"cause": term.cause, "shape": term.shape}
     for key, value in term.parameters.items():
         if key.endswith("_m"):
-            table[f"{key}m"] = shortest(float(value), metres)
+            lengths = np.asarray(value, dtype=np.float64)
+            table[f"{key}m"] = (
+                [shortest(one, metres) for one in lengths.tolist()]
+                if lengths.ndim
+                else shortest(float(lengths), metres)
+            )
         else:
             table[key] = _plain(value)
     return table | {"amplitudes": scaled(term.amplitudes, power), "unit": unit_of(term.shape),
@@ -174,8 +179,8 @@ def _read_term(form: Form, data: Any, path: Where) -> LegTerm | None:
 
 
 def _number(value: Any) -> Any:
-    """Return an array of no dimension as a number."""
-    return float(value) if isinstance(value, np.ndarray) and not value.ndim else value
+    """Return an array as a number, or a list of them."""
+    return value.tolist() if isinstance(value, np.ndarray) else value
 
 
 def _free(form: Form, data: dict[str, Any], path: Where) -> dict[str, Any]:
@@ -184,7 +189,8 @@ def _free(form: Form, data: dict[str, Any], path: Where) -> dict[str, Any]:
     for key, value in data.items():
         if key not in TERM:
             plain = isinstance(value, str | bool)
-            rule = "mm+" if key.endswith("_mm") else "number+"
+            size = f"({len(value)})" if isinstance(value, list) else ""
+            rule = f"mm{size}" if key.endswith("_mm") else "number+"
             read = value if plain else form.value(value, (*path, key), rule)
             if read is not None:
                 found[key] = read

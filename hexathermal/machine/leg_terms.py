@@ -15,7 +15,7 @@ import numpy as np
 
 from hexathermal.errors import ArgumentError, UnknownNameError
 from hexathermal.machine.leg_signals import LegSignals, Memory
-from hexathermal.machine.thermal import frozen
+from hexathermal.machine.thermal import frozen, refreeze
 from hexathermal.poses import FloatArray
 
 Shape = Callable[[LegSignals, Mapping[str, Any], Memory], FloatArray]
@@ -57,6 +57,20 @@ class LegTerm:
         object.__setattr__(self, "amplitudes", frozen(amplitudes))
         object.__setattr__(self, "covariance", frozen(covariance))
 
+    def __eq__(self, other: object) -> bool:
+        if not isinstance(other, LegTerm):
+            return NotImplemented
+        return (
+            (self.cause, self.shape, self.parameters) == (other.cause, other.shape, other.parameters)
+            and np.array_equal(self.amplitudes, other.amplitudes)
+            and np.array_equal(self.covariance, other.covariance)
+        )
+
+    __hash__ = None  # type: ignore[assignment]
+
+    def __setstate__(self, state: dict[str, Any]) -> None:
+        refreeze(self, state)
+
     def columns(self, signals: LegSignals, memory: Memory | None = None) -> FloatArray:
         """Return what the amplitudes multiply, shape (n, k)."""
         return term_columns(self.shape, signals, self.parameters, memory)
@@ -93,7 +107,11 @@ def lag(signals: LegSignals, parameters: Mapping[str, Any], memory: Memory) -> F
 
     With ``order`` 2 the low pass is two equal stages of half the time constant each.
     """
-    dT, tau, order = signals.temperature(parameters["sensor"]), parameters["time_constant_s"], parameters.get("order", 1)
+    dT, tau, order = (
+        signals.temperature(parameters["sensor"]),
+        parameters["time_constant_s"],
+        parameters.get("order", 1),
+    )
     behind = dT
     for stage in range(int(order)):
         behind = memory.low_pass(f"stage {stage}", signals.time, behind, tau / order)

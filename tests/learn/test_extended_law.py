@@ -1,0 +1,246 @@
+"""A law with terms: the same row by row, in blocks and at once; what needs more than a row is refused by name."""
+
+from __future__ import annotations
+
+import dataclasses
+import json
+from itertools import pairwise
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from hexathermal.cli import main
+from hexathermal.errors import ArgumentError, UnknownNameError
+from hexathermal.learn.campaign_files import load_campaign
+from hexathermal.learn.campaign_laws import identify_campaign, role_blocks, validate_campaign
+from hexathermal.learn.leg_law_files import write_leg_law
+from hexathermal.learn.signals import run_rows
+from hexathermal.learn.validation import validate
+from hexathermal.machine.leg_repairs import SensorRepair, repaired
+from hexathermal.machine.leg_terms import SHAPES, LegTerm
+from tests.learn.campaign_folders import (
+    A_PER_K,
+    B_PER_K,
+    Table,
+    campaign_text,
+    component_campaign,
+    leg_table,
+    write_table,
+)
+from tests.learn.extended_laws import EXAMPLES, Q0, REPAIRS, drawn_signals, law_with, part, terms_of
+
+EVERY = [shape for shape in SHAPES if shape in EXAMPLES]
+
+
+def weather(signals, k: int) -> dict:  # type: ignore[no-untyped-def]
+    """Return what a row holds beside temperatures and displacement, as a controller is given it."""
+    return {"air": 21.3 + signals.air[k], "index": 1.00027 + signals.index[k], "tilt": signals.tilt[k],
+            "inputs": {name: values[k] for name, values in signals.inputs.items()}}  # fmt: skip
+
+
+@pytest.mark.parametrize("shape", EVERY)
+@given(seed=st.integers(0, 10**6), cuts=st.sets(st.integers(1, 159), max_size=6))
+def test_blocks_of_rows_give_what_all_rows_at_once_give(shape: str, seed: int, cuts: set[int]) -> None:
+    """To 1e-12 m, however the rows are cut, for every shape."""
+    law, signals = law_with(terms_of(shape)), drawn_signals(seed)
+    memory, edges = law.memory(), [0, *sorted(cuts), 160]
+    pieces = [law.predict_signals(part(signals, slice(a, b)), memory) for a, b in pairwise(edges)]
+    assert np.abs(np.concatenate(pieces) - law.predict_signals(signals)).max() < 1e-12
+
+
+@pytest.mark.parametrize("shape", EVERY)
+def test_a_controller_row_by_row_gives_what_all_rows_at_once_give(shape: str) -> None:
+    """To 1e-12 m for every shape, with readings in degC and the zero taken from the first row."""
+    law, signals = law_with(terms_of(shape)), drawn_signals(7)
+    controller = law.controller()
+    found = [
+        controller.update(
+            1000.0 + signals.time[k], {name: 22.0 + v[k] for name, v in signals.dT.items()}, signals.q[k],
+            **weather(signals, k),
+        )
+        for k in range(len(signals))
+    ]  # fmt: skip
+    assert np.abs(np.array(found) - law.predict_signals(signals)).max() < 1e-12
+    assert controller.drift == found[-1]
+
+
+@given(seed=st.integers(0, 10**6), chosen=st.lists(st.sampled_from(REPAIRS), min_size=1, max_size=4, unique_by=id))
+def test_causal_repairs_run_row_by_row(seed: int, chosen: list[SensorRepair]) -> None:
+    """Swap, drift, detached sensor and a clock that runs behind: to 1e-12 m what they give offline, in any order."""
+    law, signals = law_with(terms_of("lag"), tuple(chosen)), drawn_signals(seed, 60)
+    memory = law.memory()
+    rows = [law.predict_signals(part(signals, slice(k, k + 1)), memory)[0] for k in range(len(signals))]
+    assert np.abs(np.array(rows) - law.predict_signals(signals)).max() < 1e-12
+
+
+def test_repairs_do_what_they_say() -> None:
+    """Each against the same thing written out."""
+    signals = drawn_signals(3)
+    t, dT = signals.time, signals.dT
+    swap, drift, late, detached = REPAIRS
+    assert np.array_equal(repaired(signals, [swap]).dT["T01"], dT["T02"])
+    assert np.allclose(repaired(signals, [drift]).dT["T01"], dT["T01"] - 0.03 * t / 3600.0, atol=1e-14)
+    assert np.allclose(repaired(signals, [detached]).dT["T02"], 0.4 * dT["T01"] + 0.7 * dT["T03"], atol=1e-14)
+    assert np.allclose(repaired(signals, [late]).dT["T03"], np.interp(t - 47.5, t, dT["T03"]), atol=1e-14)
+    ahead = repaired(signals, [SensorRepair("clock-offset", "clock", {"offset_s": 30.0})])
+    moved = np.interp(t + 30.0, t, dT["T03"])
+    assert np.allclose(ahead.dT["T03"], moved - moved[0], atol=1e-14)
+    later = SensorRepair(
+        "sensor-detached", "detached", {"sensor": "T02", "weights": {"T01": 1.0}, "from_s": {"b": 300}}
+    )
+    assert np.array_equal(repaired(signals, [later], "a").dT["T02"], dT["T02"])
+    begun = repaired(signals, [later], "b").dT["T02"]
+    assert np.array_equal(begun, np.where(t >= 300.0, dT["T01"], dT["T02"]))
+
+
+def test_a_clock_that_runs_ahead_is_no_matter_for_a_controller() -> None:
+    """Offline it is run; a controller says that it would need the future."""
+    law = law_with((), (SensorRepair("clock-offset", "clock", {"offset_s": 30.0}),))
+    assert np.isfinite(law.predict_signals(drawn_signals(1))).all()
+    with pytest.raises(ArgumentError, match="temperatures that come later"):
+        law.controller()
+    with pytest.raises(ArgumentError, match="row by row that cannot be run"):
+        law.predict_signals(drawn_signals(1), law.memory())
+
+
+@pytest.mark.parametrize("shape", EVERY)
+def test_a_leg_that_follows_the_law_is_corrected_to_zero(shape: str) -> None:
+    """Lengths are asked for row by row; the leg, warm by the same law along the lengths that it was given, is as long
+    as wanted to 1e-12 m; uncorrected it is not.
+    """
+    law, signals = law_with(terms_of(shape)), drawn_signals(11, 80)
+    controller, wanted = law.controller(), Q0 + signals.q
+    commands = np.empty(len(signals))
+    for k in range(len(signals)):
+        at = (signals.time[k], {name: 20.0 + values[k] for name, values in signals.dT.items()})
+        commands[k] = controller.corrected_length(wanted[k], *at, **weather(signals, k))
+        controller.update(*at, commands[k] - Q0, **weather(signals, k))
+        assert controller.corrected_length(commands[k] + controller.drift) == pytest.approx(commands[k], abs=1e-12)
+    true = commands + law.predict_signals(dataclasses.replace(signals, q=commands - Q0))
+    assert np.abs(true - wanted).max() < 1e-12
+    assert np.abs(law.predict_signals(signals)).max() > 1e-7
+
+
+def test_single_rows_are_refused_by_name() -> None:
+    """`predict` of a law with a lag says which term is in the way and what to call; so does `validate` on blocks."""
+    law = law_with(terms_of("lag"))
+    with pytest.raises(ArgumentError, match=r"extended by thermal-lag.*predict_signals.*controller"):
+        law.predict(np.zeros((1, 2)), np.zeros(1))
+    with pytest.raises(ArgumentError, match="joint_covariance has shape"):
+        dataclasses.replace(law, joint_covariance=np.eye(4))
+    with pytest.raises(ArgumentError, match="needs sensor 'T02'"):
+        law.predict_signals(dataclasses.replace(drawn_signals(1), dT={"T01": np.zeros(160)}))
+    with pytest.raises(ArgumentError, match="needs the air temperature"):
+        law_with(terms_of("room")).predict_signals(dataclasses.replace(drawn_signals(1), air=None))
+
+
+def test_a_bad_row_leaves_no_trace() -> None:
+    """A missing or broken reading, or time running backwards, is refused; the next row is taken as if it never was."""
+    law = law_with(terms_of("lag"))
+    two = [law.controller(), law.controller()]
+    for one in two:
+        one.update(0.0, {"T01": 20.0, "T02": 20.0}, 0.1)
+    for bad in ((1.0, {"T01": 20.0}, 0.1), (1.0, {"T01": np.nan, "T02": 20.0}, 0.1), (-1.0, {"T01": 2, "T02": 2}, 0.1)):
+        with pytest.raises(ArgumentError, match=r"missing|no reading|never decreases"):
+            two[0].update(*bad)
+    after = [one.update(60.0, {"T01": 21.0, "T02": 22.0}, 0.2) for one in two]
+    assert after[0] == after[1]
+    with pytest.raises(ArgumentError, match="no row yet"):
+        law.controller().corrected_length(0.7)
+
+
+def test_the_variance_holds_the_amplitudes() -> None:
+    """Against the sum written out; joint covariance and its blocks agree where nothing is correlated."""
+    covariance = np.array([[4e-16]])
+    term = LegTerm("backlash", "direction", {}, [0.3e-6], covariance)
+    law, signals = law_with((term,)), drawn_signals(5)
+    base = law_with().variance_signals(signals)
+    dT = np.column_stack([signals.dT["T01"], signals.dT["T02"]])
+    assert np.allclose(base, law_with().variance(dT, signals.q, signals.time), rtol=1e-12)
+    added = 4e-16 * term.columns(signals)[:, 0] ** 2
+    assert np.allclose(law.variance_signals(signals), base + added, rtol=1e-12)
+    joint = dataclasses.replace(law, joint_covariance=law.whole_covariance)
+    assert np.array_equal(joint.variance_signals(signals), law.variance_signals(signals))
+    whole = law.whole_covariance.copy()
+    whole[0, 4] = whole[4, 0] = 1e-16
+    crossed = dataclasses.replace(law, joint_covariance=whole).variance_signals(signals)
+    more = 2e-16 * Q0 * dT[:, 0] * term.columns(signals)[:, 0]
+    assert np.allclose(crossed, law.variance_signals(signals) + more, rtol=1e-9)
+
+
+def with_backlash(table: Table) -> Table:
+    """Return a run whose leg has 0.8 um of backlash and whose displacement is read in the rows of movements too."""
+    moved = np.diff(table["q_mm"], prepend=table["q_mm"][0])
+    last = np.maximum.accumulate(np.where(moved != 0.0, np.arange(len(moved)), 0))
+    step = 0.4e-3 * np.sign(moved[last])
+    return {name: values + step if name.startswith("beam") else values for name, values in table.items()}
+
+
+@pytest.fixture(scope="module")
+def campaign(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A leg with backlash: two runs to identify, two to validate."""
+    folder = tmp_path_factory.mktemp("backlash")
+    roles = {"a": "identification", "b": "identification", "c": "validation", "d": "validation"}
+    for seed, name in enumerate(roles):
+        write_table(folder / "runs" / f"{name}.csv", with_backlash(leg_table(seed)))
+    (folder / "campaign.toml").write_text(campaign_text(roles), encoding="utf-8")
+    return folder
+
+
+def test_a_term_that_is_true_makes_the_validation_better(campaign: Path, tmp_path: Path) -> None:
+    """RMSE and largest residual fall by the backlash; per run too; the command line prints the same figures."""
+    loaded = load_campaign(campaign)
+    law = dataclasses.replace(identify_campaign(loaded, ["T01"]).law, coefficients=np.array([A_PER_K, B_PER_K]))
+    extended = dataclasses.replace(law, terms=(LegTerm("backlash", "direction", {}, [0.8e-6], [[1e-18]]),))
+    before, after = validate_campaign(law, loaded), validate_campaign(extended, loaded)
+    assert after.rows == before.rows
+    assert after.total.drift_rms == before.total.drift_rms
+    assert after.total.rmse.value < 0.6 * before.total.rmse.value
+    assert after.total.linf.value < before.total.linf.value
+    assert all(after.runs[name].rmse.value < before.runs[name].rmse.value for name in ("c", "d"))
+    file = write_leg_law(extended, tmp_path / "leg.toml")
+    answer = tmp_path / "v.json"
+    assert main(["validate", str(file), str(campaign), "--json", str(answer)]) == 0
+    told = json.loads(answer.read_text(encoding="utf-8"))
+    assert told["total"]["rmse_um"]["value"] == pytest.approx(after.total.rmse.value * 1e6, rel=1e-9)
+
+
+def test_states_come_from_all_rows_of_a_run(campaign: Path) -> None:
+    """Rows that may not be used move the states: predictions of the usable rows are those of the whole run."""
+    loaded = load_campaign(campaign)
+    law = dataclasses.replace(identify_campaign(loaded, ["T01"]).law, terms=terms_of("relaxation")[:1])
+    rows = run_rows(loaded, "c")
+    curves = next(one for one in validate_campaign(law, loaded).curves if one.run == "c")
+    said = law.predict_signals(rows.signals)
+    assert np.array_equal(curves.predicted, said[rows.settled])
+    assert not rows.settled.all()
+
+
+def test_an_extended_law_meets_the_same_checks(campaign: Path) -> None:
+    """A sensor that only a term reads must be there; a law without terms goes the old way, bit by bit."""
+    loaded = load_campaign(campaign)
+    law = identify_campaign(loaded, ["T01"]).law
+    far = dataclasses.replace(
+        law, terms=(LegTerm("missing-sensor", "temperature", {"sensor": "T99", "ratio": 0}, [0]),)
+    )
+    with pytest.raises(UnknownNameError, match="reads sensor 'T99', which the campaign does not have"):
+        validate_campaign(far, loaded)
+    with pytest.raises(ArgumentError, match="predict_signals"):
+        validate(
+            dataclasses.replace(law, terms=terms_of("position")), role_blocks(loaded, "validation"), loaded.sensors
+        )
+    zero = dataclasses.replace(law, terms=(LegTerm("backlash", "direction", {}, [0.0]),))
+    with_term, without = validate_campaign(zero, loaded), validate_campaign(law, loaded)
+    assert with_term.total == without.total
+
+
+def test_a_component_with_stored_heat(tmp_path: Path) -> None:
+    """A component's law takes terms too; its lengths are one metre for a kelvin."""
+    loaded = load_campaign(component_campaign(tmp_path))
+    law = identify_campaign(loaded, ["T1"]).law
+    term = LegTerm("hidden-heat", "stored-heat", {"source": "spindle_speed_rpm", "time_constant_s": 600.0}, [1e-10])
+    found = validate_campaign(dataclasses.replace(law, terms=(term,)), loaded)
+    assert found.rows == validate_campaign(law, loaded).rows

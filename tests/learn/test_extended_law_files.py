@@ -1,0 +1,142 @@
+"""leg.toml with terms and repairs: written and read without loss; every bad field is named with its place."""
+
+from __future__ import annotations
+
+import dataclasses
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from hexathermal.errors import FileFormatError
+from hexathermal.learn.law import IdentifiedLaw
+from hexathermal.learn.leg_law_files import read_leg_law, write_leg_law
+from hexathermal.machine.leg_repairs import SensorRepair
+from hexathermal.machine.leg_terms import SHAPES, LegTerm
+from tests.learn.extended_laws import EXAMPLES, REPAIRS, law_with
+from tests.learn.test_leg_files import drawn
+
+LATE = {"sensor": "T01", "weights": {"T02": 0.5}, "from_s": {"run 1": 1200.5}}
+REPAIRED = (*REPAIRS, SensorRepair("sensor-detached", "detached", LATE))
+
+
+def extended(seed: int, shapes: list[str], kind: str, joint: bool) -> IdentifiedLaw:
+    """Return a drawn law with terms of the shapes, numbers of all digits."""
+    rng = np.random.default_rng(seed)
+    terms = []
+    for shape in shapes:
+        cause, parameters, amplitudes = EXAMPLES[shape][int(rng.integers(len(EXAMPLES[shape])))]
+        sizes = np.array(amplitudes) * rng.normal(size=len(amplitudes))
+        root = rng.normal(size=(len(sizes), len(sizes))) * 1e-7
+        own = {key: value * rng.uniform(0.5, 2.0) if isinstance(value, float) else value
+               for key, value in parameters.items()}  # fmt: skip
+        terms.append(LegTerm(cause, shape, own, sizes, root @ root.T if rng.random() < 0.7 else np.zeros((0, 0))))
+    law = dataclasses.replace(drawn(seed, kind, 2), terms=tuple(terms), repairs=REPAIRED[: seed % 6])
+    root = rng.normal(size=law.whole_covariance.shape) * 1e-8
+    return dataclasses.replace(law, joint_covariance=root @ root.T) if joint else law
+
+
+def assert_same(one: IdentifiedLaw, other: IdentifiedLaw) -> None:
+    """Terms, repairs and joint covariance are the same to the last bit."""
+    assert one.repairs == other.repairs
+    assert len(one.terms) == len(other.terms)
+    for a, b in zip(one.terms, other.terms, strict=True):
+        assert (a.cause, a.shape, a.parameters) == (b.cause, b.shape, b.parameters)
+        assert np.array_equal(a.amplitudes, b.amplitudes)
+        assert np.array_equal(a.covariance, b.covariance)
+    assert (one.joint_covariance is None) == (other.joint_covariance is None)
+    if one.joint_covariance is not None and other.joint_covariance is not None:
+        assert np.array_equal(one.joint_covariance, other.joint_covariance)
+
+
+@given(
+    seed=st.integers(0, 10**6), kind=st.sampled_from(["leg", "component"]), joint=st.booleans(),
+    shapes=st.lists(st.sampled_from(sorted(EXAMPLES)), max_size=4),
+)  # fmt: skip
+def test_terms_survive_writing_and_reading_to_the_last_bit(
+    tmp_path_factory: pytest.TempPathFactory, seed: int, kind: str, joint: bool, shapes: list[str]
+) -> None:
+    """Every shape, every repair, the joint covariance."""
+    law = extended(seed, shapes, kind, joint)
+    assert_same(law, read_leg_law(write_leg_law(law, tmp_path_factory.mktemp("law") / "leg.toml")))
+
+
+def test_a_shape_without_rules_is_carried_too(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A shape that somebody adds needs no change of the files: texts, numbers, lengths in mm."""
+    monkeypatch.setitem(SHAPES, "bump", lambda signals, parameters, memory: np.exp(-(signals.q**2)))
+    own = {"where_m": 0.0123456789, "width_m": 1.7e-3, "sensor": "T01", "power": 2.0, "signed": True,
+           "knots_m": [0.001, 0.2], "heights": [1.5, 2.0]}  # fmt: skip
+    law = law_with((LegTerm("bump", "bump", own, [np.pi * 1e-7, 2e-7]),))
+    assert_same(law, read_leg_law(write_leg_law(law, tmp_path / "leg.toml")))
+    assert "where_mm = 12.3456789" in (tmp_path / "leg.toml").read_text(encoding="utf-8")
+
+
+BAD = [
+    ('shape = "lag"', 'shape = "delay"', "terms[0].shape must be one of: lag, temperature"),
+    ('shape = "lag"\n', "", "key 'shape' is missing in [[terms[0]]]"),
+    ('sensor = "T01"', 'sensors = "T01"', "unknown key 'sensors'"),
+    ("time_constant_s = 900.0", "time_constant_s = 0", "terms[0].time_constant_s must be above 0, found 0"),
+    ('unit = "1/K"', 'unit = "um"', "terms[0].unit of shape 'lag' must be '1/K', found 'um'"),
+    ('unit = "um"', 'unit = "1"', "terms[1].unit of shape 'periodic' must be 'um'"),
+    ("pitch_mm = 2.03", "pitch_mm = -2.03", "terms[1].pitch_mm must be above 0"),
+    ("pitch_mm = 2.03", "pitch_m = 2.03", "unknown key 'pitch_m'"),
+    ("  -0.2,\n", "", "terms[1].amplitudes has 1 values; expected 2"),
+    ('kick = "move"', 'kick = "jump"', "terms[2].kick must be one of: direction, move, step"),
+    ('kind = "swap"', 'kind = "exchange"', "repairs[0].kind must be one of: clock, swap, drift, detached"),
+    ('second = "T02"\n', "", "key 'second' is missing in [repairs[0]]"),
+    ("rate_K_per_h = 0.03", 'rate_K_per_h = "x"', "repairs[1].rate_K_per_h must be a number"),
+    ("T03 = 0.7", 'T03 = "x"', "repairs[2].weights.T03 must be a number"),
+    ("T03 = 0.7", "T02 = 0.7", "weights are those of other sensors"),
+]  # fmt: skip
+
+
+@pytest.mark.parametrize(("old", "new", "said"), BAD)
+def test_each_bad_field_is_named_with_its_place(tmp_path: Path, old: str, new: str, said: str) -> None:
+    """What is wrong, what was expected, line and column of it."""
+    terms = (
+        LegTerm("thermal-lag", "lag", {"sensor": "T01", "ratio": 0.5, "time_constant_s": 900.0}, [1e-6]),
+        LegTerm("periodic-screw-error", "periodic", {"pitch_m": 0.00203}, [0.1e-6, -0.2e-6]),
+        LegTerm("creep", "relaxation", {"time_constant_s": 60.0, "kick": "move"}, [0.2e-6]),
+    )
+    law = law_with(terms, (REPAIRS[0], REPAIRS[1], REPAIRS[3]))
+    file = write_leg_law(dataclasses.replace(law, joint_covariance=law.whole_covariance), tmp_path / "leg.toml")
+    text = file.read_text(encoding="utf-8")
+    assert old in text
+    changed = text.replace(old, new)
+    file.write_text(changed, encoding="utf-8")
+    with pytest.raises(FileFormatError) as caught:
+        read_leg_law(file)
+    found = [problem for problem in caught.value.problems if said in problem.message]
+    assert found, str(caught.value)
+    assert found[0].line > changed.count("\n", 0, changed.index("[law]"))
+    assert found[0].column > 0
+
+
+@pytest.mark.parametrize(("matrix", "said"), [
+    ("[[1.0]]", "law.joint_covariance has shape (1, 1); expected (5, 5)"),
+    (str([[float(i == j) + (i < j) for j in range(5)] for i in range(5)]), "law.joint_covariance must be symmetric"),
+    (str((np.eye(5) * 3.0 - 1.0).tolist()), "law.joint_covariance has a negative eigenvalue"),
+])  # fmt: skip
+def test_a_bad_joint_covariance_is_named(tmp_path: Path, matrix: str, said: str) -> None:
+    """Of another size, not symmetric, or no covariance."""
+    law = law_with((LegTerm("backlash", "direction", {}, [1e-7]),))
+    file = write_leg_law(law, tmp_path / "leg.toml")
+    text = file.read_text(encoding="utf-8").replace("q0_mm", f"joint_covariance = {matrix}\nq0_mm")
+    file.write_text(text, encoding="utf-8")
+    with pytest.raises(FileFormatError) as caught:
+        read_leg_law(file)
+    assert said in str(caught.value)
+
+
+def test_all_bad_terms_are_named_at_once(tmp_path: Path) -> None:
+    """Two terms and a repair at fault make three complaints."""
+    law = law_with((LegTerm("backlash", "direction", {}, [1e-7]),) * 2, REPAIRS[:1])
+    file = write_leg_law(law, tmp_path / "leg.toml")
+    text = file.read_text(encoding="utf-8").replace('unit = "um"', 'unit = "nm"').replace('first = "T01"', "first = 1")
+    file.write_text(text, encoding="utf-8")
+    with pytest.raises(FileFormatError) as caught:
+        read_leg_law(file)
+    assert len(caught.value.problems) == 3
+    assert len({problem.line for problem in caught.value.problems}) == 3

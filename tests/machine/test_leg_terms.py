@@ -1,0 +1,124 @@
+"""Shapes of terms against the same physics stepped row by row; what belongs to the bench; equality and pickling."""
+
+from __future__ import annotations
+
+import pickle
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from hexathermal.errors import ArgumentError, UnknownNameError
+from hexathermal.machine.leg_repairs import SensorRepair
+from hexathermal.machine.leg_signals import LegSignals
+from hexathermal.machine.leg_states import of_bench, solved_length
+from hexathermal.machine.leg_term_files import COUNTS, PARAMETERS, UNITS
+from hexathermal.machine.leg_terms import SHAPES, LegTerm, term_columns
+from tests.learn.extended_laws import EXAMPLES, drawn_signals
+
+FINE = 4000
+"""Steps of a row in which a differential equation is integrated."""
+
+
+def integrated(time: np.ndarray, u: np.ndarray, tau: float) -> np.ndarray:
+    """Return ``tau y' = u - y``, at rest at first, by many small steps between rows where u is linear."""
+    y = np.empty_like(u)
+    y[0] = u[0]
+    for k in range(1, len(u)):
+        value, h = y[k - 1], (time[k] - time[k - 1]) / FINE
+        for part in (np.arange(FINE) + 0.5) / FINE:
+            middle = u[k - 1] + part * (u[k] - u[k - 1])
+            value += h / tau / (1.0 + 0.5 * h / tau) * (middle - value)
+        y[k] = value
+    return y
+
+
+@given(seed=st.integers(0, 10**6), tau=st.floats(20.0, 5000.0))
+def test_a_lag_solves_its_differential_equation(seed: int, tau: float) -> None:
+    """``(q0 + r q) (y - dT)`` with ``tau y' = dT - y``, in two stages of half the time where that is asked for."""
+    signals = drawn_signals(seed, 8)
+    dT, span = signals.dT["T01"], 0.6 + 0.4 * signals.q
+    parameters = {"sensor": "T01", "ratio": 0.4, "time_constant_s": tau}
+    once = term_columns("lag", signals, parameters)[:, 0]
+    assert np.allclose(once, span * (integrated(signals.time, dT, tau) - dT), atol=1e-6)
+    twice = term_columns("lag", signals, parameters | {"order": 2})[:, 0]
+    assert abs(twice[0]) < 1e-15
+    steady = LegSignals(signals.time, {"T01": np.full(8, 3.0)}, signals.q, 0.6)
+    assert np.abs(term_columns("lag", steady, parameters | {"order": 2})).max() < 1e-12
+
+
+@given(seed=st.integers(0, 10**6))
+def test_shapes_of_motion_are_their_recursions(seed: int) -> None:
+    """Direction, relaxation and heat of motion, written as a loop over rows."""
+    signals = drawn_signals(seed, 60)
+    t, q = signals.time, signals.q
+    last, decayed, heat = 0.0, 0.0, [0.0]
+    for k in range(60):
+        moved = q[k] - q[k - 1] if k else 0.0
+        moved = moved if abs(moved) > 2e-6 else 0.0
+        last = np.sign(moved) if moved else last
+        decayed = decayed * np.exp(-(t[k] - t[k - 1]) / 300.0 if k else 0.0) + abs(np.sign(moved))
+        if k:
+            heat.append((abs(moved) / (t[k] - t[k - 1])) ** 2)
+        assert term_columns("direction", signals, {})[k, 0] == 0.5 * last
+        kicked = term_columns("relaxation", signals, {"time_constant_s": 300.0, "kick": "move"})[k, 0]
+        assert kicked == pytest.approx(decayed, abs=1e-12)
+    stored = term_columns("stored-heat", signals, {"source": "motion", "power": 2, "time_constant_s": 0.0})
+    assert np.allclose(stored[:, 0], heat, atol=1e-18)
+
+
+def test_every_shape_has_an_example_a_unit_and_rules() -> None:
+    """So that none is forgotten by the files and by the tests of streams; examples have as many amplitudes as told."""
+    for shape, examples in EXAMPLES.items():
+        for cause, parameters, amplitudes in examples:
+            term = LegTerm(cause, shape, parameters, amplitudes)
+            assert term.columns(drawn_signals(1)).shape == (160, COUNTS.get(shape, 1))
+            named = {f"{key}m" if key.endswith("_m") else key for key in parameters}
+            assert named <= set(PARAMETERS[shape])
+    assert set(PARAMETERS) == set(EXAMPLES)
+    assert set(UNITS) <= set(SHAPES)
+
+
+def test_the_bench_is_not_the_leg() -> None:
+    """Terms of the frame and of the interferometer are told from those of the leg."""
+    terms = [
+        LegTerm(cause, shape, own, sizes) for shape, examples in EXAMPLES.items() for cause, own, sizes in examples
+    ]
+    assert {term.cause for term in terms if of_bench(term)} == {
+        "frame-expansion",
+        "air-refraction",
+        "abbe-tilt",
+        "zero-drift",
+    }
+
+
+def test_wrong_terms_and_repairs_are_refused() -> None:
+    """A shape or a repair that does not exist, a covariance of another size, a parameter too few or too many."""
+    with pytest.raises(UnknownNameError, match="no shape 'sag'"):
+        LegTerm("sag", "sag", {}, [1.0])
+    with pytest.raises(ArgumentError, match="covariance has shape"):
+        LegTerm("backlash", "direction", {}, [1.0], np.eye(2))
+    with pytest.raises(UnknownNameError, match="no repair 'glue'"):
+        SensorRepair("sensor-detached", "glue", {})
+    with pytest.raises(ArgumentError, match="lacks rate_K_per_h"):
+        SensorRepair("sensor-drift", "drift", {"sensor": "T01"})
+    with pytest.raises(ArgumentError, match="does not know speed"):
+        SensorRepair("clock-offset", "clock", {"offset_s": 1.0, "speed": 2.0})
+
+
+def test_a_length_that_no_command_gives_is_refused() -> None:
+    """A drift as large as the leg has no correction; one that jumps at the wanted length gets the nearest."""
+    with pytest.raises(ArgumentError, match="no small part of the length"):
+        solved_length(1.0, lambda length: -3.0 * length)
+    found = solved_length(1.0, lambda length: 1e-6 if length >= 1.0 else -1e-6)
+    assert abs(found - 1.0) < 3e-6
+
+
+def test_terms_are_pickled() -> None:
+    """And come back the same."""
+    term = LegTerm("backlash", "direction", {}, [3e-7])
+    back = pickle.loads(pickle.dumps(term))
+    assert back == term
+    assert back != LegTerm("backlash", "direction", {}, [3.1e-7])
+    assert not back.amplitudes.flags.writeable
