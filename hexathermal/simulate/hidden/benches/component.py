@@ -141,6 +141,10 @@ def _record(stroke: float, joined: bool, generator: np.random.Generator) -> Reco
         pressure=(400.0, 2500.0),
     )
     motion = carried_out(plan, first, 600.0, now * step)
+    if not joined:
+        # a run begins at rest: its first row is its zero
+        rests = motion.settled(np.arange(now, dtype=np.float64) * step, step)
+        slices = [slice(part.start + int(rests[part].argmax()), part.stop) for part in slices]
     return Record(step, tuple(slices), motion, speed, room.air(8.0 * 3600.0, step, now, generator))
 
 
@@ -176,8 +180,7 @@ def _base(temperatures: FloatArray, generator: np.random.Generator) -> tuple[tup
     swing = np.ptp(temperatures, axis=0)
     warm = np.flatnonzero(swing >= 0.4 * swing.max())
     base = tuple(sorted(generator.choice(warm, min(len(warm), int(generator.integers(1, 3))), replace=False).tolist()))
-    signs = np.where(generator.uniform(size=len(base)) < 0.25, -1.0, 1.0)
-    return base, signs * generator.uniform(5e-6, 15e-6, len(base))
+    return base, generator.choice([-1.0, 1.0]) * generator.uniform(5e-6, 15e-6, len(base))
 
 
 def draw(generator: np.random.Generator) -> CampaignTruth:
