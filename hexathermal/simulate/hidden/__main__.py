@@ -24,14 +24,17 @@ def main(words: list[str] | None = None) -> int:
     parser.add_argument("--cause", action="append", metavar="NAME",
                         help="hide this effect, twice for two, 'none' for none; default: drawn")  # fmt: skip
     parser.add_argument("--strength", type=float, metavar="X", help="visible strength over the noise; default: drawn")
+    parser.add_argument("--force", action="store_true", help="replace campaigns that stand there")
     given = parser.parse_args(words)
+    if given.count < 1:
+        parser.error(f"--count must be 1 or more, found {given.count}")
     causes = None if given.cause is None else tuple(name for name in given.cause if name != "none")
     try:
         generator = np.random.default_rng(given.seed)
         given.out.mkdir(parents=True, exist_ok=True)
         for k in range(given.count):
             truth, answer = draw_campaign(given.bench, generator, causes=causes, strength=given.strength)
-            write_campaign(given.out / f"{given.bench}-{k + 1:03d}", truth, answer)
+            write_campaign(given.out / f"{given.bench}-{k + 1:03d}", truth, answer, force=given.force)
     except (HexathermalError, OSError, ValueError) as error:
         sys.stderr.write(f"error: {error}\n")
         return 1

@@ -15,7 +15,7 @@ RADIUS = 0.060
 AZIMUTHS = (0.0, 2.0 * pi / 3.0, 4.0 * pi / 3.0)
 """Of the beams [rad]."""
 
-STRAIGHTNESS, SLOW, SLOW_TIME, SINGLE = 5e-6, 2e-6, 3600.0, 10e-9
+STRAIGHTNESS, SLOW, SLOW_TIME, SINGLE = 3e-6, 0.7e-6, 3600.0, 10e-9
 """Tilt per metre of the stroke [rad/m], slow tilt [rad] and its time [s], noise of single beams [m]: usual sizes."""
 
 

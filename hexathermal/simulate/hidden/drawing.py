@@ -43,6 +43,8 @@ class Answer:
         Of each, SI units.
     wanted, strengths : tuple of float
         Visible strength of each, alone, over the noise: as wanted, and as reached.
+    strengths_with_offsets : tuple of float
+        The same where a constant of each run is fitted too.
     together : float
         Visible strength of all together.
     noise : float [m]
@@ -59,6 +61,7 @@ class Answer:
     parameters: tuple[Parameters, ...]
     wanted: tuple[float, ...]
     strengths: tuple[float, ...]
+    strengths_with_offsets: tuple[float, ...]
     together: float
     noise: float
     base: tuple[str, ...]
@@ -135,6 +138,7 @@ def campaign_of(
     answer = Answer(
         bench, seed, tuple(effect.name for effect in effects), tuple(target_of(item) for item, _ in parts),
         tuple(item for item, _ in parts), wanted, tuple(reached for _, reached in parts),
+        tuple(visible_strength(clean, effect.hide(clean, item), offsets=True) for effect, item in pairs),
         visible_strength(clean, hidden) if effects else 0.0, noise_rms(clean), clean.base,
         oracle(clean, hidden, pairs),
     )  # fmt: skip

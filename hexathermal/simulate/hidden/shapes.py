@@ -104,12 +104,16 @@ def with_past(time: FloatArray, values: FloatArray) -> tuple[FloatArray, FloatAr
     )
 
 
-def cascade(time: FloatArray, values: FloatArray, constants: Sequence[float]) -> FloatArray:
-    """Return values after stages of first order, one behind the other, that had followed them before the first row."""
-    longer, found = with_past(time, values)
+def cascade(time: FloatArray, values: FloatArray, constants: Sequence[float], *, past: bool = False) -> FloatArray:
+    """Return values after stages of first order, one behind the other.
+
+    They begin in equilibrium, as a leg that has rested; with `past` they had followed the values before the first row
+    too, as what stands in a room that never rests.
+    """
+    longer, found = with_past(time, values) if past else (time, values)
     for constant in constants:
         found = first_order(longer, found, constant)
-    return found[time.size - 1 :]
+    return found[-time.size :]
 
 
 def diffused(time: FloatArray, values: FloatArray, delay: float) -> FloatArray:
@@ -117,12 +121,12 @@ def diffused(time: FloatArray, values: FloatArray, delay: float) -> FloatArray:
 
         mean = sum_n  8 / ((2 n + 1)^2 pi^2) * lag(values, tau_1 / (2 n + 1)^2)
 
-    (Carslaw and Jaeger, 3.4), cut after four terms.  Its mean delay is ``pi^2 / 12 tau_1``.
+    (Carslaw and Jaeger, 3.4), cut after four terms that share the whole; tau_1 makes the mean delay as stated [s].
     """
-    longest = delay * 12.0 / np.pi**2
     odd = np.array([1.0, 3.0, 5.0, 7.0])
-    shares = 8.0 / (np.pi * odd) ** 2
+    shares = 1.0 / odd**2
     shares /= shares.sum()
+    longest = delay / float((shares / odd**2).sum())
     lags = [cascade(time, values, (longest / n**2,)) for n in odd]
     return np.asarray(sum(share * lag for share, lag in zip(shares, lags, strict=True)))
 

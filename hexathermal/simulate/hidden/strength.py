@@ -89,14 +89,24 @@ def noise_rms(truth: CampaignTruth) -> float:
     return float(np.sqrt(np.mean(noise**2)))
 
 
-def left(truth: CampaignTruth) -> FloatArray:
-    """Return what the base law, fitted again, leaves of the drift without noise [m]."""
-    X = settled_rows(truth, law_columns(truth), "identification")
+def left(truth: CampaignTruth, *, offsets: bool = False) -> FloatArray:
+    """Return what the base law, fitted again, leaves of the drift without noise [m].
+
+    With `offsets`, a constant of each run is fitted too.
+    """
+    columns = law_columns(truth)
+    if offsets:
+        which = np.eye(len(truth.runs))
+        columns = [np.hstack([item, np.tile(one, (len(item), 1))]) for item, one in zip(columns, which, strict=True)]
+    X = settled_rows(truth, columns, "identification")
+    X = X / np.maximum(np.linalg.norm(X, axis=0), 1e-300)
     y = settled_rows(truth, from_zero(truth, [run.drift + added(run) for run in truth.runs]), "identification")
     return np.asarray(y - X @ np.linalg.lstsq(X, y)[0])
 
 
-def visible_strength(clean: CampaignTruth, hidden: CampaignTruth, clean_left: FloatArray | None = None) -> float:
+def visible_strength(
+    clean: CampaignTruth, hidden: CampaignTruth, clean_left: FloatArray | None = None, *, offsets: bool = False
+) -> float:
     """Return an effect's visible strength, see above.
 
     Parameters
@@ -105,9 +115,11 @@ def visible_strength(clean: CampaignTruth, hidden: CampaignTruth, clean_left: Fl
         Without and with it, the same rows.
     clean_left : array, optional [m]
         ``left(clean)``, where it is known already.
+    offsets : bool
+        Fit a constant of each run too: what the noise of the first row, from which a run counts, may hide as well.
     """
-    before = left(clean) if clean_left is None else clean_left
-    return float(np.sqrt(np.mean((left(hidden) - before) ** 2)) / noise_rms(clean))
+    before = left(clean, offsets=offsets) if clean_left is None else clean_left
+    return float(np.sqrt(np.mean((left(hidden, offsets=offsets) - before) ** 2)) / noise_rms(clean))
 
 
 def scaled(effect: Effect, truth: CampaignTruth, parameters: Parameters, wanted: float) -> tuple[Parameters, float]:

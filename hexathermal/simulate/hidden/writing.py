@@ -84,13 +84,15 @@ def run_columns(truth: CampaignTruth, run: RunTruth) -> dict[str, Column]:
         shown = beams(truth, run)
         columns |= place | heat | {f"beam{k + 1}_mm": (shown[:, k] * 1e3, 6) for k in range(3)} | inputs
     else:
-        drift = _to_steps((run.drift + run.effect + run.noise) * 1e6, float(notes.get("drift_resolution_um", 0.0)))
+        first = run if truth.zero == "run" else truth.runs[0]
+        drift = (run.drift + run.effect - first.effect[0] + run.noise) * 1e6
+        drift = _to_steps(drift, float(notes.get("drift_resolution_um", 0.0)))
         stroke = any(np.ptp(one.q) > 0.0 for one in truth.runs)
         columns |= inputs | (place if stroke else {}) | heat | {"drift_um": (drift, 4)}
     names = ("air_temperature_degC", "air_pressure_hPa", "air_humidity_percent")
     air: FloatArray = run.air * np.array([1.0, 1e-2, 1e2])
     recorded_air = [k for k in range(3) if np.isfinite(air[:, k]).any()]
-    return columns | {names[k]: (air[:, k], (3, 2, 2)[k]) for k in recorded_air if names[k] not in heat}
+    return columns | {names[k]: (air[:, k], (2, 2, 1)[k]) for k in recorded_air if names[k] not in heat}
 
 
 def write_run(path: Path, truth: CampaignTruth, run: RunTruth) -> None:
@@ -121,7 +123,7 @@ def write_campaign(folder: str | Path, truth: CampaignTruth, answer: Answer, *, 
         for run, entry in zip(truth.runs, form["runs"], strict=True):
             write_run(part / entry["file"], truth, run)
     file = folder.with_name(f"{folder.name}.answer.json")
-    file.write_text(json.dumps(answer_data(answer), indent=2) + "\n", encoding="utf-8")
+    file.write_text(json.dumps(answer_data(answer), indent=2, allow_nan=False) + "\n", encoding="utf-8")
     return file
 
 
@@ -130,5 +132,5 @@ def answer_data(answer: Answer) -> dict[str, Any]:
     data = asdict(answer)
     judged = data.pop("oracle")
     data["noise_um"] = data.pop("noise") * 1e6
-    data["oracle"] = {f"rmse_{name}_um": value * 1e6 for name, value in judged.items()}
+    data["oracle"] = {f"rmse_{name}_um": value * 1e6 if np.isfinite(value) else None for name, value in judged.items()}
     return {"format": ANSWER_FORMAT, **data, "parameters": [dict(item) for item in answer.parameters]}

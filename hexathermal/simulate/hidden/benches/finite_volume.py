@@ -28,6 +28,9 @@ TIME: FloatArray = STEP * np.arange(ROWS, dtype=np.float64)
 ROLES = ("identification",) * 8 + ("validation",) * 3
 BASES = ((6,), (4,), (9,), (6, 13), (5, 15), (3, 10))
 
+FORGOTTEN = 7200.0
+"""Correlation time of the thermometers' bias [s]; over 6 h it changes by 1.4 times its own size."""
+
 FREEDOM, FARTHEST = 4.0, 8.0
 """Degrees of freedom of a landing's scatter; what lies farther out than so many times its scale is drawn again."""
 
@@ -75,7 +78,7 @@ def _level(generator: np.random.Generator) -> dict[str, float]:
         "slow_time_s": 3000.0,
         "sensor_noise_K": log_uniform(0.006, 0.02, generator),
         "sensor_bias_K": 0.05,
-        "sensor_time_s": 7200.0,
+        "sensor_walk_6h_K": 0.07,
         "sample_s": STEP,
         "drift_resolution_um": 0.0,
         "temperature_resolution_K": 0.001,
@@ -99,7 +102,7 @@ def draw(generator: np.random.Generator) -> CampaignTruth:
     ----------
     generator : numpy.random.Generator
     """
-    shortest = log_uniform(10.0, 60.0, generator)
+    shortest = log_uniform(8.0, 25.0, generator)
     scenario = Scenario(pause=(shortest, 4.0 * shortest), rest=(1200.0, 4200.0))
     leg = _leg(2.5 * shortest, generator)
     law, level, room = _law(leg, generator), _level(generator), Room(temperature=generator.uniform(19.0, 22.0))
@@ -115,7 +118,7 @@ def draw(generator: np.random.Generator) -> CampaignTruth:
         warm = leg.warm(TIME, q, weather.temperature, start, way=motion.way(TIME))
         temperatures = warm.temperatures @ weights
         errors = level["sensor_noise_K"] * generator.standard_normal(shape)
-        errors += level["sensor_bias_K"] * remembering(level["sensor_time_s"] / STEP, shape, generator)
+        errors += level["sensor_bias_K"] * remembering(FORGOTTEN / STEP, shape, generator)
         noise = level["white_um"] * generator.standard_normal(ROWS)
         noise += level["slow_um"] * remembering(level["slow_time_s"] / STEP, (ROWS,), generator)
         noise += _landings(commands.times.size + 1, level, generator)[motion.landing(TIME)]

@@ -32,7 +32,7 @@ def draw(truth: CampaignTruth, generator: np.random.Generator) -> Parameters:
 def hide(truth: CampaignTruth, parameters: Parameters) -> CampaignTruth:
     """Add the slope times the room's temperature behind both stages."""
     constants = (float(parameters["skin"]), float(parameters["core"]))
-    return add(truth, lambda run: float(parameters["slope"]) * cascade(run.time, run.air[:, 0], constants))
+    return add(truth, lambda run: float(parameters["slope"]) * cascade(run.time, run.air[:, 0], constants, past=True))
 
 
 EFFECT = Effect("frame-expansion", draw, hide, possible, "slope", (1e-9, 3e-5))

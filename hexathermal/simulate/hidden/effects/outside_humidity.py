@@ -27,7 +27,7 @@ def draw(truth: CampaignTruth, generator: np.random.Generator) -> Parameters:
 def hide(truth: CampaignTruth, parameters: Parameters) -> CampaignTruth:
     """Add ``swelling`` times the late relative humidity."""
     stages = (0.7 * float(parameters["time"]), 0.3 * float(parameters["time"]))
-    return add(truth, lambda run: float(parameters["swelling"]) * cascade(run.time, run.air[:, 2], stages))
+    return add(truth, lambda run: float(parameters["swelling"]) * cascade(run.time, run.air[:, 2], stages, past=True))
 
 
 EFFECT = Effect("outside: humidity", draw, hide, possible, "swelling", (1e-9, 2e-3))

@@ -1,0 +1,261 @@
+"""Campaigns with hidden effects, drawn and written: as strong as they say, sound to read, the answer not in them."""
+
+from __future__ import annotations
+
+import json
+import secrets
+import warnings
+from collections import Counter
+from pathlib import Path
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from hexathermal.errors import ArgumentError, UnknownNameError
+from hexathermal.learn.campaign_files import load_campaign
+from hexathermal.learn.cleaning import usable_blocks
+from hexathermal.simulate.hidden import benches
+from hexathermal.simulate.hidden.__main__ import main
+from hexathermal.simulate.hidden.drawing import campaign_of, draw_campaign, possible_causes
+from hexathermal.simulate.hidden.effect import Effect
+from hexathermal.simulate.hidden.effects import OUTSIDE, found, named
+from hexathermal.simulate.hidden.strength import (
+    added,
+    from_zero,
+    law_columns,
+    noise_rms,
+    oracle,
+    scaled,
+    settled_rows,
+    visible_strength,
+)
+from hexathermal.simulate.hidden.truth import CampaignTruth
+from hexathermal.simulate.hidden.writing import write_campaign
+
+UNSCALED = ("sensor-detached", "swapped-sensors")
+
+
+@pytest.fixture(scope="module")
+def seed() -> int:
+    """A seed nobody has tried."""
+    return secrets.randbits(32)
+
+
+@pytest.fixture(autouse=True)
+def said(seed: int) -> None:
+    """Let every failure tell the seed."""
+    print(f"seed {seed}")
+
+
+@pytest.fixture(scope="module")
+def leg(seed: int) -> CampaignTruth:
+    """A leg with nothing hidden."""
+    return benches.draw("quiet", np.random.default_rng(seed))
+
+
+def base_effect(*, slope: float) -> Effect:
+    """An effect that the base law takes wholly: more of its own columns."""
+
+    def hide(truth: CampaignTruth, parameters: object) -> CampaignTruth:
+        columns = law_columns(truth)
+        return truth.changed(
+            runs=tuple(run.changed(effect=slope * item[:, 0]) for run, item in zip(truth.runs, columns, strict=True))
+        )
+
+    return Effect("of the law", lambda truth, generator: {}, hide)
+
+
+def test_what_the_law_takes_is_not_visible(leg: CampaignTruth) -> None:
+    """More of the law's own columns has strength 0, though it moves the drift by many noises."""
+    assert visible_strength(leg, base_effect(slope=1e-6).hide(leg, {})) < 1e-9
+
+
+def test_strength_is_what_a_refit_leaves(leg: CampaignTruth, seed: int) -> None:
+    """The strength of an effect in the drift is the RMS of its projection off the law's columns over the noise."""
+    effect = named("hidden-heat")
+    hidden = effect.hide(leg, effect.draw(leg, np.random.default_rng(seed)))
+    X = settled_rows(hidden, law_columns(hidden), "identification")
+    y = settled_rows(hidden, from_zero(hidden, [added(run) for run in hidden.runs]), "identification")
+    Q, _ = np.linalg.qr(X)
+    left = y - Q @ (Q.T @ y)
+    assert visible_strength(leg, hidden) == pytest.approx(np.sqrt(np.mean(left**2)) / noise_rms(leg), rel=1e-6)
+
+
+@pytest.mark.parametrize("bench", ["quiet", "component"])
+def test_a_wanted_strength_is_reached(bench: str, seed: int) -> None:
+    """Each effect with an amplitude gets the wanted strength within 2 %, or stands at its limit."""
+    clean, _ = campaign_of(bench, seed, causes=())
+    within = 0
+    for name in possible_causes(clean):
+        effect = named(name)
+        hidden, answer = campaign_of(bench, seed, causes=(name,), strength=0.7)
+        assert answer.strengths[0] == pytest.approx(visible_strength(clean, hidden), rel=1e-9)
+        assert answer.together == pytest.approx(answer.strengths[0])
+        if name in UNSCALED:
+            continue
+        size = abs(float(answer.parameters[0][effect.amplitude]))
+        low, high = effect.limits
+        assert low * (1 - 1e-9) <= size <= high * (1 + 1e-9)
+        reached = abs(answer.strengths[0] / 0.7 - 1.0) < 0.02
+        assert reached or min(size / low, high / size) < 1.001, (name, answer)
+        within += reached
+    assert within >= len(possible_causes(clean)) - len(UNSCALED) - 4
+
+
+def test_limits_are_kept(leg: CampaignTruth, seed: int) -> None:
+    """A strength beyond an effect's limits is not reached; the nearest within them is given, and said."""
+    effect = named("clock-offset")
+    parameters, reached = scaled(effect, leg, effect.draw(leg, np.random.default_rng(seed)), 1e4)
+    assert abs(float(parameters["offset"])) == pytest.approx(600.0)
+    assert reached < 1e3
+
+
+def test_the_oracle_gains_what_the_effect_costs(seed: int) -> None:
+    """In the median of draws, knowing the effect brings the error on validation runs near a clean campaign's."""
+    clean = [campaign_of("quiet", seed + k, causes=())[1].oracle.base for k in range(5)]
+    for name in ("hidden-heat", "backlash", "thermal-lag", "sensor-detached", "swapped-sensors"):
+        answers = [campaign_of("quiet", seed + k, causes=(name,), strength=3.0)[1] for k in range(5)]
+        known = [answer.oracle.known / own for answer, own in zip(answers, clean, strict=True)]
+        assert np.median(known) == pytest.approx(1.0, abs=0.12), name
+        base = [answer.oracle.base / own for answer, own in zip(answers, clean, strict=True)]
+        assert np.median(base) > 1.2 or name == "swapped-sensors", name
+
+
+def test_nothing_hidden_gains_nothing(leg: CampaignTruth) -> None:
+    """Of a clean campaign the oracle's two errors are one."""
+    clean = oracle(leg, leg, [])
+    assert clean.base == clean.known
+
+
+def test_draws_hide_none_one_two_or_outside() -> None:
+    """Draws take all four turns; at most one of two effects is in the readings; the seed repeats them."""
+    kinds = Counter[str]()
+    for k in range(45):
+        hidden, answer = campaign_of("component", k)
+        outside = [name for name in answer.causes if name.startswith(OUTSIDE)]
+        kinds["outside" if outside else str(len(answer.causes))] += 1
+        assert len(set(answer.causes)) == len(answer.causes)
+        assert sum(named(name).readings for name in answer.causes) < 2
+        if k < 6:
+            again, same = campaign_of("component", answer.seed, causes=answer.causes)
+            assert same == answer
+            assert all(
+                np.array_equal(a.effect, b.effect) and np.array_equal(a.sensor_errors, b.sensor_errors)
+                for a, b in zip(hidden.runs, again.runs, strict=True)
+            )
+    assert set(kinds) == {"0", "1", "2", "outside"}
+
+
+def test_two_effects_add_up(seed: int) -> None:
+    """Two effects in the drift are both there, each as alone."""
+    both, answer = draw_campaign("quiet", np.random.default_rng(seed), causes=("backlash", "zero-drift"), strength=1.0)
+    clean, _ = campaign_of("quiet", answer.seed, causes=())
+    alone = [named(name).hide(clean, item) for name, item in zip(answer.causes, answer.parameters, strict=True)]
+    for run, before, *one in zip(both.runs, clean.runs, *(truth.runs for truth in alone), strict=True):
+        np.testing.assert_allclose(run.effect - before.effect, sum(item.effect for item in one), atol=1e-15)
+
+
+def test_bad_wishes_are_refused() -> None:
+    """An unknown bench or effect, one that the bench cannot have, and no strength are refused with what there is."""
+    generator = np.random.default_rng(1)
+    with pytest.raises(UnknownNameError, match="quiet"):
+        draw_campaign("loud", generator)
+    with pytest.raises(UnknownNameError, match="creep"):
+        draw_campaign("quiet", generator, causes=("crawl",))
+    with pytest.raises(ArgumentError, match="zero-drift"):
+        draw_campaign("component", generator, causes=("abbe-tilt",))
+    for strength in (0.0, -1.0, float("nan"), float("inf")):
+        with pytest.raises(ArgumentError, match="above 0"):
+            draw_campaign("quiet", generator, causes=("creep",), strength=strength)
+
+
+@pytest.mark.parametrize("bench", sorted(benches.found()))
+def test_folders_are_sound(bench: str, seed: int, tmp_path: Path) -> None:
+    """What is written reads back without a fault; on settled rows the drift is the truth to a few nanometres."""
+    truth, answer = campaign_of(bench, seed, causes=("hidden-heat",), strength=1.0)
+    file = write_campaign(tmp_path / "a", truth, answer)
+    campaign = load_campaign(tmp_path / "a")
+    assert campaign.sensors == truth.sensors
+    assert [run.role for run in campaign.runs] == [run.role for run in truth.runs]
+    columns = from_zero(truth, [run.drift + added(run) + run.noise for run in truth.runs])
+    for run, own, measured in zip(campaign.runs, truth.runs, columns, strict=True):
+        rows = {round(float(t - own.time[0]), 3): k for k, t in enumerate(own.time)}
+        with warnings.catch_warnings():
+            warnings.simplefilter("error")
+            blocks = list(usable_blocks(campaign, run))
+        used = np.concatenate([[rows[round(float(t), 3)] for t in block.time] for block in blocks])
+        assert len(used) > 0.9 * own.settled.sum()
+        apart = np.concatenate([block.drift for block in blocks]) - measured[used]
+        limit = 2e-9 + float(str(truth.notes["drift_resolution_um"])) * 1e-6
+        assert np.median(np.abs(apart)) < limit
+    stored = {item.name for item in (tmp_path / "a").rglob("*") if item.is_file()}
+    assert stored == {"campaign.toml", *(f"{run.name}.csv" for run in truth.runs)}
+    assert file.parent == tmp_path
+    told = json.loads(file.read_text())
+    assert told["causes"] == ["hidden-heat"]
+    assert told["oracle"]["rmse_known_um"] == pytest.approx(answer.oracle.known * 1e6)
+
+
+def test_nothing_in_a_folder_tells_the_effect(tmp_path: Path, seed: int) -> None:
+    """`campaign.toml` is the same with and without an effect, and so are the names of the columns."""
+    for name, causes in (("a", ()), ("b", ("air-refraction",)), ("c", ("swapped-sensors",))):
+        write_campaign(tmp_path / name, *campaign_of("quiet", seed, causes=causes, strength=1.0))
+    texts = [(tmp_path / name / "campaign.toml").read_text() for name in "abc"]
+    heads = [(tmp_path / name / "runs" / "run-01.csv").read_text().partition("\n")[0] for name in "abc"]
+    assert texts[0] == texts[1] == texts[2]
+    assert heads[0] == heads[1] == heads[2]
+
+
+def test_beams_without_compensation(tmp_path: Path, seed: int) -> None:
+    """Where the laser does not apply the index, beams hold it, and correction gives the drift back within 30 nm."""
+    truth, answer = campaign_of("quiet", seed, causes=())
+    write_campaign(tmp_path / "a", truth.changed(index_compensated=False), answer)
+    campaign = load_campaign(tmp_path / "a")
+    run, own = campaign.runs[0], truth.runs[0]
+    blocks = list(usable_blocks(campaign, run))
+    found = np.concatenate([block.drift for block in blocks])
+    rows = np.searchsorted(own.time, np.concatenate([block.time for block in blocks]))
+    measured = (own.drift + own.noise)[rows] - own.noise[0]
+    assert np.abs(found - measured).max() < 0.15e-6
+    assert np.sqrt(np.mean((found - measured) ** 2)) < 0.03e-6
+
+
+def test_the_check_of_a_folder_finds_no_fault(tmp_path: Path, seed: int) -> None:
+    """`hexathermal check` reads a campaign of each kind to its end; no beam lost count in it."""
+    from hexathermal.show.commands.check import run
+
+    for bench in ("finite_volume", "component"):
+        write_campaign(tmp_path / bench, *campaign_of(bench, seed, causes=()))
+        given = SimpleNamespace(campaign=tmp_path / bench, plots=None, netcdf=None, force=False, ranges=False)
+        # thermometers without any noise of their own make collinearity overflow where they are told apart
+        with np.errstate(over="ignore", divide="ignore"):
+            answer = run(given, lambda done, total, label: None)  # type: ignore[arg-type]
+        assert answer.code == 0
+        assert not [text for text in answer.warnings if "beam step" in text]
+
+
+def test_the_script_writes_campaigns(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """The script writes as many as asked, the same for the same seed; what it cannot do it says in words."""
+    words = ["--bench", "component", "--count", "2", "--seed", "3", "--cause", "zero-drift", "--strength", "1"]
+    assert main([str(tmp_path / "x"), *words]) == 0
+    assert main([str(tmp_path / "y"), *words]) == 0
+    for k in (1, 2):
+        a, b = (tmp_path / place / f"component-{k:03d}.answer.json" for place in "xy")
+        assert a.read_text() == b.read_text()
+        assert json.loads(a.read_text())["causes"] == ["zero-drift"]
+    assert main([str(tmp_path / "x"), *words]) == 1
+    assert "--force" in capsys.readouterr().err
+    assert main([str(tmp_path / "x"), *words, "--force"]) == 0
+    assert main([str(tmp_path / "z"), "--bench", "no"]) == 1
+    assert "finite_volume" in capsys.readouterr().err
+
+
+def test_every_possible_cause_is_known() -> None:
+    """A part without a stroke cannot have what needs one; a leg can have all."""
+    truth, _ = campaign_of("quiet", 1, causes=())
+    assert possible_causes(truth) == tuple(found())
+    still = truth.changed(kind="component", runs=tuple(run.changed(q=np.zeros(run.time.size)) for run in truth.runs))
+    gone = set(found()) - set(possible_causes(still))
+    assert gone >= {"backlash", "creep", "scale-error", "abbe-tilt", "air-refraction", "hidden-heat"}
+    assert not gone & {"zero-drift", "thermal-lag", "clock-offset", "frame-expansion"}
