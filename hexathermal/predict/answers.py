@@ -8,6 +8,7 @@ from hexathermal.kinematics.jacobian import jacobian
 from hexathermal.kinematics.postures import assembly_modes
 from hexathermal.predict.budget import error_budget
 from hexathermal.predict.correction import corrected_leg_lengths, corrected_pose, leg_drift, predicted_pose
+from hexathermal.predict.leg_states import leg_controllers
 
 __all__ = [
     "assembly_modes",
@@ -17,6 +18,7 @@ __all__ = [
     "forward_kinematics",
     "inverse_kinematics",
     "jacobian",
+    "leg_controllers",
     "leg_drift",
     "predicted_pose",
     "solve_forward",

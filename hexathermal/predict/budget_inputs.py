@@ -93,7 +93,8 @@ class Situation:
         NotConvergedError
             A deviation is too far off for the branch of the pose to be certain.
         """
-        return chord_errors(self.numbers, *self.places.machine(0, x=deviations, told=told))
+        machines = self.places.machine(0, x=deviations, told=told)
+        return chord_errors(self.numbers, *machines, expected=deviations is None)
 
     def tried(self, deviations: FloatArray) -> tuple[FloatArray, npt.NDArray[np.bool_]]:
         """Return errors (N, 6) for many deviations (N, size), and which of them are certain."""

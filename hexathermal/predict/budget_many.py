@@ -23,7 +23,7 @@ from hexathermal.predict.budget_causes import cause_steps, parts_of_bias
 from hexathermal.predict.budget_gum import fourth_powers, welch_satterthwaite
 from hexathermal.predict.budget_inputs import commanded, refuse_singular
 from hexathermal.predict.budget_plates import Plates, plate_rows
-from hexathermal.predict.budget_rates import TOO_FAR, Places, chord_errors, pose_numbers
+from hexathermal.predict.budget_rates import Places, chord_errors, pose_numbers
 from hexathermal.predict.budget_view import Look
 from hexathermal.predict.sources import Sources
 from hexathermal.predict.temperatures import active_model
@@ -131,9 +131,9 @@ def budgets_of_chunk(
         made.append(places.machine(k, told=nominal[k]) if correction else made[0])
         lengths, joints = (np.concatenate(arrays) for arrays in zip(*made, strict=True))
         try:
-            errors = chord_errors(places.numbers[k], lengths, joints)
-        except NotConvergedError:
-            refused[int(kept[k])], good[k] = f"the temperatures {TOO_FAR}", False
+            errors = chord_errors(places.numbers[k], lengths, joints, expected=True)
+        except NotConvergedError as error:
+            refused[int(kept[k])], good[k] = str(error), False
             continue
         machines.append(made[0])
         bias.append(errors[0])

@@ -70,8 +70,8 @@ def chord_solved(
     return out, codes == 0
 
 
-def chord_errors(numbers: FloatArray, lengths: FloatArray, joints: FloatArray) -> FloatArray:
-    """Return the errors of `chord_solved`.
+def chord_errors(numbers: FloatArray, lengths: FloatArray, joints: FloatArray, expected: bool = False) -> FloatArray:
+    """Return the errors of `chord_solved`; `expected`: nothing deviates in them.
 
     Raises
     ------
@@ -80,18 +80,19 @@ def chord_errors(numbers: FloatArray, lengths: FloatArray, joints: FloatArray) -
     """
     out, good = chord_solved(numbers, lengths, joints)
     if not good.all():
+        if expected:
+            raise NotConvergedError(f"the temperatures {TOO_FAR}; check the temperatures of the plates and gradients")
         first = int(np.flatnonzero(~good)[0])
-        raise NotConvergedError(
-            f"{np.count_nonzero(~good)} of {len(lengths)} deviations (the first at index {first}) {TOO_FAR}"
-        )
+        many = f"{np.count_nonzero(~good)} of {len(lengths)} deviations (the first at index {first})"
+        raise NotConvergedError(f"{many} {TOO_FAR}; {CHECK_SOURCES}")
     return out
 
 
 TOO_FAR = (
     "move the platform too far for the branch of its pose to be certain (more than 3 % of the machine's size, or "
-    "across a singular pose); check the standard uncertainties and their units, or choose a pose farther from singular "
-    "ones"
+    "across a singular pose)"
 )
+CHECK_SOURCES = "check the standard uncertainties and their units, or choose a pose farther from singular ones"
 
 
 @dataclass(frozen=True, eq=False)

@@ -1,18 +1,20 @@
 """Corrected leg lengths, corrected pose and predicted pose: the main job.
 
 ``drift_i = sum_s A_s q0 dT_s + B_s q dT_s`` (paper, eqs. 4 and 8), with ``q`` the commanded rod displacement, and
-plates that expand about their origins (eq. 1).  ``corrected = wanted - drift(corrected)`` is solved exactly.
+plates that expand about their origins (eq. 1).  ``corrected = wanted - drift(corrected)`` is solved exactly; terms that
+extend a leg's law (`hexathermal.predict.leg_drift`) join the drift, and are then solved for step by step.
 """
 
 from __future__ import annotations
 
-from typing import Any, NoReturn
+from collections.abc import Callable
+from typing import Any, NoReturn, TypeAlias
 
 import numpy as np
 import numpy.typing as npt
 from numpy import empty, ndarray
 
-from hexathermal.errors import ArgumentError
+from hexathermal.errors import ArgumentError, ThermalModelError
 from hexathermal.kinematics import layout as at
 from hexathermal.kinematics.batches import correctors, in_chunks, place
 from hexathermal.kinematics.constants import constants
@@ -22,6 +24,7 @@ from hexathermal.kinematics.refusals import refuse_cone, refuse_forward, refuse_
 from hexathermal.machine.hexapod import Hexapod
 from hexathermal.machine.thermal import TemperaturesLike
 from hexathermal.poses import FloatArray, PoseLike, like
+from hexathermal.predict.leg_drift import added_drift, refuse_states
 from hexathermal.predict.temperatures import (
     active_model,
     check_temperatures,
@@ -29,7 +32,18 @@ from hexathermal.predict.temperatures import (
     temperature_array,
 )
 
+NO_LENGTHS = (
+    "no lengths solve the legs' law: its terms change the drift too much with the displacement; check their amplitudes "
+    "and lengths in the machine's file"
+)
+
+Added: TypeAlias = Callable[[FloatArray, FloatArray], FloatArray]
+"""From commanded lengths (n, 6) [m] and temperatures since the reference (n, s) [K] to added drift (n, 6) [m]."""
+
 _ITSELF = np.empty(0, dtype=np.int64)
+
+MOST_STEPS = 40
+"""Steps in which terms that extend a law are solved for; each takes away all but some thousandths."""
 
 
 def corrected_leg_lengths(hexapod: Hexapod, pose: PoseLike, temps: TemperaturesLike) -> FloatArray:
@@ -37,7 +51,7 @@ def corrected_leg_lengths(hexapod: Hexapod, pose: PoseLike, temps: TemperaturesL
 
     With ``a = sum A_s dT_s``, ``b = sum B_s dT_s`` and the length ``L`` of the leg between the expanded plates at the
     wanted pose: ``corrected = q0 + (L - q0 - a q0) / (1 + b)``, which solves ``corrected + drift(corrected) = L``
-    exactly.
+    exactly. Terms of the legs' laws that follow from displacement and temperature join; those with a state are refused.
 
     Parameters
     ----------
@@ -60,7 +74,8 @@ def corrected_leg_lengths(hexapod: Hexapod, pose: PoseLike, temps: TemperaturesL
     TemperatureError
         A temperature is missing, NaN, impossible or outside the law's range; names the sensor.
     ThermalModelError
-        The machine has no thermal law: compensation is not active.
+        The machine has no thermal law: compensation is not active; or a term of its law has a state, see
+        `hexathermal.predict.leg_states`.
     ArgumentError
         Wrong shape, or no rigid motion.
 
@@ -89,16 +104,73 @@ def corrected_leg_lengths(hexapod: Hexapod, pose: PoseLike, temps: TemperaturesL
 
 def _prepared(hexapod: Hexapod) -> tuple[Any, FloatArray]:
     """Return the loop for one pose and the machine's numbers, kept for the next call."""
-    pair = hexapod._prepared["correction"] = (correctors().corrected_one, constants(hexapod).both_law)
+    one = _never if active_model(hexapod).has_terms else correctors().corrected_one
+    pair = hexapod._prepared["correction"] = (one, constants(hexapod).both_law)
     return pair
+
+
+def _never(numbers: FloatArray, pose: FloatArray, temps: FloatArray, out: FloatArray) -> int:
+    """Refuse: the loop for one pose knows no terms."""
+    return at.BAD_SHAPE
 
 
 def _corrected(hexapod: Hexapod, poses: FloatArray, temps: FloatArray) -> FloatArray:
     """Return corrected lengths of checked-in arrays of any leading shapes that broadcast."""
+    if not active_model(hexapod).has_terms:
+        return _by_law(hexapod, poses, temps, constants(hexapod).both_law)
+    refuse_states(hexapod)
+    return with_added(hexapod, poses, temps, lambda told, dT: added_drift(hexapod, told, dT))
+
+
+def with_added(hexapod: Hexapod, poses: FloatArray, temps: FloatArray, added: Added, jump: float = 0.0) -> FloatArray:
+    """Return corrected lengths where `added` joins the drift of the laws, ``c + drift(c) + added(c) = L``.
+
+    Parameters
+    ----------
+    hexapod : Hexapod
+    poses, temps : array
+        As `corrected_leg_lengths`, checked in.
+    added : function
+        From commanded lengths (n, 6) and temperatures since the reference (n, s) to what is added (n, 6) [m].
+    jump : float [m]
+        What may be left where `added` jumps at the solution, so that the steps do not end.
+
+    Raises
+    ------
+    ThermalModelError
+        The steps do not end: `added` changes too much with the length.
+    """
     made = constants(hexapod)
+    unlimited = made.both_law.copy()
+    unlimited[0, : len(made.unlimited)] = made.unlimited
+    told = _by_law(hexapod, poses, temps, unlimited)
+    wanted = base_warm(hexapod, told, temps)[0]
+    lead, close = told.shape[:-1], 4.0 * np.finfo(float).eps * float(np.abs(wanted).max(initial=1.0))
+    flat, dT = told.reshape(-1, 6), since_reference(hexapod, temps, lead)
+    for _step in range(MOST_STEPS):
+        wrong = (wanted - base_warm(hexapod, told, temps)[0]).reshape(-1, 6) - added(flat, dT)
+        flat = flat + wrong
+        told = flat.reshape(*lead, 6)
+        if not np.abs(wrong).max(initial=0.0) > close:
+            break
+    else:
+        if not np.abs(wrong).max(initial=0.0) <= jump:
+            raise ThermalModelError(NO_LENGTHS)
+    _check_strokes(hexapod, flat, lead)
+    return told
+
+
+def since_reference(hexapod: Hexapod, temps: FloatArray, lead: tuple[int, ...]) -> FloatArray:
+    """Return temperatures (n, s) [K] since the reference, one row for each of the results of leading shape `lead`."""
+    dT = temps - active_model(hexapod).reference_temperature_degC
+    return np.broadcast_to(dT, (*lead, dT.shape[-1])).reshape(-1, dT.shape[-1])
+
+
+def _by_law(hexapod: Hexapod, poses: FloatArray, temps: FloatArray, numbers: FloatArray) -> FloatArray:
+    """Return corrected lengths under the laws without terms; `numbers` are those of the machine and its laws."""
     if poses.ndim == 2 and temps.ndim == 1:
         out = np.empty(6)
-        if correctors().corrected_one(made.both_law, poses, temps, out) == 0:
+        if correctors().corrected_one(numbers, poses, temps, out) == 0:
             return out
     lead, which_pose, which_temps = _joined(poses.shape[:-2], temps.shape[:-1])
     flat, hot = poses.reshape(-1, 4, 4), temps.reshape(-1, temps.shape[-1])
@@ -108,7 +180,7 @@ def _corrected(hexapod: Hexapod, poses: FloatArray, temps: FloatArray) -> FloatA
         own_pose, own_temps = which_pose[i:j], which_temps[i:j]
         T = flat[i:j] if not which_pose.size and flat.shape[0] > 1 else flat
         hot_ = hot[i:j] if not which_temps.size and hot.shape[0] > 1 else hot
-        bad = correctors().corrected_many(made.both_law, T, hot_, own_pose, own_temps, out[i:j])
+        bad = correctors().corrected_many(numbers, T, hot_, own_pose, own_temps, out[i:j])
         return -1 if bad < 0 else i + int(bad)
 
     for bad in in_chunks(out.shape[0], work):
@@ -163,7 +235,7 @@ def _refuse(
 
 def _expansions(hexapod: Hexapod, temps: FloatArray) -> FloatArray:
     """Return ``alpha dT`` of platform and base at one set of temperatures, shape (2,)."""
-    return _warm_lengths(hexapod, hexapod.home_lengths, temps)[1]
+    return base_warm(hexapod, hexapod.home_lengths, temps)[1]
 
 
 def corrected_pose(hexapod: Hexapod, pose: PoseLike, temps: TemperaturesLike) -> Any:
@@ -210,8 +282,19 @@ def leg_drift(hexapod: Hexapod, lengths: npt.ArrayLike, temps: TemperaturesLike)
 
 
 def _warm_lengths(hexapod: Hexapod, commands: FloatArray, temps: TemperaturesLike) -> tuple[FloatArray, FloatArray]:
-    """Return true lengths (..., 6) and expansions (..., 2) of platform and base."""
-    active_model(hexapod)
+    """Return true lengths (..., 6), terms included, and expansions (..., 2) of platform and base."""
+    if not active_model(hexapod).has_terms:
+        return base_warm(hexapod, commands, temps)
+    refuse_states(hexapod)
+    array = temperature_array(hexapod, temps)
+    warm, expansions = base_warm(hexapod, commands, array)
+    told = np.broadcast_to(commands, warm.shape).reshape(-1, 6)
+    added = added_drift(hexapod, told, since_reference(hexapod, array, warm.shape[:-1]))
+    return warm + added.reshape(warm.shape), expansions
+
+
+def base_warm(hexapod: Hexapod, commands: FloatArray, temps: TemperaturesLike) -> tuple[FloatArray, FloatArray]:
+    """Return true lengths (..., 6) under the laws without terms, and expansions (..., 2) of platform and base."""
     array = temperature_array(hexapod, temps)
     check_temperatures(hexapod, array)
     lead, which_command, which_temps = _joined(commands.shape[:-1], array.shape[:-1])

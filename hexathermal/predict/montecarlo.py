@@ -113,8 +113,8 @@ class Simulation:
         if not self.lost:
             return ""
         return (
-            f"{self.lost} of {self.draws} draws ({percent(self.lost / self.draws)}) {TOO_FAR}. They count as outside "
-            "every interval; mean, standard uncertainty and covariance are those of the others"
+            f"{self.lost} of {self.draws} draws ({percent(self.lost / self.draws)}) {TOO_FAR}; they count as outside "
+            "every interval, mean, standard uncertainty and covariance are those of the others"
         )
 
     def as_dict(self) -> dict[str, Any]:
@@ -281,8 +281,9 @@ def _tolerance(given: npt.ArrayLike | None, digits: int | None, u: FloatArray) -
     if digits is not None:
         if digits not in (1, 2, 3):
             raise ArgumentError(f"digits must be 1, 2 or 3 (1 or 2 are usual), found {digits!r}")
-        exponent = np.floor(np.log10(np.where(u > 0.0, u, 1.0))) - (digits - 1)
-        return np.asarray(np.where(u > 0.0, 0.5 * 10.0**exponent, 1e-15))
+        # 9.96 with two digits is 10 x 10^0: rounded first
+        exponents = [int(f"{value:.{digits - 1}e}".partition("e")[2]) - (digits - 1) for value in u]
+        return np.where(u > 0.0, 0.5 * 10.0 ** np.array(exponents, dtype=np.float64), 1e-15)
     if given is None:
         return np.asarray(np.maximum(0.05 * u, 1e-15))
     array = finite_array(given, (), "tolerance")

@@ -7,11 +7,15 @@ import numpy as np
 from hexathermal.errors import NotConvergedError
 from hexathermal.poses import FloatArray
 from hexathermal.predict.budget_inputs import Situation
-from hexathermal.predict.budget_rates import TOO_FAR
+from hexathermal.predict.budget_rates import CHECK_SOURCES, TOO_FAR
 from hexathermal.predict.sources import Source, Sources
 
 SLICE = 2_000
 """Draws that are worked on together: a row of deviations has some 100 numbers."""
+
+
+FARTHEST = 1e3
+"""An error [m, rad] beyond this is lost, whatever it comes from."""
 
 
 class Drawn:
@@ -44,8 +48,10 @@ class Drawn:
             x = self.deviations(min(SLICE, count - first), generator)
             own = self.here.size
             errors, good = self.here.tried(np.ascontiguousarray(x[:own].T))
-            errors[~good] = np.nan
-            out[first : first + SLICE] = errors + x[own:].T
+            errors += x[own:].T
+            # the pose's own offsets may be as far off as the tail of a t distribution reaches
+            errors[~(good & (np.abs(errors) < FARTHEST).all(axis=1))] = np.nan
+            out[first : first + SLICE] = errors
         return out
 
 
@@ -64,15 +70,22 @@ def variables(source: Source, shape: tuple[int, int], generator: np.random.Gener
     z = generator.standard_normal(shape)
     if source.distribution == "t":
         own = (1, shape[1]) if source.joint else shape
-        z /= np.sqrt(generator.chisquare(source.dof, own) / source.dof)
+        with np.errstate(divide="ignore", over="ignore", invalid="ignore"):  # few degrees of freedom reach infinity
+            z /= np.sqrt(generator.chisquare(source.dof, own) / source.dof)
     return z
+
+
+FLAT, FLAT_DRAWS = 0.01, 10_000
+"""Intervals longer than the shortest by less than this part, at so many values, cannot be told from it by chance."""
 
 
 def shortest_interval(values: FloatArray, probability: float) -> tuple[FloatArray, FloatArray]:
     """Return the shortest intervals (JCGM 101, 7.7.4) that hold a part of values (n, k); one for each column.
 
     Among all intervals between sorted values with ``q = p n`` values inside, the narrowest; where `n` is so small that
-    ``q`` is all of them, the whole range.
+    ``q`` is all of them, the whole range.  Near the narrowest the widths hardly differ, and chance would choose among
+    them: of its neighbours that are longer by less than ``0.01 (1e4 / n)^(2/3)`` of it, at most 1 %, the middle one is
+    taken, unless they end at one end of the values, as those of a distribution that only falls do.
 
     Examples
     --------
@@ -83,9 +96,20 @@ def shortest_interval(values: FloatArray, probability: float) -> tuple[FloatArra
     ordered = np.sort(values, axis=0)
     q = min(int(probability * len(ordered) + 0.5), len(ordered) - 1)
     widths = ordered[q:] - ordered[: len(ordered) - q]
-    first = widths.argmin(axis=0)
+    longest = 1.0 + FLAT * min(1.0, (FLAT_DRAWS / len(ordered)) ** (2.0 / 3.0))
+    first = np.array([_middle(column, longest) for column in widths.T], dtype=np.intp)
     columns = np.arange(ordered.shape[1])
     return ordered[first, columns], ordered[first + q, columns]
+
+
+def _middle(widths: FloatArray, longest: float) -> int:
+    """Return the middle of the widths beside the least that are at most `longest` times as long."""
+    least = int(widths.argmin())
+    longer = np.flatnonzero(widths > widths[least] * longest)
+    place = int(np.searchsorted(longer, least))
+    low = int(longer[place - 1]) + 1 if place else 0
+    high = int(longer[place]) - 1 if place < len(longer) else len(widths) - 1
+    return (low + high) // 2 if (low == 0) == (high == len(widths) - 1) else least
 
 
 class Sample:
@@ -124,7 +148,7 @@ class Sample:
         if self.lost > self.share * draws:
             raise NotConvergedError(
                 f"{self.lost} of {self.draws} draws ({percent(self.lost / self.draws)}, allowed "
-                f"{percent(self.share)}: most_lost) {TOO_FAR}"
+                f"{percent(self.share)}: most_lost) {TOO_FAR}; {CHECK_SOURCES}"
             )
 
     def whole(self) -> FloatArray:

@@ -56,6 +56,9 @@ QUANTITIES: Mapping[str, tuple[str, str]] = MappingProxyType(
 )
 """What may be off: unit and meaning."""
 
+LARGEST = 1e9
+"""Standard uncertainty of any quantity, in its unit, above which squares say nothing."""
+
 CORRELATION_TOLERANCE = 1e-9
 """Smallest eigenvalue of a correlation matrix that still counts as zero: ``-tolerance * size``."""
 
@@ -127,6 +130,11 @@ class Source:
         values = finite_array(standard, (), f"standard uncertainty of source {label!r}")
         if (values < 0.0).any():
             raise ArgumentError(f"standard uncertainty of source {label!r} is {values.min():g}; it must be 0 or more")
+        if (values > LARGEST).any():
+            raise ArgumentError(
+                f"standard uncertainty of source {label!r} is {values.max():g} {QUANTITIES[self.quantity][0]}, allowed "
+                f"{LARGEST:g}; SI units are meant"
+            )
         set_(self, "standard", frozen(values))
         if not isinstance(dof, float | int | np.number) or isinstance(dof, bool) or not dof > 0.0:
             raise ArgumentError(f"degrees of freedom of source {label!r} must be above 0 (inf: known), found {dof!r}")

@@ -6,6 +6,8 @@ its rows go with the poses is told in `hexathermal.predict.pairing`.
 
 Six coordinates of each pose count from the machine's home: ``T_base_platform = T_base_home U X inv(O)`` with the pose
 ``X`` of the file and the user and object frames ``U`` and ``O`` (both the identity unless given).
+
+Where terms of the legs' laws have states, the poses are one motion in the order of time: times are then needed.
 """
 
 from __future__ import annotations
@@ -17,11 +19,19 @@ from typing import NoReturn
 
 import numpy as np
 
-from hexathermal.errors import ArgumentError, FileFormatError, KinematicsError, OutOfStrokeError, Problem
+from hexathermal.errors import (
+    ArgumentError,
+    FileFormatError,
+    KinematicsError,
+    OutOfStrokeError,
+    Problem,
+    ThermalModelError,
+)
 from hexathermal.kinematics.batches import where
 from hexathermal.kinematics.limits import ROUNDING, travel_coordinates, travel_range
 from hexathermal.machine.hexapod import Hexapod
 from hexathermal.poses import FloatArray, Frames, coordinates_from_pose, inverse_pose, pose_from_coordinates
+from hexathermal.predict.leg_states import LegControllers
 from hexathermal.predict.pairing import paired, time_hints
 from hexathermal.predict.table_streams import Rows, TableStream, open_table
 from hexathermal.predict.table_writing import TableWriter, check_out, written_whole
@@ -123,14 +133,15 @@ class _Job:
     convention: str
     frames: Frames | None
     lengths_only: bool
+    states: LegControllers | None = None
     largest: _Largest = field(default_factory=_Largest)
     span: _Span = field(default_factory=_Span)
 
-    def answer(self, rows: Rows, temps: FloatArray) -> dict[str, FloatArray]:
+    def answer(self, rows: Rows, temps: FloatArray, time: FloatArray | None) -> dict[str, FloatArray]:
         """Return the columns of results of the next rows."""
         T = pose_from_coordinates(rows.numbers, self.convention)
         T = self.hexapod.home @ (T if self.frames is None else self.frames.machine_pose(T))
-        lengths = self._located(rows, T, temps)
+        lengths = self._located(rows, T, temps, time)
         self._within_travel(rows, T)
         self.span.see(rows.numbers)
         self.largest.see(rows.first, lengths - self.hexapod.inverse_kinematics(T))
@@ -141,11 +152,13 @@ class _Job:
             columns |= _named(CORRECTED_COLUMNS, self._corrected_coordinates(rows, lengths))
         return columns
 
-    def _located(self, rows: Rows, T: FloatArray, temps: FloatArray) -> FloatArray:
+    def _located(self, rows: Rows, T: FloatArray, temps: FloatArray, time: FloatArray | None) -> FloatArray:
         """Return corrected lengths; what a pose cannot do is said with its line."""
         try:
             with np.errstate(over="ignore", invalid="ignore"):
-                return self.hexapod.corrected_leg_lengths(T, temps)
+                if self.states is None or time is None:
+                    return self.hexapod.corrected_leg_lengths(T, temps)
+                return self.states.corrected_leg_lengths(T, temps, time)
         except KinematicsError as error:
             self._refuse(rows, error)
         except ArgumentError:
@@ -273,19 +286,39 @@ def correct_trajectory(
         The header or a row is bad, out of the law's range, cannot be reached, or lies outside the maker's travel
         `Hexapod.limits`; each with the line in its file.
     ThermalModelError, ArgumentError
-        No thermal law; a file is not there; `out` exists, is a file that is read, is no plain file, ends in neither
+        No thermal law, or one with states where there are no times; a file is not there; `out` exists, is a file that is read, is no plain file, ends in neither
         ``.csv`` nor ``.parquet``, or cannot be written.
     """
     target, columns = Path(out), tuple(f"{name}_degC" for name in active_model(hexapod).sensor_names)
     source, heat = open_table(poses, POSE_COLUMNS, "poses"), open_table(temps, columns, "temperatures")
     check_out(target, (source.path, heat.path), overwrite)
-    job = _Job(hexapod, source, convention, frames, lengths_only)
-    _check_clashes(job)
     try:
+        job = _Job(hexapod, source, convention, frames, lengths_only, _states(hexapod, source, heat))
+        _check_clashes(job)
         return _streamed(job, heat, target, progress)
     finally:
         source.close()
         heat.close()
+
+
+def _states(hexapod: Hexapod, poses: TableStream, temps: TableStream) -> LegControllers | None:
+    """Return what remembers the rows before; None where the legs' laws need none."""
+    states = active_model(hexapod).states
+    if not states:
+        return None
+    recorded = sorted({str(term.parameters.get("source", "motion")) for term in states} - {"motion"})
+    if recorded:
+        raise ThermalModelError(
+            f"the legs' law reads the recorded input {recorded[0]!r}, which a trajectory does not have; use "
+            "hexapod.leg_controllers() with inputs, or take the term out of the machine's file"
+        )
+    if not (poses.header.has_time or temps.header.has_time):
+        causes = ", ".join(dict.fromkeys(term.cause for term in states))
+        raise ThermalModelError(
+            f"the legs' law holds {causes}, which depends on what was before: add time_s [s] to {poses.path}, rows in "
+            "the order of the motion"
+        )
+    return LegControllers(hexapod)
 
 
 def _streamed(job: _Job, heat: TableStream, out: Path, progress: Progress | None) -> TrajectorySummary:
@@ -295,8 +328,8 @@ def _streamed(job: _Job, heat: TableStream, out: Path, progress: Progress | None
     with written_whole(out) as part, TableWriter(part, out, source) as writer:
         while (rows := source.next_rows()) is not None:
             hot, time = followed.of(rows)
-            columns = job.answer(rows, hot)
             times = rows.time if rows.time is not None else time
+            columns = job.answer(rows, hot, times)
             writer.write(({} if times is None else {"time_s": times}) | columns, rows.extras)
             if progress is not None:
                 progress(source.done() + heat.done(), source.size + heat.size)

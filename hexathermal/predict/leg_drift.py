@@ -1,0 +1,85 @@
+"""What the terms of a machine's legs add to their drift, at given commands and temperatures.
+
+Terms that follow from displacement and temperatures of one row are told here; those with a state need the rows before,
+see `hexathermal.predict.leg_states`. Displacements count from the retracted leg, temperatures from the reference.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+
+from hexathermal.errors import ThermalModelError
+from hexathermal.machine.hexapod import Hexapod
+from hexathermal.machine.leg_signals import LegSignals
+from hexathermal.machine.leg_states import LegMemory, terms_drift
+from hexathermal.poses import FloatArray
+from hexathermal.predict.temperatures import active_model
+
+
+def refuse_states(hexapod: Hexapod) -> None:
+    """Refuse a machine whose legs remember the rows before, where there is one row only."""
+    found = active_model(hexapod).states
+    if found:
+        causes = ", ".join(dict.fromkeys(term.cause for term in found))
+        raise ThermalModelError(
+            f"the legs' law holds {causes}, which depends on what was before: a pose and temperatures do not tell it. "
+            "Use hexapod.leg_controllers(), row by row; or 'hexathermal correct' with time_s; or leave it out, "
+            "dataclasses.replace(hexapod, thermal=hexapod.thermal.without_states())"
+        )
+
+
+def machine_memories(hexapod: Hexapod) -> list[LegMemory]:
+    """Return the memories that the legs of a machine begin with."""
+    return [LegMemory(law.terms) for law in active_model(hexapod).legs]
+
+
+def leg_signals(
+    hexapod: Hexapod, leg: int, lengths: FloatArray, dT: FloatArray, time: FloatArray | None = None,
+    inputs: Mapping[str, FloatArray] | None = None,
+) -> LegSignals:  # fmt: skip
+    """Return the signals of leg 0 to 5 at commanded lengths (n, 6) [m] and temperatures since the reference (n, s)."""
+    laws = active_model(hexapod).legs
+    first = sum(len(law.sensors) for law in laws[:leg])
+    own = {name: dT[:, first + k] for k, name in enumerate(laws[leg].sensors)}
+    q = hexapod.strokes(lengths)[:, leg]
+    assert hexapod.retracted_length is not None  # a thermal law asks for it
+    q0 = float(hexapod.retracted_length[leg])
+    return LegSignals(np.zeros(len(q)) if time is None else time, own, q, q0, inputs=inputs or {})
+
+
+def added_drift(
+    hexapod: Hexapod, lengths: FloatArray, dT: FloatArray, time: FloatArray | None = None,
+    memories: Sequence[LegMemory] | None = None, inputs: Mapping[str, FloatArray] | None = None,
+) -> FloatArray:  # fmt: skip
+    """Return what terms add to the drift of six legs, shape (n, 6) [m].
+
+    Parameters
+    ----------
+    hexapod : Hexapod
+    lengths : array, shape (n, 6) [m]
+        Commanded.
+    dT : array, shape (n, s) [K]
+        Of all sensors, since the reference.
+    time : array, shape (n,) [s], optional
+    memories : sequence of LegMemory, optional
+        Of the rows before; they go on. Without it rows stand by themselves, and only terms without a state are told.
+    inputs : mapping, optional
+        Recorded inputs, shape (n,).
+
+    Raises
+    ------
+    ThermalModelError
+        A term has a state, and there are no memories.
+    """
+    if memories is None:
+        refuse_states(hexapod)
+    added = np.zeros((len(lengths), 6))
+    for leg, law in enumerate(active_model(hexapod).legs):
+        if law.terms:
+            signals = leg_signals(hexapod, leg, lengths, dT, time, inputs)
+            memory = LegMemory(law.terms) if memories is None else memories[leg]
+            memory.count_from_retracted(law.terms, signals)
+            added[:, leg] = terms_drift(law.terms, signals, memory)
+    return added

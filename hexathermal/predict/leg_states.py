@@ -1,0 +1,182 @@
+"""Six legs whose laws remember the rows before: corrected lengths and drift, row after row.
+
+Lag, stored heat, creep and the direction of the last move have states; rows come one by one, as a controller has them,
+or in blocks, as a file has them, and give the same. A leg begins at rest at the temperatures of its first row.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import TypeAlias
+
+import numpy as np
+import numpy.typing as npt
+
+from hexathermal.errors import ArgumentError, KinematicsError, ThermalModelError
+from hexathermal.kinematics.batches import where
+from hexathermal.kinematics.forward import checked_lengths
+from hexathermal.kinematics.inverse import poses_of
+from hexathermal.machine.hexapod import Hexapod
+from hexathermal.machine.leg_states import LARGEST_JUMP, LegMemory
+from hexathermal.machine.thermal import TemperaturesLike
+from hexathermal.poses import FloatArray, PoseLike, as_array
+from hexathermal.predict.correction import base_warm, since_reference, with_added
+from hexathermal.predict.leg_drift import added_drift, machine_memories
+from hexathermal.predict.temperatures import active_model, temperature_array
+
+Inputs: TypeAlias = Mapping[str, npt.ArrayLike]
+"""Recorded inputs by name, one value a row, in their own units."""
+
+
+class LegControllers:
+    """Corrected leg lengths of a machine in the order of time.
+
+    Parameters
+    ----------
+    hexapod : Hexapod
+        With a thermal law.
+
+    Examples
+    --------
+    >>> import hexathermal as ht
+    >>> from hexathermal.predict.leg_states import LegControllers
+    >>> hexapod = ht.load_hexapod("reference")
+    >>> controllers = LegControllers(hexapod)
+    >>> lengths = controllers.corrected_leg_lengths(hexapod.home, [22.0] * 6, 0.0)
+    >>> bool((lengths == hexapod.corrected_leg_lengths(hexapod.home, [22.0] * 6)).all())      # no terms, no memory
+    True
+    """
+
+    def __init__(self, hexapod: Hexapod) -> None:
+        active_model(hexapod)
+        self.hexapod = hexapod
+        self._memories = machine_memories(hexapod)
+        self._time = -np.inf
+
+    def corrected_leg_lengths(
+        self, pose: PoseLike, temps: TemperaturesLike, time: npt.ArrayLike, *, inputs: Inputs | None = None,
+        remember: bool = True,
+    ) -> FloatArray:  # fmt: skip
+        """Return the leg lengths to command in the next row, or the next rows.
+
+        Parameters
+        ----------
+        pose : SE3 or array, shape (4, 4) or (n, 4, 4) [m]
+        temps : array, shape (s,) or (n, s) [degC], or mapping
+        time : float or array, shape (n,) [s]
+            From any origin, never decreasing.
+        inputs : mapping, optional
+            Recorded inputs that a term reads.
+        remember : bool
+            Whether the machine goes there. False: what was commanded, or reached, is told to `leg_drift`.
+
+        Returns
+        -------
+        array, shape (6,) or (n, 6) [m]
+
+        Raises
+        ------
+        ArgumentError
+            Time runs backwards, or shapes do not fit; otherwise as `Hexapod.corrected_leg_lengths`.
+        """
+        poses, readings = poses_of(pose), temperature_array(self.hexapod, temps)
+        single = poses.ndim == 2
+        when = self._rows(time, 1 if single else len(poses))
+        hot = np.ascontiguousarray(np.broadcast_to(readings, (len(when), readings.shape[-1])))
+        lengths, memories = self._solved(poses[None] if single else poses, hot, when, _values(inputs, len(when)))
+        if remember:
+            self._memories, self._time = memories, float(when[-1])
+        return lengths[0] if single else lengths
+
+    def leg_drift(
+        self, lengths: npt.ArrayLike, temps: TemperaturesLike, time: npt.ArrayLike, *, inputs: Inputs | None = None
+    ) -> FloatArray:
+        """Return how much longer each warm leg is than it was told to be in the next row or rows, and remember them.
+
+        Parameters as `corrected_leg_lengths`; lengths : array, shape (6,) or (n, 6) [m], commanded.
+
+        Returns
+        -------
+        array, shape (6,) or (n, 6) [m]
+        """
+        told, readings = checked_lengths(lengths), temperature_array(self.hexapod, temps)
+        single = told.ndim == 1
+        rows = np.atleast_2d(told)
+        when = self._rows(time, len(rows))
+        base = base_warm(self.hexapod, rows, readings)[0] - rows
+        memories = [memory.copy() for memory in self._memories]
+        dT = since_reference(self.hexapod, readings, rows.shape[:-1])
+        drift = base + added_drift(self.hexapod, rows, dT, when, memories, _values(inputs, len(rows)))
+        self._memories, self._time = memories, float(when[-1])
+        return drift[0] if single else drift
+
+    def _rows(self, time: npt.ArrayLike, count: int) -> FloatArray:
+        """Return checked times of the next rows."""
+        when = np.atleast_1d(as_array(time, "time"))
+        if when.shape != (count,):
+            raise ArgumentError(f"time has shape {when.shape}; expected {count} values, one for each row")
+        if not np.isfinite(when).all() or (np.diff(when, prepend=self._time) < 0.0).any():
+            raise ArgumentError(f"time must be finite and never decrease; the last row was at {self._time:g} s")
+        return when
+
+    def _solved(
+        self, poses: FloatArray, hot: FloatArray, time: FloatArray, inputs: Mapping[str, FloatArray]
+    ) -> tuple[FloatArray, list[LegMemory]]:
+        """Return corrected lengths (n, 6) of rows, and the memories behind them.
+
+        Where the lengths of many rows do not settle together (a reversal within the scale's noise), halves are taken.
+        """
+        memories = self._memories
+
+        def added(told: FloatArray, dT: FloatArray) -> FloatArray:
+            nonlocal memories
+            memories = [memory.copy() for memory in self._memories]
+            return added_drift(self.hexapod, told, dT, time, memories, inputs)
+
+        try:
+            lengths = with_added(self.hexapod, poses, hot, added, LARGEST_JUMP if len(time) == 1 else 0.0)
+        except ThermalModelError:
+            if len(time) == 1:
+                raise
+            return self._halves(poses, hot, time, inputs)
+        return lengths, memories
+
+    def _halves(
+        self, poses: FloatArray, hot: FloatArray, time: FloatArray, inputs: Mapping[str, FloatArray]
+    ) -> tuple[FloatArray, list[LegMemory]]:
+        """Return what `_solved` returns, from the two halves of the rows."""
+        before, middle, parts = self._memories, len(time) // 2, []
+        try:
+            for rows in (slice(0, middle), slice(middle, len(time))):
+                own = {name: values[rows] for name, values in inputs.items()}
+                lengths, self._memories = self._solved(poses[rows], hot[rows], time[rows], own)
+                parts.append(lengths)
+            return np.concatenate(parts), self._memories
+        except KinematicsError as error:
+            index = (error.index[0] + rows.start, *error.index[1:])
+            raise type(error)(
+                str(error).replace(where(error.index), where(index), 1),
+                leg=error.leg, value=error.value, lower=error.lower, upper=error.upper, index=index,
+            ) from None  # fmt: skip
+        finally:
+            self._memories = before
+
+
+def leg_controllers(hexapod: Hexapod) -> LegControllers:
+    """Return what gives corrected lengths row after row, for a machine whose legs' laws have states.
+
+    Raises
+    ------
+    ThermalModelError
+        The machine has no thermal law.
+    """
+    return LegControllers(hexapod)
+
+
+def _values(inputs: Inputs | None, count: int) -> dict[str, FloatArray]:
+    """Return recorded inputs as arrays (n,)."""
+    found = {name: np.atleast_1d(as_array(values, name)) for name, values in (inputs or {}).items()}
+    for name, values in found.items():
+        if values.shape != (count,):
+            raise ArgumentError(f"input {name} has shape {values.shape}; expected {count} values, one for each row")
+    return found
