@@ -1,4 +1,4 @@
-"""Effects that a campaign may hide: each changes the data as its physics says, and nothing else."""
+"""Effects that a campaign may hide: each changes what it should alone; thermometers go wrong as their physics says."""
 
 from __future__ import annotations
 
@@ -6,20 +6,17 @@ import json
 import secrets
 import subprocess
 import sys
-from collections.abc import Callable
-from itertools import pairwise
 
 import numpy as np
 import pytest
 
 from hexathermal.errors import UnknownNameError
 from hexathermal.simulate.hidden import benches
-from hexathermal.simulate.hidden.beams import AZIMUTHS, RADIUS
-from hexathermal.simulate.hidden.effect import Parameters
 from hexathermal.simulate.hidden.effects import OUTSIDE, found, named
-from hexathermal.simulate.hidden.shapes import cascade, diffused, first_order, moves, play
+from hexathermal.simulate.hidden.shapes import cascade, diffused, first_order
 from hexathermal.simulate.hidden.strength import added, recorded
-from hexathermal.simulate.hidden.truth import CampaignTruth, RunTruth
+from hexathermal.simulate.hidden.truth import CampaignTruth
+from tests.simulate.hidden_effects import hidden, made_up, with_channel
 
 CATALOGUE = (
     "thermal-lag", "missing-sensor", "hidden-heat", "nonlinear-expansion", "frame-expansion", "air-refraction",
@@ -62,39 +59,6 @@ def component(seed: int) -> CampaignTruth:
 def generator(seed: int) -> np.random.Generator:
     """What draws parameters."""
     return np.random.default_rng([seed, 99])
-
-
-def hidden(
-    name: str, truth: CampaignTruth, generator: np.random.Generator, **fixed: float | int | str
-) -> tuple[CampaignTruth, Parameters]:
-    """A campaign with an effect, some of its parameters given."""
-    effect = named(name)
-    parameters = {**effect.draw(truth, generator), **fixed}
-    return effect.hide(truth, parameters), parameters
-
-
-def made_up(truth: CampaignTruth, q: Callable[[np.ndarray], np.ndarray], step: float = 5.0) -> CampaignTruth:
-    """The campaign with one run of four hours, its rod moved as told."""
-    run = truth.runs[0]
-    time = np.arange(0.0, 14401.0, step)
-    rows = {
-        name: np.repeat(getattr(run, name)[:1], time.size, axis=0)
-        for name in ("temperatures", "sensor_errors", "air", "inputs")
-    }
-    still = {name: np.zeros(time.size) for name in ("drift", "noise", "effect")}
-    own = run.changed(
-        time=time, q=q(time), settled=np.ones(time.size, dtype=bool), beam_effects=np.zeros((time.size, 3)), **rows,
-        **still,
-    )  # fmt: skip
-    return truth.changed(runs=(own,))
-
-
-def with_channel(truth: CampaignTruth, sensor: str, values: np.ndarray) -> CampaignTruth:
-    """The campaign of one run with other temperatures of a sensor."""
-    (run,) = truth.runs
-    temperatures = run.temperatures.copy()
-    temperatures[:, truth.sensors.index(sensor)] = values
-    return truth.changed(runs=(run.changed(temperatures=temperatures),))
 
 
 def test_the_catalogue_is_complete() -> None:
@@ -249,221 +213,3 @@ def test_a_sensor_drifts_within_its_bounds(leg: CampaignTruth, generator: np.ran
         assert np.abs(walk).max() <= abs(drift) * float(parameters["wandering"]) + 1e-12
         assert np.ptp(walk) > 0.0
         gone += float(run.time[-1] - run.time[0])
-
-
-def test_backlash_is_a_gap(leg: CampaignTruth, generator: np.random.Generator) -> None:
-    """Long moves one way lie a whole gap beside those the other way; a small reversal makes part of it."""
-    # up 20 mm, back by 0.1 mm, up again, back 20 mm
-    corners = [0.0, 3600.0, 3700.0, 3800.0, 7200.0]
-    truth = made_up(leg, lambda time: np.interp(time, corners, [0.05, 0.07, 0.0699, 0.07, 0.05]))
-    found, _ = hidden("backlash", truth, generator, gap=1e-6, engagement=1e-3, start=0.0)
-    time, effect = found.runs[0].time, found.runs[0].effect
-    up, part, down = (float(np.interp(at, time, effect)) for at in (3600.0, 3700.0, 7200.0))
-    assert up == pytest.approx(0.5e-6)
-    assert down == pytest.approx(-0.5e-6)
-    assert 0.02e-6 < up - part < 0.3e-6
-
-
-def test_play_only_turns_within_its_gap() -> None:
-    """The play operator follows any motion within its width, stays between -0.5 and 0.5, and forgets no reversal."""
-    path = np.cumsum(np.random.default_rng(3).standard_normal(500))
-    x = play(path, 4.0, 0.0)
-    assert x.min() >= -0.5
-    assert x.max() <= 0.5
-    free = np.abs(x[1:]) < 0.5
-    np.testing.assert_allclose(np.diff(x)[free], (np.diff(path) / 4.0)[free], atol=1e-12)
-
-
-def test_a_screw_repeats_with_its_pitch_in_all_runs(leg: CampaignTruth, generator: np.random.Generator) -> None:
-    """The error is one function of q modulo the pitch in all runs, with a second harmonic; some pitches alias 10 mm."""
-    truth, parameters = hidden("periodic-screw-error", leg, generator, pitch=0.0073, amplitude=1e-6)
-    q = np.concatenate([run.q for run in truth.runs])
-    effect = np.concatenate([run.effect for run in truth.runs])
-    turn = 2.0 * np.pi * q / 0.0073
-    X = np.column_stack([np.sin(turn), np.cos(turn), np.sin(2.0 * turn), np.cos(2.0 * turn)])
-    fit = np.linalg.lstsq(X, effect)[0]
-    np.testing.assert_allclose(X @ fit, effect, atol=1e-12)
-    assert np.hypot(*fit[2:]) / np.hypot(*fit[:2]) == pytest.approx(float(parameters["second"]))
-    pitches = [float(named("periodic-screw-error").draw(leg, generator)["pitch"]) for _ in range(200)]
-    aliased = [abs(0.010 / pitch - round(0.010 / pitch)) < 1e-9 for pitch in pitches]
-    assert 15 <= sum(aliased) <= 75
-    assert min(pitches) >= 0.002
-    assert max(pitches) <= 0.020
-
-
-def test_a_jump_is_in_one_run(leg: CampaignTruth, component: CampaignTruth, generator: np.random.Generator) -> None:
-    """One run rises within minutes, no other moves; where all count from the campaign's zero, later ones keep it."""
-    for truth in (leg, component):
-        found, parameters = hidden("zero-jump", truth, generator, height=1e-6)
-        which = [run.name for run in found.runs].index(str(parameters["run"]))
-        for k, run in enumerate(found.runs):
-            if k != which:
-                assert np.ptp(run.effect) == 0.0
-                assert run.effect[0] == (1e-6 if k > which and truth.zero == "campaign" else 0.0)
-        run = found.runs[which]
-        rising = run.time[1:][np.diff(run.effect) > 0.0]
-        assert (np.diff(run.effect) >= 0.0).all()
-        assert run.effect[-1] == pytest.approx(1e-6)
-        assert np.ptp(rising) <= float(parameters["ramp"]) + (run.time[1] - run.time[0])
-
-
-def test_creep_relaxes_after_a_move(leg: CampaignTruth, generator: np.random.Generator) -> None:
-    """After one long move its height is left, then less and less; a move back takes its own away from it."""
-    truth = made_up(leg, lambda time: np.interp(time, [1000.0, 1010.0], [0.05, 0.09]))
-    for law in ("logarithm", "stretched"):
-        found, _ = hidden("creep", truth, generator, law=law, height=1e-6, time=200.0)
-        (run,) = found.runs
-        times, lengths = moves(run)
-        assert times.tolist() == [1010.0]
-        assert lengths[0] == pytest.approx(0.04)
-        effect = run.effect
-        assert not effect[run.time < 1010.0].any()
-        assert effect[run.time == 1010.0][0] == pytest.approx(1e-6, rel=1e-6)
-        assert (np.diff(effect[run.time >= 1010.0]) <= 0.0).all()
-        # neither law is an exponential: after a fast start they relax longer than exp would
-        at = [float(np.interp(1010.0 + since, run.time, effect)) for since in (100.0, 1000.0, 2000.0)]
-        assert at[2] / at[1] > 1.2 * (at[1] / at[0]) ** (1000.0 / 900.0)
-
-
-def test_moves_are_counted_from_rows() -> None:
-    """A move over several rows is one, a turn between two rows makes two, what a controller wobbles is none."""
-    q = 1e-3 * np.array([0.0, 0.0, 4.0, 8.0, 8.0001, 8.0, 12.0, 9.0, 9.0])
-    run = benches.draw("quiet", np.random.default_rng(1)).runs[0].changed(q=q, time=10.0 * np.arange(9))
-    times, lengths = moves(run)
-    assert times.tolist() == [30.0, 60.0, 70.0]
-    np.testing.assert_allclose(lengths, [0.008, 0.004, -0.003], atol=1e-12)
-
-
-def test_hidden_heat_is_stored_and_leaves(leg: CampaignTruth, component: CampaignTruth, seed: int) -> None:
-    """Heat rises with motion, or with a recorded input, and leaves at rest by two time constants."""
-    generator = np.random.default_rng(seed)
-    truth = made_up(leg, lambda time: 0.1 + 0.02 * np.sin(np.clip(time, 0.0, 3600.0) / 50.0))
-    found, parameters = hidden("hidden-heat", truth, generator, height=1e-6)
-    (run,) = found.runs
-    assert run.effect[0] == 0.0
-    assert run.effect.max() == pytest.approx(1e-6)
-    rest = run.time >= 3700.0
-    X = np.column_stack([np.exp(-run.time[rest] / float(parameters[name])) for name in ("fast", "slow")])
-    np.testing.assert_allclose(X @ np.linalg.lstsq(X, run.effect[rest])[0], run.effect[rest], atol=1e-10)
-    driven, _ = hidden("hidden-heat", component, generator, source=component.input_names[0], power=1.0)
-    assert any(np.ptp(run.effect) > 0.0 for run in driven.runs)
-
-
-def test_unapplied_index_follows_pressure(leg: CampaignTruth, generator: np.random.Generator) -> None:
-    """The beams follow pressure by 0.268 ppm/hPa of the path that lacks the index: the dead one, or with q."""
-    truth = made_up(leg, lambda time: np.full(time.size, 0.1))
-    (run,) = truth.runs
-    air = np.column_stack([np.full(run.time.size, 20.0), np.linspace(1.0e5, 1.01e5, run.time.size), run.air[:, 2]])
-    truth = truth.changed(runs=(run.changed(air=air),))
-    for path, length in (("dead", truth.dead_path), ("whole", truth.dead_path + 0.1)):
-        found, _ = hidden("air-refraction", truth, generator, path=path, share=0.5)
-        assert found.runs[0].effect[-1] / (0.5 * length * 10.0) == pytest.approx(0.268e-6, rel=0.01)
-
-
-def test_tilt_shows_in_the_beams_and_leaks(leg: CampaignTruth, generator: np.random.Generator) -> None:
-    """Beams differ by angle times radius, their mean by angle times offset; it follows q or two temperatures."""
-    for source in ("stroke", "temperatures"):
-        truth, parameters = hidden("abbe-tilt", leg, generator, source=source, angle=50e-6)
-        beams = np.concatenate([run.beam_effects for run in truth.runs])
-        angle = beams.mean(axis=1) / float(parameters["offset"])
-        assert np.abs(angle).max() == pytest.approx(50e-6)
-        apart = beams - beams.mean(axis=1, keepdims=True)
-        lever = RADIUS * np.cos(np.array(AZIMUTHS) - float(parameters["direction"]))
-        np.testing.assert_allclose(apart, np.outer(angle, lever), atol=1e-15)
-
-
-def test_the_frame_follows_the_room_late(leg: CampaignTruth, generator: np.random.Generator) -> None:
-    """A step of the room begins slowly in the frame, and reaches the slope times the step after hours."""
-    truth = made_up(leg, lambda time: np.full(time.size, 0.1))
-    (run,) = truth.runs
-    air = run.air.copy()
-    air[run.time > 7200.0, 0] += 1.0
-    found, _ = hidden("frame-expansion", truth.changed(runs=(run.changed(air=air),)), generator, skin=300.0,
-                      core=900.0, slope=1e-6)  # fmt: skip
-    rise = found.runs[0].effect - float(np.interp(7200.0, run.time, found.runs[0].effect))
-    assert rise[-1] == pytest.approx(1e-6, rel=0.01)
-    first, second = (float(np.interp(at, run.time, rise)) for at in (7260.0, 7500.0))
-    assert first < 0.3 * 60.0 / 900.0 * 1e-6
-    assert second > 2.0 * 5.0 * first
-
-
-def test_expansion_bends(leg: CampaignTruth, generator: np.random.Generator) -> None:
-    """The square is one of the temperature from 20 degC; Invar's curve has the same bend in its middle and no kink."""
-    warm = 20.0 + np.linspace(-6.0, 6.0, 2881)
-    still = made_up(leg, lambda time: np.zeros(time.size))
-    truth = with_channel(still, still.base[0], warm)
-    for curve in ("square", "invar"):
-        found, _ = hidden("nonlinear-expansion", truth, generator, curve=curve, target=still.base[0], bend=1e-7,
-                          middle=20.0, width=2.0)  # fmt: skip
-        effect = found.runs[0].effect
-        step = warm[1] - warm[0]
-        second = np.diff(effect, 2) / step**2
-        assert second.max() == pytest.approx({"square": 2e-7, "invar": 1e-7}[curve], rel=0.01)
-        assert np.abs(np.diff(second)).max() < 1e-3 * second.max() + 1e-10
-
-
-def test_the_rest_of_the_catalogue(leg: CampaignTruth, component: CampaignTruth, seed: int) -> None:
-    """A wrong scale is a slope of q, a missing sensor one of its temperature, a drift one of time."""
-    generator = np.random.default_rng(seed)
-
-    def straight(runs: tuple[RunTruth, ...], x: Callable[[RunTruth], np.ndarray]) -> float:
-        """The correlation of an effect with something."""
-        values = [x(run) - x(run)[0] for run in runs]
-        effects = [run.effect - run.effect[0] for run in runs]
-        return abs(float(np.corrcoef(np.concatenate(values), np.concatenate(effects))[0, 1]))
-
-    truth, _ = hidden("scale-error", leg, generator)
-    assert 0.99 < straight(truth.runs, lambda run: run.q) < 1.0
-    truth, parameters = hidden("missing-sensor", leg, generator, place="fixed")
-    j = truth.sensors.index(str(parameters["target"]))
-    assert straight(truth.runs, lambda run: run.temperatures[:, j]) == pytest.approx(1.0)
-    truth, _ = hidden("zero-drift", leg, generator)
-    assert 0.98 < straight(truth.runs, lambda run: run.time) <= 1.0
-    truth, _ = hidden("zero-drift", component, generator, curvature=0.0)
-    ends = [(run.effect[0], run.effect[-1]) for run in truth.runs]
-    assert all(abs(b[0]) >= abs(a[1]) - 1e-15 for a, b in pairwise(ends))
-
-
-def test_outside_effects_have_their_form(leg: CampaignTruth, seed: int) -> None:
-    """A bump has a place, a cubic no slope, a kink a corner, wear grows with the way, a loop does not close at once."""
-    generator = np.random.default_rng(seed)
-    ramp = made_up(leg, lambda time: np.interp(time, [0.0, 14400.0], [0.0, 0.25]))
-    x = ramp.runs[0].q / 0.25
-    truth, bump = hidden("outside: bump", ramp, generator, height=1e-6)
-    far = np.abs(ramp.runs[0].q - float(bump["place"])) > 3.0 * float(bump["width"])
-    assert np.abs(truth.runs[0].effect[far]).max() < 1e-9
-    assert truth.runs[0].effect.max() > 0.9e-6
-    truth, _ = hidden("outside: cubic", ramp, generator, height=1e-6)
-    assert abs(np.polynomial.Polynomial.fit(x, truth.runs[0].effect, 1).convert().coef[1]) < 5e-9
-    truth, _ = hidden("outside: wear", ramp, generator, wear=1e-6, power=1.0)
-    np.testing.assert_allclose(truth.runs[0].effect, 1e-6 * x, atol=1e-12)
-    warm = with_channel(ramp, ramp.base[0], 20.0 + 5.0 * np.sin(np.pi * x))
-    truth, _ = hidden("outside: kink", warm, generator, sensor=ramp.base[0], kink=23.0, slope=1e-6)
-    assert truth.runs[0].effect.max() == pytest.approx(2e-6)
-    assert truth.runs[0].effect[0] == 0.0
-    truth, _ = hidden("outside: hysteresis", warm, generator, sensor=ramp.base[0], gap=1.0, height=1e-6)
-    up, down = (float(np.interp(at, x, truth.runs[0].effect)) for at in (0.25, 0.75))
-    assert up - down == pytest.approx(0.94e-6, abs=0.06e-6)
-    still = made_up(leg, lambda time: np.full(time.size, 0.1))
-    truth, rhythm = hidden("outside: room-rhythm", still, generator, height=1e-6)
-    effect = truth.runs[0].effect
-    cycles = int(((effect[:-1] < 0.0) & (effect[1:] >= 0.0)).sum())
-    assert abs(cycles - 14400.0 / float(rhythm["period"])) <= 2.0
-    assert np.ptp(effect) == pytest.approx(1e-6, rel=0.05)
-
-
-def test_outside_effects_of_the_day(leg: CampaignTruth, seed: int) -> None:
-    """A floor tilts by another part of its daily wave in each run; swelling follows humidity late."""
-    generator = np.random.default_rng(seed)
-    truth, _ = hidden("outside: floor-tilt", leg, generator, height=1e-6)
-    assert len({round(float(run.effect[0] * 1e12)) for run in truth.runs}) == len(truth.runs)
-    assert max(float(np.abs(run.effect).max()) for run in truth.runs) <= 1.4e-6
-    still = made_up(leg, lambda time: np.full(time.size, 0.1))
-    (run,) = still.runs
-    air = run.air.copy()
-    air[run.time > 7200.0, 2] += 0.1
-    wet = still.changed(runs=(run.changed(air=air),))
-    truth, _ = hidden("outside: humidity", wet, generator, swelling=1e-5, time=1200.0)
-    rise = truth.runs[0].effect - float(np.interp(7200.0, run.time, truth.runs[0].effect))
-    assert rise[-1] == pytest.approx(1e-6, rel=0.01)
-    assert float(np.interp(8400.0, run.time, rise)) == pytest.approx(0.63e-6, abs=0.1e-6)
