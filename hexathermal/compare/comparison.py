@@ -73,7 +73,7 @@ class Comparison:
     def sentence(self) -> str:
         """What was found, in one sentence."""
         if not self.differences:
-            return "No difference from the virtual bench was found; each number says from where on it would have been named."
+            return "No difference from the virtual bench was found; the table says how large it would have to be."
         return "The bench differs in " + "; ".join(one.sentence for one in self.differences) + "."
 
 

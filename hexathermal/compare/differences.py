@@ -178,7 +178,7 @@ def parameters_found(calibration: Calibration, sensors: Sequence[str]) -> tuple[
             parameter.words if parameter else f"{target} reads the air",
             _value(j, own), _value(j, own - half), _value(j, own + half), j in last.free,
             0.0 if j in last.free else float(calibration.gains[j]), edges[0], edges[1],
-            tuple((label(k, sensors), float(alike[j, k])) for k in np.flatnonzero(np.abs(alike[j]) > ALIKE).tolist() if k != j),
+            tuple((label(k, sensors), float(alike[j, k])) for k in range(count) if k != j and abs(alike[j, k]) > ALIKE),
             parameter.experiment if parameter else SENSOR_EXPERIMENT,
         ))  # fmt: skip
     return tuple(found)

@@ -151,16 +151,23 @@ class Normal:
     def estimate(self, precision: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Return mean and covariance of x under a prior."""
         G, c, _square = self._centred()
-        covariance: FloatArray = np.linalg.inv(G + np.diag(precision))
+        covariance = np.asarray(np.linalg.inv(G + np.diag(precision)), dtype=np.float64)
         return covariance @ c, covariance
+
+    def misfit(self, x: FloatArray, run: int) -> float:
+        """Return half the whitened square of a run's residual at x, every number free within its tolerance about it."""
+        d, gram = x - self.point, self.grams[run]
+        G, c = gram[:-1, :-1], gram[:-1, -1] - gram[:-1, :-1] @ d
+        square = gram[-1, -1] - 2.0 * d @ gram[:-1, -1] + d @ G @ d
+        return 0.5 * float(square - c @ np.linalg.solve(G + np.diag(self.precision()), c))
 
     def information(self, chosen: Sequence[int], precision: FloatArray) -> FloatArray:
         """Return what the data say of some parameters, the others only within their prior, shape (a, a)."""
-        G = self.grams[:, :-1, :-1].sum(axis=0)
-        others = np.setdiff1d(np.arange(len(G)), np.array(chosen))
+        G, own = self.grams[:, :-1, :-1].sum(axis=0), list(chosen)
+        others = [k for k in range(len(G)) if k not in own]
         rest = G[np.ix_(others, others)] + np.diag(precision[others])
-        cross = G[np.ix_(others, list(chosen))]
-        return np.asarray(G[np.ix_(list(chosen), list(chosen))] - cross.T @ np.linalg.solve(rest, cross))
+        cross = G[np.ix_(others, own)]
+        return np.asarray(G[np.ix_(own, own)] - cross.T @ np.linalg.solve(rest, cross))
 
     def _centred(self) -> tuple[FloatArray, FloatArray, float]:
         """Return ``G, c, |rho|^2`` about the prior's mean."""

@@ -8,7 +8,7 @@ nothing, and if it foretells identification runs left out of its estimate better
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -32,11 +32,11 @@ PROBABILITY = 0.99
 EQUIVALENT = 3.0
 """A candidate whose log-evidence is less than this below the best one's cannot be told from it by these data."""
 
-FOLLOWED = 4
-"""Candidates that are followed to their own best value."""
+FOLLOWED, MOST_FOLLOWED = 4, 8
+"""Candidates that are followed to their own best value: so many, more where the next promises more than the best has."""
 
-FOLLOWED_WITHIN = 12.0
-"""Those whose linearised log-evidence is this far below the best, or a tenth of its gain, are followed."""
+FAR = 0.1
+"""None is followed whose linearised log-evidence is below this part of the best one's."""
 
 MOST_NAMED = 8
 ITERATIONS = 6
@@ -85,7 +85,7 @@ class Step:
         Log-evidence above the bench before.
     probability : float
     left_out : array, shape (runs,)
-        By how much each run left out is foretold better (log of its probability density).
+        By how much each run left out is foretold better, see `_left_out`.
     equivalent : tuple of (int, float)
         Candidates that the data cannot tell from it, each with its own estimate (log factor or contact error).
     accepted : bool
@@ -161,6 +161,9 @@ def calibrated(bench: BenchRuns, progress: Progress | None = None) -> Calibratio
                 break
         steps.append(step)
         now = fit
+    if len(now.free) > 1:
+        now = _fit(bench, now.found, sought_noise(bench, now.found, now.noise), now.free)
+        gains = _gains(now)
     return Calibration(first, now, tuple(steps), gains)
 
 
@@ -199,67 +202,62 @@ def _gains(now: Fit) -> FloatArray:
 
 
 def followed(bench: BenchRuns, now: Fit, free: tuple[int, ...]) -> Fit:
-    """Return the fit with some numbers free, the bench simulated anew until they stay (Gauss-Newton)."""
+    """Return the fit with some numbers free, the bench simulated anew until they stay (Gauss-Newton).
+
+    All others stay at the bench's own; they may move within their tolerance about it, where the bench is linear. Their
+    sensitivities are those of the fit before.
+    """
     parameters = [j for j in free if j < len(NAMES)]
     found = now.found
     if not parameters:
         return _fit(bench, found, now.noise, free)
     x, _covariance = now.sums.estimate(now.sums.precision(free))
     for _k in range(ITERATIONS):
-        step = np.clip(x[: len(NAMES)] - found.logs, -LARGEST_LOG_STEP, LARGEST_LOG_STEP)
+        step = np.zeros(len(NAMES))
+        step[parameters] = np.clip((x[: len(NAMES)] - found.logs)[parameters], -LARGEST_LOG_STEP, LARGEST_LOG_STEP)
         if np.abs(step).max() < CONVERGED:
             break
         found = sensitivities(bench, found.logs + step, found, parameters)
         x = _fit(bench, found, now.noise, free).x
-    found = sensitivities(bench, found.logs)
     return _fit(bench, found, now.noise, free)
 
 
 def _step(bench: BenchRuns, now: Fit, gains: FloatArray) -> tuple[Step, Fit]:
     """Return the best next step, and the fit with it."""
-    order = np.argsort(np.where(np.isnan(gains), -np.inf, gains))[::-1]
-    best = float(np.nanmax(gains))
-    within = max(FOLLOWED_WITHIN, 0.1 * best)
-    leading = [int(j) for j in order if not np.isnan(gains[j]) and gains[j] > best - within][:FOLLOWED]
-    # a step far below the threshold needs no second look
-    if best < 0.0:
-        leading = leading[:1]
-    fits = {j: followed(bench, now, (*now.free, j)) for j in leading}
-    exact = gains.copy()
-    for j, fit in fits.items():
-        exact[j] = fit.evidence - now.evidence
-    chosen = max(fits, key=lambda j: exact[j])
-    odds = np.exp(np.clip(exact[~np.isnan(exact)], None, 500.0))
-    probability = float(odds.mean() / (1.0 + odds.mean()))
-    equivalent = tuple(
-        (j, float(fits[j].x[j])) for j in leading if j != chosen and exact[j] > exact[chosen] - EQUIVALENT
-    )
-    left_out = _left_out(fits[chosen], now)
+    order = [int(j) for j in np.argsort(-gains) if not np.isnan(gains[j])]
+    exact, fits = np.full(len(gains), -np.inf), dict[int, Fit]()
+    for j in order[:MOST_FOLLOWED]:
+        best = float(exact.max())
+        if fits and (gains[j] < 0.0 or (len(fits) >= FOLLOWED and gains[j] < best) or gains[j] < FAR * best):
+            break
+        fits[j] = followed(bench, now, (*now.free, j))
+        exact[j] = fits[j].evidence - now.evidence
+    chosen = int(np.argmax(exact))
+    same = [j for j in fits if j != chosen and exact[j] > exact[chosen] - EQUIVALENT]
+    # all candidates together are as likely as none before the data
+    odds = sum(np.exp(min(exact[j], 500.0)) for j in (chosen, *same)) / (len(NAMES) + now.sums.sensors)
+    fit = _fit(bench, sensitivities(bench, fits[chosen].found.logs), now.noise, fits[chosen].free)
+    left_out = _left_out(fit, now)
     pays = len(left_out) < 2 or (float(left_out.sum()) > 0.0 and float((left_out > 0.0).mean()) >= 0.5)
-    accepted = probability >= PROBABILITY and pays and exact[chosen] > 0.0
-    return Step(chosen, float(exact[chosen]), probability, left_out, equivalent, accepted), fits[chosen]
+    probability = float(odds / (1.0 + odds))
+    equivalent = tuple((j, float(fits[j].x[j])) for j in same)
+    accepted = probability >= PROBABILITY and pays
+    return Step(chosen, float(exact[chosen]), probability, left_out, equivalent, accepted), fit
 
 
 def _left_out(fit: Fit, before: Fit) -> FloatArray:
-    """Return by how much each run is foretold better by the others with the last number free, shape (runs,)."""
+    """Return by how much each run is foretold better by the others with the last number free, shape (runs,).
+
+    Half the difference of the whitened squares. The bench is changed in nothing but what is named, as a user gets it,
+    and every number may move within its tolerance.
+    """
     found = np.zeros(len(fit.sums.grams))
     if len(found) < 2:
         return found
-    for sign, one in ((1.0, fit), (-1.0, before)):
-        precision = one.sums.precision(one.free)
+    for sign, one in ((-1.0, fit), (1.0, before)):
+        precision, named = one.sums.precision(one.free), np.zeros(len(one.x), dtype=bool)
+        named[list(one.free)] = True
         for r in range(len(found)):
-            found[r] += sign * (one.evidence - one.sums.without(r).evidence(precision))
-    return found
-
-
-def confused(fit: Fit, candidates: Sequence[int], precision: FloatArray) -> FloatArray:
-    """Return how alike the marks of candidates are, -1 to 1, all else within its prior, shape (a, a).
-
-    Beyond `hexathermal.compare.comparison.ALIKE` two of them cannot be separated by the data.
-    """
-    found = np.eye(len(candidates))
-    for a, i in enumerate(candidates):
-        for b in range(a):
-            own = fit.sums.information((candidates[b], i), precision)
-            found[a, b] = found[b, a] = own[0, 1] / np.sqrt(max(own[0, 0] * own[1, 1], 1e-300))
+            x, _covariance = one.sums.without(r).estimate(precision)
+            found[r] += sign * one.sums.misfit(np.where(named, x, 0.0), r)
     return found
