@@ -12,6 +12,7 @@ from scipy.spatial.transform import Rotation
 from hexathermal.errors import ArgumentError
 from hexathermal.poses import FloatArray, pose_from_coordinates
 from hexathermal.predict.acceptance import PoseAccuracy, pose_accuracy, pose_drift
+from hexathermal.predict.acceptance.pose_accuracy import accuracies_of_poses
 
 CROSS = np.array([[1, 0, 0], [-1, 0, 0], [0, 1, 0], [0, -1, 0]], dtype=float)
 
@@ -161,3 +162,31 @@ def test_drift_needs_two_groups() -> None:
     """One group has no drift, and that is said."""
     with pytest.raises(ArgumentError, match="at least two"):
         pose_drift([group(0.0, 1.0)])
+
+
+def test_many_poses_at_once_are_each_by_itself(rng: np.random.Generator) -> None:
+    """Poses of 2 to 9 visits, worked on together, have the values of each alone, written out with SciPy's mean."""
+    counts = rng.integers(2, 10, 40)
+    starts = np.cumsum([0, *counts[:-1]])
+    commands = poses(rng.normal(size=(40, 3)), rng.normal(size=(40, 3)))
+    visits = np.repeat(commands, counts, axis=0)
+    visits[:, :3, 3] += 1e-5 * rng.normal(size=(len(visits), 3))
+    visits[:, :3, :3] = Rotation.from_rotvec(1e-4 * rng.normal(size=(len(visits), 3))).as_matrix() @ visits[:, :3, :3]
+    found = accuracies_of_poses(visits, commands, starts, "fixed-xyz")
+    for k, (first, count) in enumerate(zip(starts, counts, strict=True)):
+        own, command = visits[first : first + count], commands[k]
+        turned = Rotation.from_matrix(own[:, :3, :3] @ command[:3, :3].T)
+        mean = turned.mean()
+        away = np.linalg.norm((turned * mean.inv()).as_rotvec(), axis=1)
+        lengths = np.linalg.norm(own[:, :3, 3] - own[:, :3, 3].mean(axis=0), axis=1)
+        assert found[k].count == count
+        assert found[k].position == pytest.approx(own[:, :3, 3].mean(axis=0) - command[:3, 3], abs=1e-15)
+        assert found[k].rotation == pytest.approx(mean.as_rotvec(), abs=1e-14)
+        assert found[k].RP == pytest.approx(lengths.mean() + 3.0 * lengths.std(ddof=1), rel=1e-9)
+        assert found[k].RP_rotation == pytest.approx(away.mean() + 3.0 * away.std(ddof=1), rel=1e-9)
+        alone = pose_accuracy(own, command)
+        for name in ("RP_axes", "angles", "RP_angles"):
+            assert getattr(found[k], name) == pytest.approx(getattr(alone, name), rel=1e-9, abs=1e-14, nan_ok=True)
+    visits[starts[7] + 1, :3, :3] = Rotation.from_rotvec([0, 0, 2.0]).as_matrix() @ visits[starts[7] + 1, :3, :3]
+    with pytest.raises(ArgumentError, match=r"G: visit \d is turned"):
+        accuracies_of_poses(visits, commands, starts, "fixed-xyz", [chr(ord("@") + k) for k in range(40)])
