@@ -18,8 +18,9 @@ from hexathermal.learn.hexapod_data import HexapodRows, UnusableRowsError
 from hexathermal.learn.hexapod_fit import HexapodFit
 from hexathermal.learn.hexapod_model import HexapodEquations, pose_residuals
 from hexathermal.learn.hexapod_noise import Kinds, frames_of, leg_and_plate, settled
+from hexathermal.learn.hexapod_spread import leg_spread
 from hexathermal.machine.hexapod import Hexapod
-from hexathermal.machine.thermal import DEFAULT_RANGE_DEGC, LegLaw, PlateLaw, ThermalModel
+from hexathermal.machine.thermal import DEFAULT_RANGE_DEGC, LegLaw, PlateLaw, ThermalModel, frozen
 from hexathermal.poses import FloatArray
 
 PLATES_CHOICES = ("auto", "fit", "known", "none")
@@ -53,6 +54,9 @@ class HexapodIdentification:
     frames : array, shape (runs, 6) [m, rad]
         Of the positioning system, under the chosen law.
     notes : tuple of str
+    spread : array, shape (2 k,) [1/K]
+        Standard deviation of ``[A_1 .. A_k, B_1 .. B_k]`` between legs, see `hexathermal.learn.hexapod_spread`; NaN
+        where the rows cannot tell the legs apart.
     """
 
     rows: HexapodRows
@@ -69,6 +73,7 @@ class HexapodIdentification:
     frame: str
     frames: FloatArray
     notes: tuple[str, ...]
+    spread: FloatArray
 
     @property
     def fit(self) -> HexapodFit:
@@ -76,7 +81,7 @@ class HexapodIdentification:
         return self.fits[self.chosen]
 
     def laws(self, title: str = "") -> tuple[LegLaw, ...]:
-        """Return the law of each leg, with its covariance."""
+        """Return the law of each leg, with its covariance: one law for all holds the spread between legs too."""
         fit, s = self.fit, len(self.rows.sensors)
         at = [self.rows.sensors.index(name) for name in self.sensors]
         covariance = fit.full_covariance
@@ -84,6 +89,8 @@ class HexapodIdentification:
         for leg in range(6):
             which = np.array([2 * s * leg + s * symbol + place for symbol in (0, 1) for place in at])
             own = covariance[np.ix_(which, which)]
+            if self.chosen == "common":
+                own = own + np.diag(np.nan_to_num(self.spread) ** 2)
             known = own if own.any() else None
             A, B = fit.b[which[: len(at)]], fit.b[which[len(at) :]]
             laws.append(LegLaw(self.sensors, A, B, known, title))
@@ -166,13 +173,39 @@ def identify_hexapod(
             notes.append(f"no {name} law: {error}")
     notes += _stated_plates(equations, kinds) if plates == "auto" else []
     best, reason = _chosen(fits, equations)
+    spread = _spread(fits, rows.sensors, chosen)
     scores = {name: _scores(rows, equations, one, frame, frames) for name, one in fits.items()}
-    notes += _doubts(rows)
+    notes += [*([_said_spread(chosen, spread)] if best == "common" else []), *_doubts(rows)]
     return HexapodIdentification(
         rows, chosen, equations, fits, best, reason, {name: one[0] for name, one in scores.items()},
         {name: one[1] for name, one in scores.items()}, sigma, noise is not None, leg_noise, frame,
-        frames + frames_of(rows, equations, fits[best].b, frame), tuple(notes),
+        frames + frames_of(rows, equations, fits[best].b, frame), tuple(notes), spread,
     )  # fmt: skip
+
+
+def _spread(fits: dict[str, HexapodFit], sensors: tuple[str, ...], chosen: tuple[str, ...]) -> FloatArray:
+    """Return the spread between legs of each coefficient of a law, NaN where legs have no laws of their own."""
+    if "leg-specific" not in fits:
+        return np.full(2 * len(chosen), np.nan)
+    fit, s, found = fits["leg-specific"], len(sensors), []
+    covariance = fit.full_covariance
+    for symbol in (0, 1):
+        for name in chosen:
+            which = 2 * s * np.arange(6) + s * symbol + sensors.index(name)
+            found.append(leg_spread(fit.b[which], covariance[np.ix_(which, which)]))
+    return frozen(np.array(found))
+
+
+def _said_spread(chosen: tuple[str, ...], spread: FloatArray) -> str:
+    """Return in words what the covariance of one law for all legs holds of their spread."""
+    if np.isnan(spread).any():
+        return "the spread between legs cannot be told, and the covariance of the law for all of them lacks it"
+    names = [f"{letter} {name}" for letter in "AB" for name in chosen]
+    each = ", ".join(f"{name} {value * 1e6:.3f}" for name, value in zip(names, spread, strict=True))
+    return (
+        f"legs spread about the law for all by {each} um/m/K (standard deviation, from their own laws; never 0, for "
+        "equal laws may differ by what their uncertainties hide): it is in the covariance that is written"
+    )
 
 
 def _plates(rows: HexapodRows, plates: str, notes: list[str]) -> tuple[float | None, float | None]:

@@ -52,6 +52,8 @@ class HexapodValidation:
         Mean error after correction of each run, as one motion about home: a frame, or an offset that is not heat.
     framed : (float, float) [m, rad]
         Root mean square distances after correction and without these frames.
+    framed_before : (float, float) [m, rad]
+        The same before correction, each run without its own mean motion.
     gain : Figure
         Least-squares factor by which the predicted drift would have to be multiplied; below 1: over-corrected.
     verdict : dict of str to Verdict
@@ -75,6 +77,7 @@ class HexapodValidation:
     notes: tuple[str, ...]
     fitted: dict[str, str] = field(default_factory=dict)
     fits_known: bool = False
+    framed_before: tuple[float, float] = (float("nan"), float("nan"))
 
 
 def validate_hexapod(
@@ -101,10 +104,47 @@ def validate_hexapod(
     UnknownNameError
         The campaign lacks a thermometer of the law; `available` lists those recorded.
     ArgumentError
-        The machine has no law, or its legs' thermometers differ in name.
-    UnusableRowsError
-        There are no usable rows.
+        The machine has no law, or there are no usable rows (`UnusableRowsError`).
     """
+    model = _law(hexapod, campaign)
+    wanted = tuple(dict.fromkeys(name for law in model.legs for name in law.sensors))
+    rows, note = without_misses(hexapod_rows(campaign, role, hexapod=hexapod, sensors=wanted))
+    told = forward_kinematics(hexapod, rows.retracted + rows.q)
+    warm = predicted_pose(hexapod, rows.retracted + rows.q, _temperatures(rows, model))
+    before, after = pose_errors(told, rows.measured), pose_errors(warm, rows.measured)
+    names = [name for k, name in enumerate(rows.runs) if (rows.run == k).any()]
+    fitted = _fitted(rows, names, origin)
+    judged = [name for name in names if name not in fitted] or names
+    parts = {name: rows.run == rows.runs.index(name) for name in names}
+    some = [[errors[parts[name]] for name in judged] for errors in (before, after)]
+    total, gain = pose_scores(*some), best_factor(*some)
+    each = {name: pose_scores([before[part]], [after[part]]) for name, part in parts.items()}
+    frames, framed = _frames(rows, after, judged)
+    every = len(fitted) == len(names)
+    verdict = {key: _verdict(total[key], [each[name][key] for name in judged], every)
+               for key in ("translation", "rotation")}  # fmt: skip
+    notes = [*_notes(rows, model, told), *([note] if note else []), *_doubts(each, gain, len(judged))]
+    if fitted and not every:
+        notes.append(f"{', '.join(fitted)}: fitted, and left out of the verdict and of what is said of all runs")
+    return HexapodValidation(
+        rows,
+        before,
+        after,
+        total,
+        each,
+        frames,
+        framed,
+        gain,
+        verdict,
+        tuple(notes),
+        fitted,
+        origin is not None,
+        _frames(rows, before, judged)[1],
+    )
+
+
+def _law(hexapod: Hexapod, campaign: Campaign) -> ThermalModel:
+    """Return the law of a machine whose thermometers a campaign has."""
     model = hexapod.thermal
     if model is None:
         raise ArgumentError(
@@ -117,30 +157,13 @@ def validate_hexapod(
                 f"{', '.join(campaign.sensors) or 'none'}",
                 campaign.sensors,
             )
-    wanted = tuple(dict.fromkeys(name for law in model.legs for name in law.sensors))
-    rows, note = without_misses(hexapod_rows(campaign, role, hexapod=hexapod, sensors=wanted))
-    lengths = rows.retracted + rows.q
-    told = forward_kinematics(hexapod, lengths)
-    warm = predicted_pose(hexapod, lengths, _temperatures(rows, model))
-    before, after = pose_errors(told, rows.measured), pose_errors(warm, rows.measured)
+    return model
+
+
+def _fitted(rows: HexapodRows, names: list[str], origin: Origin | None) -> dict[str, str]:
+    """Return the runs that were fitted, and the names that they had then."""
     known = {} if origin is None else dict(zip(origin.run_fingerprints, origin.runs, strict=False))
-    names = [name for k, name in enumerate(rows.runs) if (rows.run == k).any()]
-    fitted = {name: known[mark] for name, mark in rows.fingerprints.items() if mark in known and name in names}
-    judged = [name for name in names if name not in fitted] or names
-    parts = {name: rows.run == rows.runs.index(name) for name in names}
-    some = [[errors[parts[name]] for name in judged] for errors in (before, after)]
-    total, gain = pose_scores(*some), best_factor(*some)
-    each = {name: pose_scores([before[part]], [after[part]]) for name, part in parts.items()}
-    frames, framed = _frames(rows, after, judged)
-    own = [each[name] for name in judged]
-    verdict = {key: _verdict(total[key], [one[key] for one in own], len(fitted) == len(names))
-               for key in ("translation", "rotation")}  # fmt: skip
-    notes = [*_notes(rows, model, told), *([note] if note else []), *_doubts(each, gain, len(judged))]
-    if fitted and len(fitted) < len(names):
-        notes.append(f"{', '.join(fitted)}: fitted, and left out of the verdict and of what is said of all runs")
-    return HexapodValidation(
-        rows, before, after, total, each, frames, framed, gain, verdict, tuple(notes), fitted, origin is not None
-    )
+    return {name: known[mark] for name, mark in rows.fingerprints.items() if mark in known and name in names}
 
 
 def _temperatures(rows: HexapodRows, model: ThermalModel) -> FloatArray:
@@ -172,7 +195,7 @@ def _notes(rows: HexapodRows, model: ThermalModel, told: FloatArray) -> list[str
     return notes
 
 
-def _frames(rows: HexapodRows, after: FloatArray, judged: list[str]) -> tuple[FloatArray, tuple[float, float]]:
+def _frames(rows: HexapodRows, errors: FloatArray, judged: list[str]) -> tuple[FloatArray, tuple[float, float]]:
     """Return each run's mean error as one motion about home, and what is left without it in the runs judged."""
     frames, squares, count = np.zeros((len(rows.runs), 6)), np.zeros(2), 0
     home = rows.hexapod.home[:3, 3]
@@ -190,11 +213,11 @@ def _frames(rows: HexapodRows, after: FloatArray, judged: list[str]) -> tuple[Fl
         # metres and radians weigh alike at the platform's joints
         radius = float(np.linalg.norm(rows.hexapod.platform_joints, axis=1).mean())
         w = np.array([1.0] * 3 + [radius] * 3)
-        A, y = (X * w[:, None]).reshape(-1, 6), (after[here] * w).ravel()
+        A, y = (X * w[:, None]).reshape(-1, 6), (errors[here] * w).ravel()
         frames[k] = np.linalg.lstsq(A, y, rcond=None)[0]
         if rows.runs[k] not in judged:
             continue
-        left = after[here] - X @ frames[k]
+        left = errors[here] - X @ frames[k]
         squares += [(left[:, :3] ** 2).sum(), (left[:, 3:] ** 2).sum()]
         count += n
     root = np.sqrt(squares / count)

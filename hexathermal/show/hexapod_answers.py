@@ -77,6 +77,7 @@ def identify_answer(arguments: argparse.Namespace, progress: Progress) -> Answer
     """Identify the laws of a whole machine."""
     from hexathermal.learn.campaign_files import load_campaign
     from hexathermal.learn.hexapod_data import hexapod_rows
+    from hexathermal.learn.hexapod_doubts import weak_coefficients
     from hexathermal.learn.hexapod_identification import identify_hexapod
     from hexathermal.learn.hexapod_observability import observability
     from hexathermal.learn.hexapod_origin import identified_origin, write_origin
@@ -99,7 +100,8 @@ def identify_answer(arguments: argparse.Namespace, progress: Progress) -> Answer
                              legs=_coefficients(bench, rows.sensors))  # fmt: skip
     widest = found.fits.get("leg-specific", found.fits["common"])
     seen = observability(found.equations.S, widest.model)
-    facts = hexapod_identification_facts(found, seen)
+    doubts = weak_coefficients(found)
+    facts = hexapod_identification_facts(found, seen) | {"warnings": list(doubts)}
     design = None if arguments.propose is None else _proposed(arguments, found, progress)
     if design is not None:
         facts["proposal"] = design_facts(design)
@@ -120,7 +122,7 @@ def identify_answer(arguments: argparse.Namespace, progress: Progress) -> Answer
         texts += [_design_words(design), lambda pretty, _: design_table(design, pretty)]
     if written:
         texts.append("Written:\n" + "\n".join(f"  {file}" for file in written))
-    return Answer(tuple(texts), facts)
+    return Answer(tuple(texts), facts, tuple(f"warning: {text}" for text in doubts))
 
 
 def _check_options(arguments: argparse.Namespace) -> None:
@@ -338,9 +340,11 @@ def _validated(found: HexapodValidation, notes: list[str]) -> str:
             f"Verdict on {name}: {what}; RMS {one.before.value * 1e6:.2f} -> {one.after.value * 1e6:.2f} {unit}, "
             f"largest {one.largest_before * 1e6:.2f} -> {one.largest_after * 1e6:.2f} {unit}."
         )
+    (near, turned), (left, turn) = found.framed_before, found.framed
     lines.append(
-        f"Without each run's mean motion (frame of the positioning system, and offsets that are not heat) "
-        f"{found.framed[0] * 1e6:.2f} um and {found.framed[1] * 1e6:.2f} urad are left after correction."
+        "Without each run's mean motion (frame of the positioning system, a calibration at other temperatures than the "
+        f"zero, offsets that are not heat): RMS {near * 1e6:.2f} -> {left * 1e6:.2f} um and {turned * 1e6:.2f} -> "
+        f"{turn * 1e6:.2f} urad."
     )
     return "\n".join([*lines, *(f"note: {note}" for note in notes)])
 

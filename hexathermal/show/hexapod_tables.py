@@ -145,6 +145,10 @@ def hexapod_identification_facts(found: HexapodIdentification, seen: Observabili
         "noise": {name: float(value * 1e6) for name, value in zip(
             ("x_um", "y_um", "z_um", "rx_urad", "ry_urad", "rz_urad"), found.noise, strict=True)},
         "noise_given": found.noise_given,
+        "spread_between_legs": [
+            {"name": name, "value": plain(value * 1e6), "unit": "um/m/K"} for name, value in zip(
+                (f"{letter} {name}" for letter in "AB" for name in found.sensors), found.spread, strict=True)
+        ],
         "leg_noise_um": found.leg_noise * 1e6,
         "frame": found.frame,
         "frames": {run: (found.frames[k] * 1e6).tolist() for k, run in enumerate(found.rows.runs)},
@@ -212,6 +216,8 @@ def hexapod_validation_facts(found: HexapodValidation) -> dict[str, Any]:
         "fitted_runs": found.fitted,
         "fitted_runs_known": found.fits_known,
         "rows_left_out": dict(found.rows.left_out),
+        "before_without_mean_motion": {"translation_um": found.framed_before[0] * 1e6,
+                                       "rotation_urad": found.framed_before[1] * 1e6},
         "after_without_mean_motion": {"translation_um": found.framed[0] * 1e6, "rotation_urad": found.framed[1] * 1e6},
         "notes": list(found.notes),
-    }
+    }  # fmt: skip
