@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
+from itertools import pairwise
 
 import numpy as np
 
@@ -308,7 +309,25 @@ class IdentifiedLaw:
         return np.asarray(own + self.noise.variance + thermometers)
 
     def leg_law(self) -> LegLaw:
-        """Return the law as a machine's leg carries it."""
+        """Return the law as a machine's leg carries it.
+
+        Terms of the bench and repairs of the campaign's data are left out: they are no property of the leg. Sensors
+        that only terms read have A and B of 0.
+        """
         if self.kind != "leg":
             raise ArgumentError("a law of kind 'component' has no A and B: no leg can carry it")
-        return LegLaw(self.sensors, self.A, self.B, self.covariance, self.origin.title)
+        p, whole = len(self.coefficients), self.whole_covariance
+        edges = np.cumsum([p, *(len(term.amplitudes) for term in self.terms)])
+        whole_terms = [
+            replace(term, covariance=whole[a:b, a:b]) for term, (a, b) in zip(self.terms, pairwise(edges), strict=True)
+        ]
+        carried = [term for term in whole_terms if not of_bench(term)]
+        added = tuple(name for name in sensors_of(carried) if name not in self.sensors)
+        k, more = len(self.sensors), np.zeros(len(added))
+        covariance = np.zeros((p + 2 * len(added),) * 2)
+        kept = np.concatenate([np.arange(k), np.arange(k) + k + len(added)])
+        covariance[np.ix_(kept, kept)] = whole[:p, :p]
+        return LegLaw(
+            (*self.sensors, *added), np.concatenate([self.A, more]), np.concatenate([self.B, more]), covariance,
+            self.origin.title, carried,
+        )  # fmt: skip

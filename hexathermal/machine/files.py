@@ -10,6 +10,7 @@ import numpy as np
 from hexathermal.machine.bodies import Bodies, PoseLimits
 from hexathermal.machine.forms import Form, dotted, shown
 from hexathermal.machine.hexapod import GRADES, Hexapod
+from hexathermal.machine.leg_term_files import TERM_TABLES, read_terms
 from hexathermal.machine.thermal import (
     ABSOLUTE_ZERO_DEGC,
     DEFAULT_RANGE_DEGC,
@@ -29,13 +30,14 @@ TABLES: dict[str, dict[str, str]] = {
     "thermal": {"reference_temperature_degC": "number+!", "valid_degC": "number(2)", "leg": "table", "legs": "tables",
                 "platform": "table", "base": "table"},
     "thermal.leg": {"sensors": "texts!", "A_per_K": "number+!", "B_per_K": "number+!", "covariance_per_K2": "matrix",
-                    "campaign": "text"},
+                    "campaign": "text", "terms": "tables"},
     "thermal.plate": {"expansion_per_K": "number!", "sensor": "text"},
     "limits": {"convention": "text", "x_mm": "mm(2)!", "y_mm": "mm(2)!", "z_mm": "mm(2)!", "rx_deg": "deg(2)!",
                "ry_deg": "deg(2)!", "rz_deg": "deg(2)!"},
     "bodies": {"leg_body_diameter_mm": "mm!", "leg_rod_diameter_mm": "mm!", "leg_body_mass_kg": "number",
                "leg_rod_mass_kg": "number", "platform_mass_kg": "number", "platform_thickness_mm": "mm",
                "base_thickness_mm": "mm"},
+    **TERM_TABLES,
 }  # fmt: skip
 """Keys of each table and their rules, see `hexathermal.machine.forms.Form`."""
 
@@ -129,10 +131,15 @@ def _leg(form: Form, data: Any, path: Where) -> LegLaw | None:
         else:
             wanted = f"{2 * zeros.size} rows and columns, [A, B] for each of the sensors: {', '.join(sensors)}"
             form.complain(place, f"{dotted(place)} has shape {covariance.shape}; expected {wanted}")
+    terms = read_terms(form, leg.get("terms", ()), (*path, "terms"))
     if sensors is None or len(form.problems) > before:
         return None
+    zero = np.zeros(len(sensors))
+    form.build((*path, "terms"), lambda: LegLaw(sensors, zero, zero, terms=terms))
+    if len(form.problems) > before:
+        return None
     A, B, campaign = leg["A_per_K"], leg["B_per_K"], leg.get("campaign", "")
-    return form.build(path, lambda: LegLaw(sensors, A, B, covariance, campaign))
+    return form.build(path, lambda: LegLaw(sensors, A, B, covariance, campaign, terms))
 
 
 def _plate(form: Form, thermal: dict[str, Any], part: str) -> PlateLaw | None:

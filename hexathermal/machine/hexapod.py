@@ -90,8 +90,8 @@ class Hexapod:
     -----
     Ask it `inverse_kinematics(pose)`, `forward_kinematics(lengths)`, `solve_forward(lengths)`, `jacobian(pose)`,
     `assembly_modes(lengths)`, `strokes(lengths)`, `corrected_leg_lengths(pose, temps)`, `corrected_pose(pose, temps)`,
-    `predicted_pose(lengths, temps)`, `leg_drift(lengths, temps)` and `error_budget(pose, temps)`; their documentation
-    calls the machine `hexapod`.
+    `predicted_pose(lengths, temps)`, `leg_drift(lengths, temps)`, `leg_controllers()` and `error_budget(pose, temps)`;
+    their documentation calls the machine `hexapod`.
 
     Examples
     --------
@@ -266,6 +266,9 @@ class Hexapod:
 
         def predicted_pose(self, lengths: npt.ArrayLike, temps: TemperaturesLike) -> FloatArray:
             """Return where the platform really stands."""
+
+        def leg_controllers(self) -> Any:
+            """Return what corrects row after row, where the legs' laws have states."""
 
         def leg_drift(self, lengths: npt.ArrayLike, temps: TemperaturesLike) -> FloatArray:
             """Return the drift of each leg [m]."""

@@ -10,13 +10,16 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import Any, TypeAlias
+from typing import TYPE_CHECKING, Any, TypeAlias
 
 import numpy as np
 import numpy.typing as npt
 
 from hexathermal.errors import ArgumentError, ThermalModelError
 from hexathermal.poses import FloatArray, as_array, finite_array
+
+if TYPE_CHECKING:
+    from hexathermal.machine.leg_terms import LegTerm
 
 TemperaturesLike: TypeAlias = npt.ArrayLike | Mapping[str, npt.ArrayLike]
 """Temperatures [degC]: an array (..., n) in the order of a machine's sensors, or a mapping of their names."""
@@ -76,6 +79,8 @@ class LegLaw:
         Covariance of ``[A_1 .. A_s, B_1 .. B_s]``.
     campaign : str
         Where the coefficients come from.
+    terms : sequence of LegTerm
+        That extend the law, of these sensors; what belongs to the bench is no term of a leg.
     """
 
     sensors: tuple[str, ...]
@@ -83,6 +88,7 @@ class LegLaw:
     B: FloatArray
     covariance: FloatArray | None = None
     campaign: str = ""
+    terms: tuple[LegTerm, ...] = ()
 
     def __init__(
         self,
@@ -91,6 +97,7 @@ class LegLaw:
         B: npt.ArrayLike,
         covariance: npt.ArrayLike | None = None,
         campaign: str = "",
+        terms: Sequence[LegTerm] = (),
     ) -> None:
         set_ = object.__setattr__
         names: tuple[str, ...] = (sensors,) if isinstance(sensors, str) else _tuple(sensors)
@@ -103,6 +110,7 @@ class LegLaw:
         set_(self, "B", _coefficients(B, len(names), "B_per_K"))
         set_(self, "covariance", None)
         set_(self, "campaign", str(campaign))
+        set_(self, "terms", _terms_of_leg(terms, names))
         if covariance is not None:
             n = 2 * len(names)
             matrix = finite_array(covariance, (n, n), "covariance")
@@ -122,12 +130,49 @@ class LegLaw:
             and (self.covariance is None) == (other.covariance is None)
             and (self.covariance is None or np.array_equal(self.covariance, other.covariance))  # type: ignore[arg-type]
             and self.campaign == other.campaign
+            and self.terms == other.terms
         )
 
     __hash__ = None  # type: ignore[assignment]
 
     def __setstate__(self, state: dict[str, Any]) -> None:
         refreeze(self, state)
+
+    @property
+    def states(self) -> tuple[LegTerm, ...]:
+        """Terms that depend on the rows before: no single set of temperatures tells their drift."""
+        if not self.terms:
+            return ()
+        from hexathermal.machine.leg_states import stateless
+
+        return tuple(term for term in self.terms if not stateless(term))
+
+    def without_states(self) -> LegLaw:
+        """Return the law without the terms of `states`: that of a machine which has long been at rest."""
+        left = tuple(term for term in self.terms if term not in self.states)
+        return LegLaw(self.sensors, self.A, self.B, self.covariance, self.campaign, left)
+
+
+def _terms_of_leg(terms: Sequence[LegTerm], sensors: tuple[str, ...]) -> tuple[LegTerm, ...]:
+    """Return checked terms of a machine's leg."""
+    if not len(terms):
+        return ()
+    # terms know this module
+    from hexathermal.machine.leg_states import of_bench, sensors_of
+    from hexathermal.machine.leg_terms import LegTerm
+
+    for term in terms:
+        if not isinstance(term, LegTerm):
+            raise ArgumentError(f"terms of a leg law must be LegTerm, found {type(term).__name__}")
+        if of_bench(term):
+            raise ArgumentError(f"term {term.cause!r} tells of a bench, not of the leg: a machine cannot carry it")
+    unknown = [name for name in sensors_of(terms) if name not in sensors]
+    if unknown:
+        raise ArgumentError(
+            f"a term reads sensor {unknown[0]!r}, which the leg law does not name; it names {', '.join(sensors)}: add "
+            "it with A and B of 0"
+        )
+    return tuple(terms)
 
 
 @dataclass(frozen=True)
@@ -253,6 +298,23 @@ class ThermalModel:
 
     def __setstate__(self, state: dict[str, Any]) -> None:
         refreeze(self, state)
+
+    @property
+    def has_terms(self) -> bool:
+        """Whether terms extend the law of a leg."""
+        return any(law.terms for law in self.legs)
+
+    @property
+    def states(self) -> tuple[LegTerm, ...]:
+        """Terms of legs that depend on the rows before."""
+        return tuple(term for law in self.legs for term in law.states)
+
+    def without_states(self) -> ThermalModel:
+        """Return the model without the terms of `states`: that of a machine which has long been at rest."""
+        return ThermalModel(
+            [law.without_states() for law in self.legs], self.platform, self.base, self.reference_temperature_degC,
+            self.valid_degC,
+        )  # fmt: skip
 
     @property
     def common_law(self) -> bool:

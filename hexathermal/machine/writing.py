@@ -14,6 +14,7 @@ from hexathermal.errors import ArgumentError
 from hexathermal.machine.files import FORMAT
 from hexathermal.machine.forms import Reader
 from hexathermal.machine.hexapod import Hexapod
+from hexathermal.machine.leg_term_files import term_table
 from hexathermal.machine.thermal import LegLaw, PlateLaw, ThermalModel
 from hexathermal.machine.units import metres, radians, same, shortest
 from hexathermal.poses import FloatArray
@@ -152,6 +153,8 @@ def _leg(law: LegLaw) -> dict[str, Any]:
         table["covariance_per_K2"] = _numbers(law.covariance, same)
     if law.campaign:
         table["campaign"] = law.campaign
+    if law.terms:
+        table["terms"] = [term_table(term) for term in law.terms]
     return table
 
 

@@ -286,8 +286,8 @@ def correct_trajectory(
         The header or a row is bad, out of the law's range, cannot be reached, or lies outside the maker's travel
         `Hexapod.limits`; each with the line in its file.
     ThermalModelError, ArgumentError
-        No thermal law, or one with states where there are no times; a file is not there; `out` exists, is a file that is read, is no plain file, ends in neither
-        ``.csv`` nor ``.parquet``, or cannot be written.
+        No thermal law, or one with states where there are no times; a file is not there; `out` exists, is a file that
+        is read, is no plain file, ends in neither ``.csv`` nor ``.parquet``, or cannot be written.
     """
     target, columns = Path(out), tuple(f"{name}_degC" for name in active_model(hexapod).sensor_names)
     source, heat = open_table(poses, POSE_COLUMNS, "poses"), open_table(temps, columns, "temperatures")
