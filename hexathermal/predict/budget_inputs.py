@@ -119,8 +119,8 @@ def situation(
 ) -> Situation:
     """Return the situation of a budget; parameters and errors as in `hexathermal.predict.budget.error_budget`."""
     model = active_model(hexapod)
-    wanted = pose_array(pose)
-    readings = temperature_array(hexapod, temps)
+    # copies: compiled loops are slow to start on arrays that must not be written
+    wanted, readings = np.array(pose_array(pose)), np.array(temperature_array(hexapod, temps))
     if wanted.shape != (4, 4) or readings.ndim != 1:
         raise ArgumentError(
             f"a budget is taken at one pose and one set of temperatures, found shapes {wanted.shape} and "
