@@ -12,7 +12,7 @@ import numpy.typing as npt
 from hexathermal.machine.hexapod import Hexapod
 from hexathermal.machine.thermal import LegLaw
 from hexathermal.poses import FloatArray
-from hexathermal.predict.budget_plates import Plates
+from hexathermal.predict.budget_plates import Plates, check_plates
 from hexathermal.predict.sources import Source, Sources
 from hexathermal.predict.temperatures import active_model
 
@@ -57,7 +57,9 @@ def default_sources(hexapod: Hexapod, plates: Plates | None = None) -> Sources:
     >>> default_sources(ht.load_hexapod("reference")).labels[:3]
     ('sensor noise', 'cold junction', 'sensor gain')
     """
-    return Sources((*_sensors(), *_laws(hexapod), *_lengths(), *_plates(hexapod, plates or Plates()), *_geometry()))
+    given = Plates() if plates is None else plates
+    check_plates(given)
+    return Sources((*_sensors(), *_laws(hexapod), *_lengths(), *_plates(hexapod, given), *_geometry()))
 
 
 def _sensors() -> tuple[Source, ...]:

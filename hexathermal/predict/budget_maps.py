@@ -19,7 +19,7 @@ from hexathermal.predict.budget_gum import checked_probability, coverage_factor
 from hexathermal.predict.budget_inputs import checked_air
 from hexathermal.predict.budget_many import CHUNK, Chunk, budgets_of_chunk, source_table
 from hexathermal.predict.budget_plates import Plates, each_of, stated_alike
-from hexathermal.predict.budget_view import View, look
+from hexathermal.predict.budget_view import View, settings
 from hexathermal.predict.sources import Source
 from hexathermal.predict.temperatures import active_model, check_temperatures, temperature_array
 
@@ -227,11 +227,11 @@ def budget_map(
     True
     """
     flat, hot = _paired(hexapod, poses, temps)
-    count, p, correction = len(flat), checked_probability(probability), bool(view.get("correction", True))
+    count, p = len(flat), checked_probability(probability)
     check_temperatures(hexapod, hot)
-    seen = look(view.get("frame", "machine"), view.get("frames"), view.get("at_tool"))
-    plates = each_of(view.get("plates"), each_plates, count)
-    air = np.broadcast_to(checked_air(hexapod, view.get("air_degC")), (count,))
+    correction, seen, common, given = settings(**view)
+    plates = each_of(common, each_plates, count)
+    air = np.broadcast_to(checked_air(hexapod, given), (count,))
     air = air if each_air_degC is None else checked_air(hexapod, each_air_degC, (count,))
     made = _Made(flat, hot, p, seen.frame)
     tables = [

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -60,8 +61,7 @@ class Plates:
 def plate_rows(hexapod: Hexapod, temps: FloatArray, given: Plates) -> FloatArray:
     """Return expansion, temperature, gradient and resting point of both plates."""
     model = active_model(hexapod)
-    if not isinstance(given, Plates):
-        raise ArgumentError(f"plates must be a Plates, found {type(given).__name__}")
+    check_plates(given)
     legs = sum(len(law.sensors) for law in model.legs)
     reference = float(np.mean(model.reference_temperature_degC))
     rows = np.zeros((2, 8))
@@ -87,17 +87,24 @@ def plate_rows(hexapod: Hexapod, temps: FloatArray, given: Plates) -> FloatArray
 
 def each_of(common: Plates | None, each: Sequence[Plates] | None, count: int) -> list[Plates]:
     """Return the plates of each place."""
-    if each is None:
-        return [common or Plates()] * count
-    if len(each) != count:
+    if each is not None and len(each) != count:
         raise ArgumentError(f"{len(each)} plates for {count} places; give as many")
-    return [own or Plates() for own in each]
+    found = [common] * count if each is None else list(each)
+    for own in found:
+        if own is not None:
+            check_plates(own)
+    return [Plates() if own is None else own for own in found]
+
+
+def check_plates(given: Any) -> None:
+    """Refuse what is no `Plates`."""
+    if not isinstance(given, Plates):
+        raise ArgumentError(f"plates must be a Plates, found {type(given).__name__}")
 
 
 def stated_alike(plates: list[Plates]) -> list[npt.NDArray[np.intp]]:
     """Return the places whose plates are stated in the same way: they share their default sources."""
     kinds: dict[tuple[bool, bool], list[int]] = {}
     for k, own in enumerate(plates):
-        stated = (own.platform_degC is not None, own.base_degC is not None) if isinstance(own, Plates) else (False,) * 2
-        kinds.setdefault(stated, []).append(k)
+        kinds.setdefault((own.platform_degC is not None, own.base_degC is not None), []).append(k)
     return [np.array(rows, dtype=np.intp) for rows in kinds.values()]

@@ -19,6 +19,7 @@ from hexathermal.kinematics.jacobian import at_centre, jacobian
 from hexathermal.machine.hexapod import Hexapod
 from hexathermal.poses import FloatArray
 from hexathermal.predict.budget_blocks import blocks, deviation_size
+from hexathermal.predict.leg_drift import deviated_drift, deviated_rates
 
 LARGE_STEPS = ("temperature", "gain", "contact", "plate temperature", "plate gradient", "reference temperature")
 """Quantities that move a machine by micrometres for each unit: differences over a larger step lose no digits."""
@@ -134,6 +135,7 @@ class Places:
             constants(self.hexapod).both_law, self.told[k] if told is None else told, self.dT[k], self.lag[k],
             self.plates[k] if plates is None else plates, off, lengths, joints,
         )  # fmt: skip
+        lengths += deviated_drift(self.hexapod, self.told[k] if told is None else told, self.dT[k], self.lag[k], off)
         return lengths, joints
 
     def rates(self, errors: FloatArray, lengths: FloatArray, joints: FloatArray) -> FloatArray:
@@ -156,6 +158,7 @@ class Places:
             drawers().length_rates(
                 both, self.told[k], self.dT[k], self.lag[k], self.plates[k], R[k], units[k], steps, moved[k]
             )
+            moved[k] += deviated_rates(self.hexapod, self.told[k], self.dT[k], self.lag[k])
         arms = (R @ self.arm)[:, None]
         J = np.concatenate([units, np.cross(s - arms, units)], axis=-1)
         turns = np.zeros((len(R), 6, 6))

@@ -66,3 +66,16 @@ def look(frame: str = "machine", frames: Frames | None = None, at_tool: npt.Arra
         raise ArgumentError(f"at_tool holds {np.abs(arm).max():g} m; metres are meant, were millimetres given?")
     turns = {"machine": np.eye(3), "user": T_machine_user[:3, :3], "object": T_platform_object[:3, :3]}
     return Look(frame, np.array(arm), turns[frame])
+
+
+def settings(
+    *,
+    correction: bool = True,
+    frame: str = "machine",
+    frames: Frames | None = None,
+    at_tool: npt.ArrayLike | None = None,
+    plates: Plates | None = None,
+    air_degC: float | None = None,
+) -> tuple[bool, Look, Plates | None, float | None]:
+    """Return the keywords of a `View`, its look checked; a keyword that it does not have is a `TypeError`."""
+    return bool(correction), look(frame, frames, at_tool), plates, air_degC

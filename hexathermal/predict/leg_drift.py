@@ -15,7 +15,11 @@ from hexathermal.machine.hexapod import Hexapod
 from hexathermal.machine.leg_signals import LegSignals
 from hexathermal.machine.leg_states import LegMemory, terms_drift
 from hexathermal.poses import FloatArray
+from hexathermal.predict.budget_blocks import blocks, deviation_size
 from hexathermal.predict.temperatures import active_model
+
+OF_TEMPERATURES = ("temperature", "gain", "contact", "reference temperature")
+"""Quantities of a deviation that tell how far thermometers are off."""
 
 
 def refuse_states(hexapod: Hexapod) -> None:
@@ -83,3 +87,42 @@ def added_drift(
             memory.count_from_retracted(law.terms, signals)
             added[:, leg] = terms_drift(law.terms, signals, memory)
     return added
+
+
+def deviated_drift(
+    hexapod: Hexapod, told: FloatArray, dT: FloatArray, lag: FloatArray, x: FloatArray
+) -> FloatArray | float:
+    """Return what terms add to the drift of legs whose thermometers are off, shape (m, 6) [m]; 0 without terms.
+
+    True temperatures are those of `hexathermal.kinematics.draws_loops.true_machine`.
+
+    Parameters
+    ----------
+    hexapod : Hexapod
+    told : array, shape (6,) [m]
+    dT, lag : array, shape (s,) [K]
+        Reading minus reference, and minus the air.
+    x : array, shape (m, size)
+        Deviations, see `hexathermal.predict.budget_blocks`.
+    """
+    if not active_model(hexapod).has_terms:
+        return 0.0
+    off, gain, contact, reference = (x[:, blocks(hexapod, quantity)[0]] for quantity in OF_TEMPERATURES)
+    true = dT * (1.0 + gain) + contact * lag + off - reference
+    return added_drift(hexapod, np.broadcast_to(told, (len(x), 6)), true)
+
+
+def deviated_rates(hexapod: Hexapod, told: FloatArray, dT: FloatArray, lag: FloatArray) -> FloatArray | float:
+    """Return the derivatives of `deviated_drift` for each deviation, shape (6, size); 0 without terms.
+
+    Terms without a state are of second degree in temperatures at most: differences about the middle are exact.
+    """
+    if not active_model(hexapod).has_terms:
+        return 0.0
+    chosen = np.concatenate([blocks(hexapod, quantity)[0] for quantity in OF_TEMPERATURES])
+    size = deviation_size(hexapod)
+    steps = np.eye(size)[chosen]
+    above, below = (deviated_drift(hexapod, told, dT, lag, sign * steps) for sign in (1.0, -1.0))
+    rates = np.zeros((6, size))
+    rates[:, chosen] = np.transpose(0.5 * (above - below))
+    return rates

@@ -10,7 +10,7 @@ import pytest
 
 import hexathermal as ht
 from hexathermal import cli
-from hexathermal.errors import ArgumentError, FileFormatError, KinematicsError, UnknownNameError
+from hexathermal.errors import ArgumentError, FileFormatError, KinematicsError, TemperatureError, UnknownNameError
 from hexathermal.predict.budget_defaults import default_sources
 from hexathermal.predict.budget_files import read_sources
 from hexathermal.predict.budget_maps import budget_map, graded_temperatures, pose_grid
@@ -148,6 +148,14 @@ def test_gradients_across_the_legs(reference: ht.Hexapod, two_plates: ht.Hexapod
         (lambda m: pose_grid(m, x_mm=(0, 1, 999), y_mm=(0, 1, 999)), ArgumentError, "more than"),
         (lambda m: budget_map(m, np.stack([m.home] * 2), [TEMPS] * 3), ArgumentError, "pair up"),
         (lambda m: budget_map(m, np.stack([m.home] * 2), TEMPS, each_plates=[Plates()] * 3), ArgumentError, "3 plates"),
+        (lambda m: budget_map(m, m.home, TEMPS, plates=25.0), ArgumentError, "must be a Plates"),
+        (lambda m: budget_map(m, m.home, TEMPS, each_plates=[3]), ArgumentError, "must be a Plates"),
+        (lambda m: budget_map(m, m.home, TEMPS, frame="tool"), UnknownNameError, "not known"),
+        (lambda m: budget_map(m, m.home, TEMPS, frmae="user"), TypeError, "frmae"),
+        (lambda m: budget_map(m, m.home, TEMPS, air_degC=-400.0), ArgumentError, "impossible"),
+        (lambda m: budget_map(m, m.home, TEMPS, each_air_degC=[1.0, 2.0]), ArgumentError, "shape"),
+        (lambda m: budget_map(m, m.home, TEMPS, probability=1.0), ArgumentError, "between 0 and 1"),
+        (lambda m: budget_map(m, m.home, [60.0] * 6), TemperatureError, "range of validity"),
         (lambda m: budget_map(m, m.home, TEMPS).worst("twist"), UnknownNameError, "not known"),
         (lambda m: budget_map(m, m.home, TEMPS).size("bias"), UnknownNameError, "not known"),
         (lambda m: graded_temperatures(m, 25.0, [1.0]), ArgumentError, "shape"),
