@@ -32,6 +32,9 @@ from hexathermal.predict.temperatures import (
     temperature_array,
 )
 
+MOST_STALLED = 3
+"""Steps that may take away less than half: behind them lies no solution."""
+
 NO_LENGTHS = (
     "no lengths solve the legs' law: its terms change the drift too much with the displacement; check their amplitudes "
     "and lengths in the machine's file"
@@ -147,15 +150,17 @@ def with_added(hexapod: Hexapod, poses: FloatArray, temps: FloatArray, added: Ad
     wanted = base_warm(hexapod, told, temps)[0]
     lead, close = told.shape[:-1], 4.0 * np.finfo(float).eps * float(np.abs(wanted).max(initial=1.0))
     flat, dT = told.reshape(-1, 6), since_reference(hexapod, temps, lead)
+    size, stalled = np.inf, 0
     for _step in range(MOST_STEPS):
         wrong = (wanted - base_warm(hexapod, told, temps)[0]).reshape(-1, 6) - added(flat, dT)
         flat = flat + wrong
         told = flat.reshape(*lead, 6)
-        if not np.abs(wrong).max(initial=0.0) > close:
+        last, size = size, float(np.abs(wrong).max(initial=0.0))
+        stalled += int(size > 0.5 * last)
+        if size <= close or stalled > MOST_STALLED:
             break
-    else:
-        if not np.abs(wrong).max(initial=0.0) <= jump:
-            raise ThermalModelError(NO_LENGTHS)
+    if not size <= max(close, jump):
+        raise ThermalModelError(NO_LENGTHS)
     _check_strokes(hexapod, flat, lead)
     return told
 

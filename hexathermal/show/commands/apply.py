@@ -24,6 +24,11 @@ EPILOG = f"""\
 The machine keeps its reference temperature (the one it was calibrated at); a machine without a thermal law needs
 --reference. The range of temperatures becomes reference plus the law's range of dT, widened by --margin.
 
+Terms that extend the law come along; terms of the bench (its frame, the interferometer) and repairs of the campaign's
+data do not, for they are no property of the leg: put such faults right at the machine's own sensors. Terms with a state
+(lag, stored heat, creep, backlash) need rows in the order of time: 'hexathermal correct' with time_s, or
+leg_controllers() in Python.
+
 examples:
   hexathermal apply leg.toml --machine reference --out my-machine
   hexathermal apply leg1.toml leg2.toml leg3.toml leg4.toml leg5.toml leg6.toml --machine reference --out my-machine
@@ -73,7 +78,8 @@ def run(arguments: argparse.Namespace, progress: Progress) -> Answer:
         raise ArgumentError(f"machine {hexapod.name or arguments.machine} has no q0_mm, which a leg's law needs")
     model = _model(laws, hexapod, arguments)
     file = write_hexapod(dataclasses.replace(hexapod, thermal=model), out)
-    warnings = _doubts(laws, hexapod)
+    warnings = [*_left_out(laws), *_doubts(laws, hexapod)]
+    carried = tuple(dict.fromkeys(term.cause for law in model.legs for term in law.terms))
     low, high = model.valid_degC
     facts = {
         "machine": hexapod.name,
@@ -82,14 +88,44 @@ def run(arguments: argparse.Namespace, progress: Progress) -> Answer:
         "valid_degC": [low, high],
         "reference_temperature_degC": model.reference_temperature_degC.tolist(),
         "laws": [{"sensors": list(law.sensors), "title": law.origin.title} for law in laws],
+        "terms": list(carried),
+        "states": list(dict.fromkeys(term.cause for term in model.states)),
         "warnings": warnings,
     }
     text = (
         f"Machine {hexapod.name}: {'all six legs carry one law' if len(laws) == 1 else 'six laws'}; sensors "
-        f"{', '.join(model.sensor_names)}.\nTemperatures are accepted from {low:g} to {high:g} degC.\n"
-        f"Written:\n  {file}\nnext: hexathermal demo --machine {file.parent if out.name == 'hexapod.toml' else file}"
+        f"{', '.join(model.sensor_names)}.\n{_extended(model, carried)}Temperatures are accepted from {low:g} to "
+        f"{high:g} degC.\n"
+        f"Written:\n  {file}\nnext: hexathermal {'correct' if model.states else 'demo'} --machine "
+        f"{file.parent if out.name == 'hexapod.toml' else file}"
     )
     return Answer((text,), facts, tuple(f"warning: {one}" for one in warnings))
+
+
+def _extended(model: ThermalModel, carried: tuple[str, ...]) -> str:
+    """Return which terms the legs carry, in words; nothing where they carry none."""
+    if not carried:
+        return ""
+    states = ", ".join(dict.fromkeys(term.cause for term in model.states))
+    after = f"; {states} depends on what was before: give 'hexathermal correct' poses with time_s" if states else ""
+    return f"The law is extended by {', '.join(carried)}{after}.\n"
+
+
+def _left_out(laws: list[IdentifiedLaw]) -> list[str]:
+    """Return what of the laws is no property of a leg."""
+    from hexathermal.machine.leg_states import of_bench
+
+    bench = dict.fromkeys(term.cause for law in laws for term in law.terms if of_bench(term))
+    repairs = dict.fromkeys(repair.cause for law in laws for repair in law.repairs)
+    left = []
+    if bench:
+        left.append(f"{', '.join(bench)}: left out, it tells of the bench that measured, not of the leg")
+    if repairs:
+        left.append(
+            f"{', '.join(repairs)}: not applied, it puts right the data of the campaign; see to the machine's own "
+            "sensors, whose names must be the right ones"
+        )
+    return left
 
 
 def _model(laws: list[IdentifiedLaw], hexapod: Hexapod, arguments: argparse.Namespace) -> ThermalModel:
