@@ -27,17 +27,10 @@ from hexathermal.predict.budget_view import look
 from hexathermal.predict.montecarlo_draws import Drawn, Sample, percent
 from hexathermal.predict.sources import Source
 
-SEQUENCE = 10_000
-"""Draws of a sequence (JCGM 101, 7.9.4: at least 1e4, and 100 / (1 - p))."""
-
 MOST_DRAWS = 20_000_000
 
 STABLE_PART = 0.2
 """Part of the tolerance to which the simulation must be stable to judge the linear budget (JCGM 101, 8.2)."""
-
-
-MOST_LOST = 1e-3
-"""Largest part of the draws that may be lost; a tenth of ``1 - p`` where that is less."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -169,11 +162,9 @@ def monte_carlo(
     least_draws, most_draws : int
         Where the tolerance is not met after `most_draws`, `Simulation.stable` is False and the verdict says so.
     most_lost : float, optional
-        Largest part of the draws that may be too far off for the branch of the pose to be certain, from 0 to below
-        ``1 - p``. Default: 0.1 %, or a tenth of ``1 - p`` where that is less.
+        Largest part of draws too far off to be certain, below ``1 - p``. Default: 0.1 %, or ``(1 - p) / 10`` if less.
     seed : int
-    progress : callable, optional
-        ``progress(done, most)``.
+    progress : callable, optional, called as ``progress(done, most)``
 
     Raises
     ------
@@ -190,17 +181,13 @@ def monte_carlo(
     >>> monte_carlo(hexapod, hexapod.home, [25.0] * 6, few).linear_may_be_used
     True
     """
-    p = checked_probability(probability)
-    length = max(SEQUENCE, int(np.ceil(100.0 / (1.0 - p))))
-    least, most = _draws(least_draws, most_draws, length)
-    share = _share(most_lost, p)
+    sample = Sample(checked_probability(probability), most_lost)
+    counts = _draws(least_draws, most_draws, sample.length)
     generator = np.random.default_rng(_seed(seed))
     here, chosen = situation(hexapod, pose, temps, **view), checked_sources(hexapod, sources, view.get("plates"))
     budget = budget_of(here, chosen)
     delta = _tolerance(tolerance, digits, budget.uncertainty)
-    told = progress or (lambda _done, _most: None)
-    sample = Sample(p, length, share)
-    _until_stable(Drawn(here, chosen), generator, sample, delta, (least, most), told)
+    _until_stable(Drawn(here, chosen), generator, sample, delta, counts, progress or (lambda _done, _most: None))
     return _simulation(budget, sample, delta, seed)
 
 
@@ -305,16 +292,6 @@ def _draws(least: int, most: int, length: int) -> tuple[int, int]:
     if most > MOST_DRAWS:
         raise ArgumentError(f"most_draws is {most}, above {MOST_DRAWS}: their errors are kept in memory, 48 bytes each")
     return int(least), int(most)
-
-
-def _share(given: float | None, p: float) -> float:
-    """Return the checked part of the draws that may be lost."""
-    if given is None:
-        return min(MOST_LOST, 0.1 * (1.0 - p))
-    number = finite_array(given, (), "most_lost")
-    if number.shape or not 0.0 <= number < 1.0 - p:
-        raise ArgumentError(f"most_lost must lie between 0 and {1.0 - p:.3g} (1 - probability), found {given!r}")
-    return float(number)
 
 
 def _seed(seed: int) -> int:

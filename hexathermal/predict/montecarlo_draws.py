@@ -4,11 +4,14 @@ from __future__ import annotations
 
 import numpy as np
 
-from hexathermal.errors import NotConvergedError
-from hexathermal.poses import FloatArray
+from hexathermal.errors import ArgumentError, NotConvergedError
+from hexathermal.poses import FloatArray, finite_array
 from hexathermal.predict.budget_inputs import Situation
 from hexathermal.predict.budget_rates import CHECK_SOURCES, TOO_FAR
 from hexathermal.predict.sources import Source, Sources
+
+SEQUENCE = 10_000
+"""Draws of a sequence (JCGM 101, 7.9.4: at least 1e4, and 100 / (1 - p))."""
 
 SLICE = 2_000
 """Draws that are worked on together: a row of deviations has some 100 numbers."""
@@ -112,11 +115,16 @@ def _middle(widths: FloatArray, longest: float) -> int:
     return (low + high) // 2 if (low == 0) == (high == len(widths) - 1) else least
 
 
+MOST_LOST = 1e-3
+"""Largest part of the draws that may be lost; a tenth of ``1 - p`` where that is less."""
+
+
 class Sample:
     """Drawn errors in sequences of equal length, and the results of each sequence; lost draws are counted."""
 
-    def __init__(self, probability: float, length: int, share: float) -> None:
-        self.probability, self.length, self.share = probability, length, share
+    def __init__(self, probability: float, most_lost: float | None = None) -> None:
+        self.probability, self.share = probability, _share(most_lost, probability)
+        self.length = max(SEQUENCE, int(np.ceil(100.0 / (1.0 - probability))))
         self.errors: list[FloatArray] = []
         self.found: list[FloatArray] = []
 
@@ -159,6 +167,16 @@ class Sample:
         """Return mean, standard deviation and shortest interval of errors, which holds a part of all draws."""
         low, high = shortest_interval(errors, self.probability * draws / len(errors))
         return np.array([errors.mean(axis=0), errors.std(axis=0, ddof=1), low, high])
+
+
+def _share(given: float | None, p: float) -> float:
+    """Return the checked part of the draws that may be lost."""
+    if given is None:
+        return min(MOST_LOST, 0.1 * (1.0 - p))
+    number = finite_array(given, (), "most_lost")
+    if number.shape or not 0.0 <= number < 1.0 - p:
+        raise ArgumentError(f"most_lost must lie between 0 and {1.0 - p:.3g} (1 - probability), found {given!r}")
+    return float(number)
 
 
 def percent(part: float) -> str:

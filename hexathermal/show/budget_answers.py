@@ -10,7 +10,8 @@ import numpy as np
 
 from hexathermal.poses import FloatArray, pose_from_coordinates
 from hexathermal.predict.budget import AXES, Budget, error_budget
-from hexathermal.predict.budget_maps import BudgetMap, budget_map, grid_coordinates, pose_grid
+from hexathermal.predict.budget_map import BudgetMap
+from hexathermal.predict.budget_maps import budget_map, grid_coordinates, pose_grid
 from hexathermal.predict.montecarlo import monte_carlo
 from hexathermal.predict.sources import HALF_WIDTH
 from hexathermal.predict.table_writing import written_whole

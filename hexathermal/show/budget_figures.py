@@ -8,7 +8,7 @@ import numpy as np
 
 from hexathermal.poses import FloatArray
 from hexathermal.predict.budget import AXES, Budget
-from hexathermal.predict.budget_maps import BudgetMap
+from hexathermal.predict.budget_map import BudgetMap
 from hexathermal.show.figures import BLACK, BLUE, GREEN, GREY, PURPLE, STYLE, VERMILION
 
 if TYPE_CHECKING:

@@ -9,7 +9,7 @@ from rich.table import Table
 
 from hexathermal.poses import FloatArray, coordinates_from_pose
 from hexathermal.predict.budget import AXES, Budget
-from hexathermal.predict.budget_maps import BudgetMap
+from hexathermal.predict.budget_map import BudgetMap
 from hexathermal.predict.montecarlo import Simulation
 from hexathermal.show.tables import framed
 
