@@ -90,6 +90,24 @@ def test_poses_out_of_reach_stay_with_their_reason(reference: ht.Hexapod) -> Non
         budget_map(reference, pose_grid(reference, z_mm=(400, 500, 2)), TEMPS).worst()
 
 
+def test_singular_poses_stay_with_their_reason(reference: ht.Hexapod) -> None:
+    """Poses that legs do not hold, or where a leg has no length, are told beside one that can be reached."""
+    free = {"retracted_length": 0.05, "stroke": None, "base_cone": None, "platform_cone": None}
+    flat = dataclasses.replace(reference, base_joints=reference.platform_joints * [1, 1, 0] * 1.5, home=[0] * 3, **free)
+    found = budget_map(flat, np.stack([flat.home, flat.home]), TEMPS)
+    assert [k for k, _reason in found.refused] == [0, 1]
+    assert "singular pose" in found.refused[0][1]
+    shifted = np.array(reference.base_joints)
+    shifted[0] = reference.platform_joints[0]
+    bent = dataclasses.replace(
+        reference, base_joints=shifted, home=ht.pose_from_coordinates([50, 80, 300, 5, 8, 20]), **free
+    )
+    found = budget_map(bent, np.stack([np.eye(4), bent.home]), TEMPS)
+    assert [k for k, _reason in found.refused] == [0]
+    assert "leg 1 has length 0" in found.refused[0][1]
+    assert found.uncertainty[1] == pytest.approx(bent.error_budget(bent.home, TEMPS).uncertainty, rel=1e-9)
+
+
 def test_a_day_follows_its_temperatures_and_plates(reference: ht.Hexapod) -> None:
     """At one pose, drift grows with temperature; plates may differ from row to row."""
     temps = np.linspace(20.0, 30.0, 5)[:, None] * np.ones(6)
