@@ -23,6 +23,7 @@ from hexathermal.learn.validation_motion import AFTER_MOVE_S, MotionGroup, RunMo
 from hexathermal.learn.validation_scores import DRAWS as DRAWS
 from hexathermal.learn.validation_scores import LARGEST, Scores, scores
 from hexathermal.learn.validation_scores import Figure as Figure
+from hexathermal.machine.thermal import frozen
 from hexathermal.poses import FloatArray
 
 SEED = 20260101
@@ -101,6 +102,8 @@ class Validation:
         Runs whose rows were fitted, and the names that they had then.
     fits_known : bool
         Whether the law tells which tables it was fitted to.
+    landings : dict of str to array, shape (landings, columns)
+        Sums of each run's landings, columns as in `hexathermal.learn.validation_scores`.
     """
 
     runs: dict[str, Scores]
@@ -116,6 +119,7 @@ class Validation:
     half_width: float = float("nan")
     fitted: dict[str, str] = field(default_factory=dict)
     fits_known: bool = False
+    landings: dict[str, FloatArray] = field(default_factory=dict)
 
 
 class _Run:
@@ -272,7 +276,7 @@ def _summary(law: IdentifiedLaw, runs: dict[str, _Run], fitted: dict[str, str], 
         each, total, _verdict(total, len(fitted) == len(runs)), float(whole[7] / whole[0]),
         {name: float(row[7] / row[0]) for name, row in sums.items()}, int(whole[0]), motion, beyond,
         tuple(run.drawn(name, law) for name, run in runs.items()), notes, float(whole[8] / whole[0]), fitted,
-        bool(law.origin.run_fingerprints),
+        bool(law.origin.run_fingerprints), {name: frozen(run.landings.table) for name, run in runs.items()},
     )  # fmt: skip
 
 

@@ -13,6 +13,7 @@ from hexathermal.learn.identification import Identification
 from hexathermal.learn.law import IdentifiedLaw
 from hexathermal.learn.selection import RankedSets
 from hexathermal.learn.validation import Validation
+from hexathermal.learn.validation_gain import Gain, RunGain
 from hexathermal.learn.validation_scores import Figure, Scores
 from hexathermal.predict.table_writing import written_whole
 from hexathermal.show.tables import framed
@@ -207,18 +208,46 @@ def validation_table(found: Validation, pretty: bool) -> Table:
     return table
 
 
+def gain_table(found: Gain, pretty: bool) -> Table:
+    """Return what a law leaves of each run and of all, before and after."""
+    table = framed(pretty, "run", "RMSE before\num>", "RMSE after\num>", "RMSE\ngain>", "95 % interval",
+                   "largest before\num>", "largest after\num>", "largest\ngain>")  # fmt: skip
+    for name, one in (*found.runs.items(), ("all", found.total)):
+        table.add_row(name, _um(one.rmse_before), _um(one.rmse_after.value), _part(one.rmse_gain.value),
+                      f"{_part(one.rmse_gain.low)} to {_part(one.rmse_gain.high)}", _um(one.linf_before, 2),
+                      _um(one.linf_after.value, 2), _part(one.linf_gain.value))  # fmt: skip
+    return table
+
+
+def _figure(one: Figure, scale: float = 1.0) -> dict[str, float]:
+    """Return a number with its interval as plain values."""
+    return {"value": one.value * scale, "low": one.low * scale, "high": one.high * scale}
+
+
+def gain_facts(found: Gain) -> dict[str, Any]:
+    """Return a gain as plain values."""
+
+    def told(one: RunGain) -> dict[str, Any]:
+        return {
+            "rmse_before_um": one.rmse_before * 1e6, "rmse_after_um": one.rmse_after.value * 1e6,
+            "linf_before_um": one.linf_before * 1e6, "linf_after_um": one.linf_after.value * 1e6,
+            "rmse_gain": _figure(one.rmse_gain), "linf_gain": _figure(one.linf_gain),
+            "mean_gain": _figure(one.mean_gain),
+        }  # fmt: skip
+
+    return {"total": told(found.total), "runs": {name: told(one) for name, one in found.runs.items()},
+            "proven": found.proven}  # fmt: skip
+
+
 def validation_facts(found: Validation) -> dict[str, Any]:
     """Return a validation as plain values."""
 
-    def figure(one: Figure, scale: float = 1.0) -> dict[str, float]:
-        return {"value": one.value * scale, "low": one.low * scale, "high": one.high * scale}
-
     def scores(one: Scores) -> dict[str, Any]:
         return {
-            "rmse_um": figure(one.rmse, 1e6), "linf_um": figure(one.linf, 1e6), "mean_um": figure(one.mean, 1e6),
+            "rmse_um": _figure(one.rmse, 1e6), "linf_um": _figure(one.linf, 1e6), "mean_um": _figure(one.mean, 1e6),
             "drift_rms_um": one.drift_rms * 1e6, "drift_largest_um": one.drift_largest * 1e6,
-            "drift_mean_um": one.drift_mean * 1e6, "mean_reduction": figure(one.mean_reduction),
-            "largest_reduction": figure(one.largest_reduction), "rms_reduction": figure(one.rms_reduction),
+            "drift_mean_um": one.drift_mean * 1e6, "mean_reduction": _figure(one.mean_reduction),
+            "largest_reduction": _figure(one.largest_reduction), "rms_reduction": _figure(one.rms_reduction),
         }  # fmt: skip
 
     return {

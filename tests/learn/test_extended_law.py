@@ -19,6 +19,7 @@ from hexathermal.learn.campaign_laws import identify_campaign, role_blocks, vali
 from hexathermal.learn.leg_law_files import write_leg_law
 from hexathermal.learn.signals import run_rows
 from hexathermal.learn.validation import validate
+from hexathermal.learn.validation_gain import gain
 from hexathermal.machine.leg_repairs import SensorRepair, repaired
 from hexathermal.machine.leg_terms import SHAPES, LegTerm
 from tests.learn.campaign_folders import (
@@ -190,8 +191,12 @@ def campaign(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return folder
 
 
-def test_a_term_that_is_true_makes_the_validation_better(campaign: Path, tmp_path: Path) -> None:
-    """RMSE and largest residual fall by the backlash; per run too; the command line prints the same figures."""
+def test_a_term_that_is_true_makes_the_validation_better(
+    campaign: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """RMSE and largest residual fall by the backlash, per run too, and the gain is proven by its interval; the command
+    line prints the same figures.
+    """
     loaded = load_campaign(campaign)
     law = dataclasses.replace(identify_campaign(loaded, ["T01"]).law, coefficients=np.array([A_PER_K, B_PER_K]))
     extended = dataclasses.replace(law, terms=(LegTerm("backlash", "direction", {}, [0.8e-6], [[1e-18]]),))
@@ -201,11 +206,27 @@ def test_a_term_that_is_true_makes_the_validation_better(campaign: Path, tmp_pat
     assert after.total.rmse.value < 0.6 * before.total.rmse.value
     assert after.total.linf.value < before.total.linf.value
     assert all(after.runs[name].rmse.value < before.runs[name].rmse.value for name in ("c", "d"))
-    file = write_leg_law(extended, tmp_path / "leg.toml")
+    better = gain(before, after)
+    assert better.proven
+    assert better.total.rmse_before == pytest.approx(before.total.rmse.value, rel=1e-12)
+    ratio = after.total.rmse.value / before.total.rmse.value
+    assert better.total.rmse_gain.value == pytest.approx(1.0 - ratio, rel=1e-9)
+    assert better.runs["c"].linf_before == before.runs["c"].linf.value
+    same = gain(after, after)
+    assert not same.proven
+    assert same.total.rmse_gain.value == pytest.approx(0.0, abs=1e-12)
+    worse = gain(after, before)
+    assert worse.total.rmse_gain.high < 0.0
+    file, old = write_leg_law(extended, tmp_path / "leg.toml"), write_leg_law(law, tmp_path / "old.toml")
     answer = tmp_path / "v.json"
-    assert main(["validate", str(file), str(campaign), "--json", str(answer)]) == 0
+    assert main(["validate", str(file), str(campaign), "--before", str(old), "--json", str(answer)]) == 0
     told = json.loads(answer.read_text(encoding="utf-8"))
     assert told["total"]["rmse_um"]["value"] == pytest.approx(after.total.rmse.value * 1e6, rel=1e-9)
+    assert told["law"]["terms"] == ["backlash"]
+    assert told["gain"]["total"]["rmse_gain"]["value"] == pytest.approx(1.0 - ratio, rel=1e-9)
+    said = capsys.readouterr().out
+    assert "The law is extended by backlash." in said
+    assert "Gain over the law before" in said
 
 
 def test_states_come_from_all_rows_of_a_run(campaign: Path) -> None:

@@ -7,6 +7,7 @@ import json
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from hexathermal.errors import ArgumentError
 from hexathermal.show.commands import Answer, Progress, add_json
 from hexathermal.show.hexapod_answers import EPILOG_VALIDATE, is_hexapod_campaign, validate_answer
 from hexathermal.show.options import EXIT_CODES, STYLE, path
@@ -15,6 +16,7 @@ if TYPE_CHECKING:
     from hexathermal.learn.campaign import Campaign
     from hexathermal.learn.law import IdentifiedLaw
     from hexathermal.learn.validation import Validation
+    from hexathermal.learn.validation_gain import Gain
 
 VALIDATE = """\
 Predict the campaign's runs with role "validation", which no law was fitted to, and compare with what was measured:
@@ -26,6 +28,10 @@ The verdict is one of: makes it better; no gain proven; makes it worse; nothing 
 not change the exit code. Runs that were fitted are known by their rows, whatever their name: they are warned of, and do
 not count in the verdict and in the row "all".
 
+A law may be extended by named terms: all rows of a run are then run through, since lags and stored heat depend on
+those of movements too, and the usable ones are scored. --before tells how much better the law is than another one, on
+the same rows.
+
 files of --report DIR:
   RUN.png, RUN.svg    each run: rod and temperature above; measured, predicted drift and residual below
   validation.json     everything as numbers
@@ -34,6 +40,7 @@ files of --report DIR:
 examples:
   hexathermal validate leg.toml my-campaign
   hexathermal validate my-machine hexapod-campaign --report report
+  hexathermal validate extended.toml my-campaign --before leg.toml
   hexathermal validate leg.toml my-campaign --report report --json validation.json
 
 {EXIT_CODES}"""
@@ -46,6 +53,7 @@ def add(commands: Any) -> None:
     one.add_argument("law", type=path, metavar="LAW", help="leg.toml, as 'identify' writes it; for a hexapod a machine")
     one.add_argument("campaign", type=path, metavar="CAMPAIGN", help="folder with campaign.toml")
     one.add_argument("--report", type=path, metavar="DIR", help="write pictures into this folder")
+    one.add_argument("--before", type=path, metavar="LAW", help="another leg.toml: tell the gain over it")
     add_json(one)
 
 
@@ -54,23 +62,58 @@ def run(arguments: argparse.Namespace, progress: Progress) -> Answer:
     from hexathermal.learn.campaign_files import load_campaign
     from hexathermal.learn.campaign_laws import validate_campaign
     from hexathermal.learn.leg_law_files import read_leg_law
+    from hexathermal.learn.validation_gain import gain
     from hexathermal.predict.table_writing import refuse_no_place
-    from hexathermal.show.identification_tables import validation_facts, validation_table
+    from hexathermal.show.identification_tables import gain_facts, gain_table, validation_facts, validation_table
 
     if is_hexapod_campaign(arguments.campaign):
+        if arguments.before is not None:
+            raise ArgumentError("--before compares laws of a leg or a component; this campaign is of a whole hexapod")
         return validate_answer(arguments, progress)
     law = read_leg_law(arguments.law)
+    before = None if arguments.before is None else read_leg_law(arguments.before)
     if arguments.report is not None:
         refuse_no_place(arguments.report)
     campaign = load_campaign(arguments.campaign, needed=("validation",), progress=progress)
     found = validate_campaign(law, campaign, progress)
     warnings = [*_fitted(found), *_doubts(law, campaign)]
-    facts = validation_facts(found) | {"law": {"sensors": list(law.sensors), "title": law.origin.title}}
+    facts = validation_facts(found) | {"law": _law_facts(law)}
     written = [] if arguments.report is None else _report(found, law, facts, arguments.report, progress)
-    texts: list[Any] = [lambda pretty, _: validation_table(found, pretty), _summary(found)]
+    texts: list[Any] = [*_extended(law), lambda pretty, _: validation_table(found, pretty), _summary(found)]
+    if before is not None:
+        better = gain(validate_campaign(before, campaign, progress), found)
+        facts["gain"] = gain_facts(better)
+        texts += [lambda pretty, _: gain_table(better, pretty), _gain(better)]
     if written:
         texts.append("Written:\n" + "\n".join(f"  {file}" for file in written))
     return Answer(tuple(texts), facts, tuple(warnings))
+
+
+def _law_facts(law: IdentifiedLaw) -> dict[str, Any]:
+    """Return what the law is, as plain values."""
+    facts: dict[str, Any] = {"sensors": list(law.sensors), "title": law.origin.title}
+    if law.extended:
+        facts |= {"terms": [term.cause for term in law.terms], "repairs": [one.cause for one in law.repairs]}
+    return facts
+
+
+def _extended(law: IdentifiedLaw) -> list[str]:
+    """Return by what the law is extended, in words."""
+    terms = dict.fromkeys(term.cause for term in law.terms)
+    repairs = dict.fromkeys(one.cause for one in law.repairs)
+    said = [f"The law is extended by {', '.join(terms)}."] if terms else []
+    return [*said, *([f"Data are put right first: {', '.join(repairs)}."] if repairs else [])]
+
+
+def _gain(found: Gain) -> str:
+    """Return what the law gains over the one before, in words."""
+    one = found.total
+    sure = "proven" if found.proven else "not proven: the interval holds 0"
+    return (
+        f"Gain over the law before: RMSE {one.rmse_before * 1e6:.3f} -> {one.rmse_after.value * 1e6:.3f} um "
+        f"({_less(one.rmse_gain.value)}, {sure}), largest residual {one.linf_before * 1e6:.2f} -> "
+        f"{one.linf_after.value * 1e6:.2f} um."
+    )
 
 
 def _fitted(found: Validation) -> list[str]:
