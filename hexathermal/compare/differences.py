@@ -10,7 +10,7 @@ import numpy as np
 
 from hexathermal.compare.bench_runs import CONTACT_ERROR
 from hexathermal.compare.evidence import CONTACT_FREE, CONTACT_SD
-from hexathermal.compare.parameters import FREE, NAMES, PARAMETERS, SENSOR_EXPERIMENT, TOLERANCE
+from hexathermal.compare.parameters import FREE, NAMES, PARAMETERS, SENSOR_EXPERIMENT, TOLERANCES
 from hexathermal.compare.steps import PROBABILITY, Calibration
 
 ALIKE = 0.95
@@ -202,7 +202,7 @@ def _limit(information: float, place: int, count: int) -> float:
     With estimate ``x``, variance ``v`` of the data alone, prior ``a^2`` (tolerance) and ``b^2`` (free):
     ``log Z_b - log Z_a = x^2/2 (1/(a^2 + v) - 1/(b^2 + v)) - 1/2 log((b^2 + v)/(a^2 + v))``.
     """
-    tolerance, free = (TOLERANCE, FREE) if place < len(NAMES) else (CONTACT_SD, CONTACT_FREE)
+    tolerance, free = (TOLERANCES[place], FREE) if place < len(NAMES) else (CONTACT_SD, CONTACT_FREE)
     v = 1.0 / max(information, 1e-12)
     a, b = tolerance**2 + v, free**2 + v
     needed = log(count * PROBABILITY / (1.0 - PROBABILITY))

@@ -22,7 +22,7 @@ from scipy.linalg import cho_factor, cho_solve, cholesky, solve_triangular
 from hexathermal.compare.bench_runs import UM, BenchRuns, SimulatedRun
 from hexathermal.compare.measured import MeasuredRun
 from hexathermal.compare.noise import Noise
-from hexathermal.compare.parameters import FREE, NAMES, TOLERANCE
+from hexathermal.compare.parameters import FREE, NAMES, TOLERANCES
 from hexathermal.poses import FloatArray
 
 STEP_OF_LOG = 0.02
@@ -130,7 +130,7 @@ class Normal:
     def precision(self, free: Sequence[int] = ()) -> FloatArray:
         """Return 1 / W of the prior, `free` the places of what may differ, shape (k,)."""
         p = len(NAMES)
-        found = np.concatenate([np.full(p, TOLERANCE), np.full(self.sensors, CONTACT_SD),
+        found = np.concatenate([TOLERANCES, np.full(self.sensors, CONTACT_SD),
                                 np.full(self.sensors, GAIN_SD)])  # fmt: skip
         for j in free:
             found[j] = FREE if j < p else CONTACT_FREE

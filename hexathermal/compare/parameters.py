@@ -9,8 +9,12 @@ from math import exp
 from hexathermal.errors import UnknownNameError
 from hexathermal.simulate.bench.leg import VirtualLeg
 
-TOLERANCE = 0.03
-"""Standard deviation of the logarithm of every number of a bench that is as it should be: its own tolerance."""
+MATERIAL, SURFACE, JOINT = 0.03, 0.05, 0.10
+"""Standard deviation of the logarithm of a number that is as it should be: its own tolerance.
+
+Materials, dimensions and heat are known to 3 %, convection to 5 %; contacts cannot be computed (the bench's own sources
+say so), and what cells of some 20 mm make of a contact differs by some per cent: 10 %.
+"""
 
 FREE = 0.5
 """The same of a number that is not: factors from 0.4 to 2.7 lie within two of it."""
@@ -29,6 +33,8 @@ class Parameter:
         What it is.
     fields : tuple of (str, str)
         Part of the leg and its field, see `hexathermal.simulate.bench.parts`.
+    tolerance : float
+        Standard deviation of its logarithm where it is as it should be.
     more, less : str
         What a larger and a smaller value may stand for.
     experiment : str
@@ -39,6 +45,7 @@ class Parameter:
     family: str
     words: str
     fields: tuple[tuple[str, str], ...]
+    tolerance: float
     more: str
     less: str
     experiment: str
@@ -49,52 +56,53 @@ _CONVECTION = (("body", "convection"), ("rod", "convection"), ("body", "motor_co
 
 PARAMETERS: tuple[Parameter, ...] = (
     Parameter("motor-heat", "heat", "heat of the motor for each metre of way", (("drive", "moving_power"),),
-              "more current, a brake that drags", "less load", "hold still under power, then move without load"),
+              MATERIAL, "more current, a brake that drags", "less load", "hold still under power, then move without load"),
     Parameter("friction-heat", "heat", "friction heat of the screw in the nut", (("drive", "screw_torque"),),
-              "more preload, little grease", "lost preload", "move slowly and fast over the same way"),
+              MATERIAL, "more preload, little grease", "lost preload", "move slowly and fast over the same way"),
     Parameter("convection", "convection", "heat given to the room by all surfaces", _CONVECTION,
-              "a fan, a draught", "a cover, a housing", "let the warm leg cool at rest, with a fan and without"),
+              SURFACE, "a fan, a draught", "a cover, a housing", "let the warm leg cool at rest, with a fan and without"),
     Parameter("convection-body", "convection", "heat given to the room by the body", _CONVECTION[:1],
-              "a fan on the body", "a cover on the body", "let the warm leg cool at rest with the body wrapped"),
+              SURFACE, "a fan on the body", "a cover on the body", "let the warm leg cool at rest with the body wrapped"),
     Parameter("convection-rod", "convection", "heat given to the room by what shows of the rod", _CONVECTION[1:2],
-              "a fan on the rod", "a bellows about the rod", "let the warm leg cool with the rod out, then in"),
+              SURFACE, "a fan on the rod", "a bellows about the rod", "let the warm leg cool with the rod out, then in"),
     Parameter("convection-motor", "convection", "heat given to the room by the motor", _CONVECTION[2:3],
-              "a fan on the motor", "a cover on the motor", "a thermometer on the motor while it cools"),
+              SURFACE, "a fan on the motor", "a cover on the motor", "a thermometer on the motor while it cools"),
     Parameter("convection-platforms", "convection", "heat given to the room by the platform pieces", _CONVECTION[3:],
-              "a fan on a platform", "a cover on a platform", "a thermometer on each platform piece"),
+              JOINT, "a fan on a platform", "a cover on a platform", "a thermometer on each platform piece"),
     Parameter("contact-gap", "contact", "heat across the gap between rod and body", (("contact", "gap_conductance"),),
-              "a narrower gap, oil in it", "a wider gap", "cool at rest with the rod in, then out"),
+              SURFACE, "a narrower gap, oil in it", "a wider gap", "cool at rest with the rod in, then out"),
     Parameter("contact-bushes", "contact", "heat across nut and guide",
               (("contact", "nut_conductance"), ("contact", "guide_conductance")),
-              "more preload, more grease", "worn bushes, little grease", "thermometers on both sides of nut and guide"),
+              JOINT, "more preload, more grease", "worn bushes, little grease", "thermometers on both sides of nut and guide"),
     Parameter("conduction-body", "conduction", "heat along body and spindle",
               (("body", "conductivity"), ("body", "spindle_conductivity")),
-              "another alloy, thicker walls", "another alloy, thinner walls", "heat the foot only, the rod at rest"),
+              MATERIAL, "another alloy, thicker walls", "another alloy, thinner walls", "heat the foot only, the rod at rest"),
     Parameter("conduction-rod", "conduction", "heat along the rod", (("rod", "conductivity"),),
-              "another alloy, thicker walls", "another alloy, thinner walls", "heat the rod's end only, rod out"),
+              MATERIAL, "another alloy, thicker walls", "another alloy, thinner walls", "heat the rod's end only, rod out"),
     Parameter("conduction-motor", "conduction", "heat from the motor into the body", (("body", "motor_conductance"),),
-              "a better flange", "an insulating flange", "a thermometer on the motor"),
+              JOINT, "a better flange", "an insulating flange", "a thermometer on the motor"),
     Parameter("conduction-joints", "conduction", "heat through the joints into the platforms",
               (("joints", "leg_conductance"), ("joints", "piece_conductance")),
-              "stiffer joints", "looser joints", "a thermometer on each platform piece"),
+              JOINT, "stiffer joints", "looser joints", "a thermometer on each platform piece"),
     Parameter("heat-capacity", "storage", "heat stored by body and rod",
               (("body", "heat_capacity"), ("body", "spindle_capacity"), ("rod", "heat_capacity")),
-              "heavier parts", "lighter parts", "a known heat from a heating foil, the rod at rest"),
+              MATERIAL, "heavier parts", "lighter parts", "a known heat from a heating foil, the rod at rest"),
     Parameter("expansion-body", "expansion", "expansion of the body", (("body", "expansion"),),
-              "another alloy", "another alloy", "warm the whole room, the rod at rest and in"),
+              MATERIAL, "another alloy", "another alloy", "warm the whole room, the rod at rest and in"),
     Parameter("expansion-rod", "expansion", "expansion of the rod above the scale's hold", (("rod", "expansion"),),
-              "another alloy", "another alloy", "warm the rod's upper end alone"),
+              MATERIAL, "another alloy", "another alloy", "warm the rod's upper end alone"),
     Parameter("expansion-scale", "expansion", "expansion of the scale on the rod", (("rod", "scale_expansion"),),
-              "another scale, held otherwise", "another scale, held otherwise", "warm the whole room, rod in and out"),
+              MATERIAL, "another scale, held otherwise", "another scale, held otherwise", "warm the whole room, rod in and out"),
     Parameter("expansion-joints", "expansion", "expansion of the joints", (("joints", "expansion"),),
-              "another alloy", "another alloy", "warm a joint alone"),
+              MATERIAL, "another alloy", "another alloy", "warm a joint alone"),
     Parameter("expansion-bracket", "expansion", "expansion of the reading head's bracket",
               (("body", "head_bracket_expansion"),),
-              "another alloy", "another alloy", "warm the reading head alone"),
+              MATERIAL, "another alloy", "another alloy", "warm the reading head alone"),
 )  # fmt: skip
 """All that is looked for besides sensors that read the air."""
 
 NAMES = tuple(one.name for one in PARAMETERS)
+TOLERANCES = tuple(one.tolerance for one in PARAMETERS)
 
 SENSOR_EXPERIMENT = "blow at this thermometer, the leg at rest; tape it anew"
 

@@ -33,13 +33,13 @@ EQUIVALENT = 3.0
 """A candidate whose log-evidence is less than this below the best one's cannot be told from it by these data."""
 
 FOLLOWED, MOST_FOLLOWED = 4, 8
-"""Candidates that are followed to their own best value: so many, more where the next promises more than the best has."""
+"""Candidates followed to their own best value: so many, and more where the next promises more than the best has."""
 
 FAR = 0.1
 """None is followed whose linearised log-evidence is below this part of the best one's."""
 
 MOST_NAMED = 8
-ITERATIONS = 6
+ITERATIONS, SETTLINGS = 6, 3
 LARGEST_LOG_STEP = 0.7
 CONVERGED = 0.01
 NOISE_RUNS = 4
@@ -234,15 +234,29 @@ def _step(bench: BenchRuns, now: Fit, gains: FloatArray) -> tuple[Step, Fit]:
         exact[j] = fits[j].evidence - now.evidence
     chosen = int(np.argmax(exact))
     same = [j for j in fits if j != chosen and exact[j] > exact[chosen] - EQUIVALENT]
+    fit = _settled(bench, fits[chosen])
+    exact[chosen] = fit.evidence - now.evidence
     # all candidates together are as likely as none before the data
     odds = sum(np.exp(min(exact[j], 500.0)) for j in (chosen, *same)) / (len(NAMES) + now.sums.sensors)
-    fit = _fit(bench, sensitivities(bench, fits[chosen].found.logs), now.noise, fits[chosen].free)
     left_out = _left_out(fit, now)
     pays = len(left_out) < 2 or (float(left_out.sum()) > 0.0 and float((left_out > 0.0).mean()) >= 0.5)
     probability = float(odds / (1.0 + odds))
     equivalent = tuple((j, float(fits[j].x[j])) for j in same)
     accepted = probability >= PROBABILITY and pays
     return Step(chosen, float(exact[chosen]), probability, left_out, equivalent, accepted), fit
+
+
+def _settled(bench: BenchRuns, fit: Fit) -> Fit:
+    """Return a fit with all sensitivities of its own point, which follows its estimate until it stays."""
+    logs = fit.found.logs
+    named = np.array([j in fit.free for j in range(len(NAMES))])
+    for _k in range(SETTLINGS):
+        fit = _fit(bench, sensitivities(bench, logs), fit.noise, fit.free)
+        move = np.where(named, fit.x[: len(NAMES)] - logs, 0.0)
+        if np.abs(move).max() < 2.0 * CONVERGED:
+            break
+        logs = logs + np.clip(move, -LARGEST_LOG_STEP, LARGEST_LOG_STEP)
+    return fit
 
 
 def _left_out(fit: Fit, before: Fit) -> FloatArray:

@@ -22,8 +22,8 @@ from hexathermal.machine.thermal import frozen
 from hexathermal.poses import FloatArray
 from hexathermal.simulate.bench.leg import MOTOR, VirtualLeg
 
-GRID = 0.005
-"""Places of the rod are rounded to this [m]: less than half of a cell."""
+GRID = 0.010
+"""Places of the rod are rounded to this [m]: half of a cell."""
 
 
 @dataclass(frozen=True, eq=False)
