@@ -90,6 +90,12 @@ class RepairMemory:
         self.kept: dict[int, tuple[FloatArray, dict[str, FloatArray]]] = {}
         self.zeros: dict[int, dict[str, float]] = {}
 
+    def copy(self) -> RepairMemory:
+        """Return a memory that goes its own way from here."""
+        other = RepairMemory()
+        other.kept, other.zeros = dict(self.kept), dict(self.zeros)
+        return other
+
 
 def repaired(
     signals: LegSignals,

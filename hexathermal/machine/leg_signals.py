@@ -91,6 +91,12 @@ class Memory:
     def __init__(self) -> None:
         self._kept: dict[str, Any] = {}
 
+    def copy(self) -> Memory:
+        """Return a memory that goes its own way from here; what is kept is replaced, never changed."""
+        other = Memory()
+        other._kept = dict(self._kept)
+        return other
+
     def low_pass(self, key: str, time: FloatArray, values: FloatArray, time_constant: float) -> FloatArray:
         """Return values behind a first-order low pass, ``tau dy/dt = u - y``, that has rested at the first value.
 

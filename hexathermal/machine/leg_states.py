@@ -6,7 +6,6 @@ measures, but are no property of the leg: a machine does not carry them.
 
 from __future__ import annotations
 
-import copy
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 
@@ -67,10 +66,15 @@ class LegMemory:
 
     def copy(self) -> LegMemory:
         """Return a memory that goes its own way from here."""
-        return copy.deepcopy(self)
+        other = LegMemory()
+        other.terms = tuple(memory.copy() for memory in self.terms)
+        other.repairs = self.repairs.copy()
+        return other
 
     def count_from_retracted(self, terms: Sequence[LegTerm], signals: LegSignals) -> None:
         """Let terms that count from the first displacement count from the retracted leg."""
+        if not any(term.shape in OWN_ZERO for term in terms):
+            return
         start = replace(signals, time=signals.time[:1], q=np.zeros(1), dT={s: np.zeros(1) for s in signals.dT})
         for term, memory in zip(terms, self.terms, strict=True):
             if term.shape in OWN_ZERO:

@@ -29,8 +29,8 @@ def refuse_states(hexapod: Hexapod) -> None:
         causes = ", ".join(dict.fromkeys(term.cause for term in found))
         raise ThermalModelError(
             f"the legs' law holds {causes}, which depends on what was before: a pose and temperatures do not tell it. "
-            "Use hexapod.leg_controllers(), row by row; or 'hexathermal correct' with time_s; or leave it out, "
-            "dataclasses.replace(hexapod, thermal=hexapod.thermal.without_states())"
+            "Use hexapod.leg_controllers(), row by row; or 'hexathermal correct' with time_s; or leave it out "
+            "('hexathermal apply --at-rest'; dataclasses.replace(hexapod, thermal=hexapod.thermal.without_states()))"
         )
 
 

@@ -299,6 +299,9 @@ def test_apply_carries_what_is_of_the_leg(tmp_path: Path, capsys: pytest.Capture
     assert "frame-expansion, air-refraction, abbe-tilt, zero-drift: left out" in told.err
     assert "swapped-sensors: not applied" in told.err
     assert "give 'hexathermal correct' poses with time_s" in told.out
+    assert main(["apply", str(file), "--machine", "reference", "--out", str(tmp_path / "r"), "--at-rest"]) == 0
+    assert not ht.load_hexapod(tmp_path / "r").thermal.states
+    assert "thermal-lag, hidden-heat, backlash, creep: left out, as --at-rest asks" in capsys.readouterr().err
     one = law_with(
         tuple(term for term in kept if term.shape in STATELESS and term.shape not in ("position", "periodic"))
     )

@@ -27,7 +27,7 @@ The machine keeps its reference temperature (the one it was calibrated at); a ma
 Terms that extend the law come along; terms of the bench (its frame, the interferometer) and repairs of the campaign's
 data do not, for they are no property of the leg: put such faults right at the machine's own sensors. Terms with a state
 (lag, stored heat, creep, backlash) need rows in the order of time: 'hexathermal correct' with time_s, or
-leg_controllers() in Python.
+leg_controllers() in Python. --at-rest leaves them out, for budgets and single poses.
 
 examples:
   hexathermal apply leg.toml --machine reference --out my-machine
@@ -50,6 +50,8 @@ def add(commands: Any) -> None:
     )
     one.add_argument("--margin", type=number, default=10.0, metavar="K",
                      help="allowed beyond the temperatures of the fit (default: %(default)g)")  # fmt: skip
+    one.add_argument("--at-rest", action="store_true",
+                     help="leave out terms that depend on what was before: a machine long at rest")  # fmt: skip
     one.add_argument("--force", action="store_true", help="overwrite an existing machine file")
     add_json(one)
 
@@ -78,7 +80,7 @@ def run(arguments: argparse.Namespace, progress: Progress) -> Answer:
         raise ArgumentError(f"machine {hexapod.name or arguments.machine} has no q0_mm, which a leg's law needs")
     model = _model(laws, hexapod, arguments)
     file = write_hexapod(dataclasses.replace(hexapod, thermal=model), out)
-    warnings = [*_left_out(laws), *_doubts(laws, hexapod)]
+    warnings = [*_left_out(laws, model), *_doubts(laws, hexapod)]
     carried = tuple(dict.fromkeys(term.cause for law in model.legs for term in law.terms))
     low, high = model.valid_degC
     facts = {
@@ -111,13 +113,16 @@ def _extended(model: ThermalModel, carried: tuple[str, ...]) -> str:
     return f"The law is extended by {', '.join(carried)}{after}.\n"
 
 
-def _left_out(laws: list[IdentifiedLaw]) -> list[str]:
-    """Return what of the laws is no property of a leg."""
+def _left_out(laws: list[IdentifiedLaw], model: ThermalModel) -> list[str]:
+    """Return what of the laws is no property of a leg, or was not wanted."""
     from hexathermal.machine.leg_states import of_bench
 
     bench = dict.fromkeys(term.cause for law in laws for term in law.terms if of_bench(term))
     repairs = dict.fromkeys(repair.cause for law in laws for repair in law.repairs)
-    left = []
+    carried = {term.cause for law in model.legs for term in law.terms}
+    rest = [cause for cause in dict.fromkeys(term.cause for law in laws for term in law.terms)
+            if cause not in carried and cause not in bench]  # fmt: skip
+    left = [f"{', '.join(rest)}: left out, as --at-rest asks"] if rest else []
     if bench:
         left.append(f"{', '.join(bench)}: left out, it tells of the bench that measured, not of the leg")
     if repairs:
@@ -160,7 +165,8 @@ def _model(laws: list[IdentifiedLaw], hexapod: Hexapod, arguments: argparse.Name
         raise ArgumentError("the laws were fitted on no range of temperatures; give --margin above 0")
     rounded = (float(np.floor(valid[0] * 10.0) / 10.0), float(np.ceil(valid[1] * 10.0) / 10.0))
     legs = [law.leg_law() for law in laws]
-    return ThermalModel(legs[0] if len(legs) == 1 else legs, *plates, leg_reference, rounded)
+    model = ThermalModel(legs[0] if len(legs) == 1 else legs, *plates, leg_reference, rounded)
+    return model.without_states() if arguments.at_rest else model
 
 
 def _doubts(laws: list[IdentifiedLaw], hexapod: Hexapod) -> list[str]:
