@@ -22,8 +22,9 @@ STRENGTHS = (0.25, 2.0)
 KINDS = {"none": 0.2, "one": 0.5, "two": 0.15, "outside": 0.15}
 """How often a draw hides what."""
 
-TRIES, REACHED = 10, 0.02
-"""An effect is drawn again, up to so many times, until its strength is as wanted within this part."""
+TRIES, TRIES_UNSCALED, REACHED = 10, 40, 0.02
+"""An effect is drawn again, up to so many times (more where nothing scales it), until its strength is as wanted within
+this part."""
 
 
 @dataclass(frozen=True)
@@ -168,7 +169,7 @@ def _fitting(
 ) -> tuple[Parameters, float]:
     """Return parameters of an effect with the wanted strength, or the nearest of several draws; and that strength."""
     best: tuple[Parameters, float] | None = None
-    for _try in range(TRIES):
+    for _try in range(TRIES if effect.amplitude else TRIES_UNSCALED):
         now = scaled(effect, truth, effect.draw(truth, generator), wanted)
         if best is None or _apart(now[1], wanted) < _apart(best[1], wanted):
             best = now

@@ -63,10 +63,19 @@ def law_columns(truth: CampaignTruth, readings: Sequence[FloatArray] | None = No
     ]
 
 
-def settled_rows(truth: CampaignTruth, values: Sequence[FloatArray], role: str) -> FloatArray:
-    """Return the settled rows of the runs of a role, one behind the other; those with a spike are left out."""
-    pairs = zip(truth.runs, values, strict=True)
-    return np.concatenate([item[run.settled & ~_spiked(truth, run)] for run, item in pairs if run.role == role])
+def settled_rows(clean: CampaignTruth, values: Sequence[FloatArray], role: str) -> FloatArray:
+    """Return the settled rows of the runs of a role, one behind the other; those with a spike are left out.
+
+    Parameters
+    ----------
+    clean : CampaignTruth
+        Without the effect, whose own leaps are no spikes.
+    values : sequence of array, shape (n, ...)
+        Of each run.
+    role : str
+    """
+    pairs = zip(clean.runs, values, strict=True)
+    return np.concatenate([item[run.settled & ~_spiked(clean, run)] for run, item in pairs if run.role == role])
 
 
 def _spiked(truth: CampaignTruth, run: RunTruth) -> npt.NDArray[np.bool_]:
@@ -89,18 +98,18 @@ def noise_rms(truth: CampaignTruth) -> float:
     return float(np.sqrt(np.mean(noise**2)))
 
 
-def left(truth: CampaignTruth, *, offsets: bool = False) -> FloatArray:
+def left(truth: CampaignTruth, clean: CampaignTruth, *, offsets: bool = False) -> FloatArray:
     """Return what the base law, fitted again, leaves of the drift without noise [m].
 
-    With `offsets`, a constant of each run is fitted too.
+    The rows are those of `clean`, see `settled_rows`. With `offsets`, a constant of each run is fitted too.
     """
     columns = law_columns(truth)
     if offsets:
         which = np.eye(len(truth.runs))
         columns = [np.hstack([item, np.tile(one, (len(item), 1))]) for item, one in zip(columns, which, strict=True)]
-    X = settled_rows(truth, columns, "identification")
+    X = settled_rows(clean, columns, "identification")
     X = X / np.maximum(np.linalg.norm(X, axis=0), 1e-300)
-    y = settled_rows(truth, from_zero(truth, [run.drift + added(run) for run in truth.runs]), "identification")
+    y = settled_rows(clean, from_zero(truth, [run.drift + added(run) for run in truth.runs]), "identification")
     return np.asarray(y - X @ np.linalg.lstsq(X, y)[0])
 
 
@@ -114,12 +123,12 @@ def visible_strength(
     clean, hidden : CampaignTruth
         Without and with it, the same rows.
     clean_left : array, optional [m]
-        ``left(clean)``, where it is known already.
+        ``left(clean, clean)``, where it is known already.
     offsets : bool
         Fit a constant of each run too: what the noise of the first row, from which a run counts, may hide as well.
     """
-    before = left(clean, offsets=offsets) if clean_left is None else clean_left
-    return float(np.sqrt(np.mean((left(hidden, offsets=offsets) - before) ** 2)) / noise_rms(clean))
+    before = left(clean, clean, offsets=offsets) if clean_left is None else clean_left
+    return float(np.sqrt(np.mean((left(hidden, clean, offsets=offsets) - before) ** 2)) / noise_rms(clean))
 
 
 def scaled(effect: Effect, truth: CampaignTruth, parameters: Parameters, wanted: float) -> tuple[Parameters, float]:
@@ -128,7 +137,7 @@ def scaled(effect: Effect, truth: CampaignTruth, parameters: Parameters, wanted:
 
     An effect without an amplitude stays as it is.
     """
-    before = left(truth)
+    before = left(truth, truth)
     best: Parameters = dict(parameters)
     reached = visible_strength(truth, effect.hide(truth, best), before)
     if not effect.amplitude:
@@ -205,8 +214,8 @@ def oracle(clean: CampaignTruth, hidden: CampaignTruth, effects: Sequence[tuple[
     ]
     noise = from_zero(hidden, [run.noise for run in hidden.runs])
     return Oracle(
-        _validation_rmse(hidden, law_columns(hidden), measured), _validation_rmse(hidden, known, measured),
-        float(np.sqrt(np.mean(settled_rows(hidden, noise, "validation") ** 2))),
+        _validation_rmse(clean, law_columns(hidden), measured), _validation_rmse(clean, known, measured),
+        float(np.sqrt(np.mean(settled_rows(clean, noise, "validation") ** 2))),
     )  # fmt: skip
 
 

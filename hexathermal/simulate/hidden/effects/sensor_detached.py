@@ -26,7 +26,7 @@ def draw(truth: CampaignTruth, generator: np.random.Generator) -> Parameters:
     return {
         "target": str(generator.choice(truth.base)),
         "run": run.name,
-        "moment": float(generator.uniform(0.1, 0.8) * (run.time[-1] - run.time[0])),
+        "moment": float(generator.uniform(0.1, 0.97) * (run.time[-1] - run.time[0])),
         "time": log_uniform(5.0, 300.0, generator),
         "share": float(generator.uniform(0.7, 1.0)),
     }
