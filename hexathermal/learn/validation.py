@@ -23,6 +23,9 @@ from hexathermal.learn.validation_motion import AFTER_MOVE_S, MotionGroup, RunMo
 from hexathermal.learn.validation_scores import DRAWS as DRAWS
 from hexathermal.learn.validation_scores import LARGEST, Scores, scores
 from hexathermal.learn.validation_scores import Figure as Figure
+from hexathermal.machine.leg_repairs import repaired
+from hexathermal.machine.leg_signals import LegSignals
+from hexathermal.machine.leg_states import sensors_of
 from hexathermal.machine.thermal import frozen
 from hexathermal.poses import FloatArray
 
@@ -180,6 +183,16 @@ def _some(block: Block, good: npt.NDArray[np.bool_]) -> Block:
                  block.inputs[good], block.air[good])  # fmt: skip
 
 
+def _readable(law: IdentifiedLaw, block: Block, sensors: Sequence[str]) -> npt.NDArray[np.bool_]:
+    """Return in which rows all temperatures that the law reads have values, behind its repairs."""
+    dT = {name: block.dT[:, k] for k, name in enumerate(sensors)}
+    at_once = [repair for repair in law.repairs if repair.kind != "clock"]
+    if at_once:
+        dT = dict(repaired(LegSignals(block.time, dT, block.time), at_once, block.run.name).dT)
+    needed = [dT[name] for name in dict.fromkeys((*law.sensors, *sensors_of(law.terms)))]
+    return np.asarray(np.isfinite(np.column_stack(needed)).all(axis=1))
+
+
 def _beyond(law: IdentifiedLaw, dT: FloatArray, q: FloatArray | None) -> FloatArray:
     """Return how many rows lie beyond the law's range of dT and of q."""
     low, high = law.validity.dT[:, 0], law.validity.dT[:, 1]
@@ -228,14 +241,13 @@ def validate(
                 f"the law reads sensor {name!r}, which the campaign does not have; it has {', '.join(sensors)}",
                 tuple(sensors),
             )
-    read = [list(sensors).index(name) for name in law.read_sensors]
     predicted = at_once(law, sensors) if predictor is None else predictor
     runs: dict[str, _Run] = {}
     marks, lost = RowFingerprints(), 0
     for block in marks.passing(blocks):
         if law.kind == "leg" and block.q is None:
             raise ArgumentError(f"run {block.run.name} has no displacement q_mm, which a leg's law needs")
-        good = np.isfinite(block.dT[:, read]).all(axis=1) & np.isfinite(block.drift)
+        good = _readable(law, block, sensors) & np.isfinite(block.drift)
         if block.q is not None:
             good &= np.isfinite(block.q)
         lost += int((~good).sum())

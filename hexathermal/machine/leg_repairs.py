@@ -179,7 +179,11 @@ def _clock(
     moved = {name: np.interp(signals.time + offset, time, values) for name, values in known.items()}
     zeros = None if memory is None else memory.zeros.get(number)
     if zeros is None:
-        still = np.all([values == 0.0 for values in signals.dT.values()], axis=0) if moved else np.zeros(1, dtype=bool)
+        still = (
+            np.all([(values == 0.0) | np.isnan(values) for values in signals.dT.values()], axis=0)
+            if moved
+            else np.zeros(1, dtype=bool)
+        )
         zeros = {name: float(values[np.argmax(still)]) if still.any() else 0.0 for name, values in moved.items()}
     if memory is not None:
         memory.zeros[number] = zeros

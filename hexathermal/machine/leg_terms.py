@@ -139,7 +139,7 @@ def heat_left(signals: LegSignals, heat: FloatArray, parameters: Mapping[str, An
     tau = parameters["time_constant_s"]
     stored = memory.low_pass("heat", signals.time, heat, tau) if tau > 0.0 else heat
     left = stored - memory.first("heat at first", stored)
-    return left * signals.span(parameters["ratio"]) if "ratio" in parameters else left
+    return np.asarray(left * signals.span(parameters["ratio"]) if "ratio" in parameters else left)
 
 
 def square(signals: LegSignals, parameters: Mapping[str, Any], memory: Memory) -> FloatArray:

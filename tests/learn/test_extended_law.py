@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import json
+import shutil
 from itertools import pairwise
 from pathlib import Path
 
@@ -227,6 +228,37 @@ def test_a_term_that_is_true_makes_the_validation_better(
     said = capsys.readouterr().out
     assert "The law is extended by backlash." in said
     assert "Gain over the law before" in said
+
+
+def test_repairs_put_a_damaged_campaign_right(campaign: Path, tmp_path: Path) -> None:
+    """A swapped pair, a drifting sensor and a sensor that is dead in one run: with the repairs a validation has the
+    figures of the sound campaign; without them that run is lost, and the others are worse.
+    """
+    sound, damaged = load_campaign(campaign), tmp_path / "damaged"
+    shutil.copytree(campaign, damaged)
+    for name in "abcd":
+        seed = "abcd".index(name)
+        table = with_backlash(leg_table(seed))
+        T01, T03 = table["T01_degC"].copy(), table["T03_degC"].copy()
+        table["T01_degC"] = np.full_like(T01, 20.0) if name == "c" else T01
+        table["T02_degC"], table["T03_degC"] = T03, table["T02_degC"].copy()
+        table["T04_degC"] = T01 + 0.5 * table["time_s"] / 3600.0
+        write_table(damaged / "runs" / f"{name}.csv", table)
+    law = identify_campaign(sound, ["T01"]).law
+    repairs = (
+        SensorRepair("sensor-drift", "drift", {"sensor": "T04", "rate_K_per_h": 0.5}),
+        SensorRepair("swapped-sensors", "swap", {"first": "T02", "second": "T03"}),
+        SensorRepair("sensor-detached", "detached", {"sensor": "T01", "weights": {"T04": 1.0}, "from_s": {"c": 0.0}}),
+    )
+    term = LegTerm("missing-sensor", "temperature", {"sensor": "T03", "ratio": 0.5}, [0.5e-6])
+    wanted = validate_campaign(dataclasses.replace(law, terms=(term,)), sound)
+    found = validate_campaign(dataclasses.replace(law, terms=(term,), repairs=repairs), load_campaign(damaged))
+    assert found.rows == wanted.rows
+    assert found.total.rmse.value == pytest.approx(wanted.total.rmse.value, rel=1e-3)
+    assert found.runs["c"].linf.value == pytest.approx(wanted.runs["c"].linf.value, rel=1e-3)
+    without = validate_campaign(dataclasses.replace(law, terms=(term,)), load_campaign(damaged))
+    assert "c" not in without.runs
+    assert without.runs["d"].rmse.value > 1.1 * found.runs["d"].rmse.value
 
 
 def test_states_come_from_all_rows_of_a_run(campaign: Path) -> None:

@@ -145,9 +145,10 @@ def test_all_bad_terms_are_named_at_once(tmp_path: Path) -> None:
 def test_the_terms_of_the_formats_page_are_read(tmp_path: Path) -> None:
     """The example of the page, put behind a law, is read as it stands there."""
     page = Path(__file__).parents[2] / "docs" / "formats.md"
-    example = next(part for part in page.read_text(encoding="utf-8").split("```toml\n")[1:] if "[[terms]]" in part)
+    examples = [part.split("```")[0] for part in page.read_text(encoding="utf-8").split("```toml\n")[1:]]
+    example = next(text for text in examples if "[[terms]]" in text)
     file = write_leg_law(law_with(), tmp_path / "leg.toml")
-    file.write_text(file.read_text(encoding="utf-8") + example.split("```")[0], encoding="utf-8")
+    file.write_text(file.read_text(encoding="utf-8") + example, encoding="utf-8")
     law = read_leg_law(file)
     assert law.terms[0].parameters["time_constant_s"] == 1200.0
     assert law.repairs[0].parameters["from_s"] == {"run-03": 5400.0, "run-04": 0.0}
