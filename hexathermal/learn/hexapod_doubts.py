@@ -68,4 +68,7 @@ def _advice(found: HexapodIdentification, name: str, u: float) -> str:
     )
     if high - low < MOST_OF_STROKE * whole:
         return text + f"Measure hot with legs long and short, over more of the {whole * 1e3:.0f} mm (--propose N)"
-    return text + "The stroke is all used: warm the machine by more, or take the legs' laws from a bench (--legs)"
+    fewer = "; fewer thermometers in the law (--sensors) help too" if len(found.sensors) > 1 else ""
+    return (
+        text + f"The stroke is all used: warm the machine by more, or take the legs' laws from a bench (--legs){fewer}"
+    )

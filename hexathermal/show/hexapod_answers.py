@@ -76,7 +76,7 @@ def add_hexapod_options(one: argparse.ArgumentParser) -> None:
 def identify_answer(arguments: argparse.Namespace, progress: Progress) -> Answer:
     """Identify the laws of a whole machine."""
     from hexathermal.learn.campaign_files import load_campaign
-    from hexathermal.learn.hexapod_data import hexapod_rows
+    from hexathermal.learn.hexapod_data import hexapod_rows, leg_sensors
     from hexathermal.learn.hexapod_doubts import weak_coefficients
     from hexathermal.learn.hexapod_identification import identify_hexapod
     from hexathermal.learn.hexapod_observability import observability
@@ -93,9 +93,9 @@ def identify_answer(arguments: argparse.Namespace, progress: Progress) -> Answer
 
     _check_options(arguments)
     campaign = load_campaign(arguments.campaign, needed=("identification",), progress=progress)
-    rows = hexapod_rows(campaign, "identification", sensors=_sensors(arguments, campaign))
+    bench = _bench_laws(arguments.legs, leg_sensors(campaign))
+    rows = hexapod_rows(campaign, "identification", sensors=_sensors(arguments, campaign, bench))
     progress(0, 0, "identifying (the first run compiles)")
-    bench = _bench_laws(arguments.legs, rows.sensors)
     found = identify_hexapod(rows, frame=arguments.frame, plates=arguments.plates, noise=_noise(arguments),
                              legs=_coefficients(bench, rows.sensors))  # fmt: skip
     widest = found.fits.get("leg-specific", found.fits["common"])
@@ -159,16 +159,24 @@ def _own_machine(place: Path) -> Path | None:
     return (found / "hexapod.toml" if found.is_dir() else found).resolve()
 
 
-def _sensors(arguments: argparse.Namespace, campaign: Campaign) -> tuple[str, ...] | None:
-    """Return the thermometers that are asked for; auto: those of the machine's law where they are recorded."""
+def _sensors(
+    arguments: argparse.Namespace, campaign: Campaign, bench: tuple[LegLaw, ...] | None
+) -> tuple[str, ...] | None:
+    """Return the thermometers that are asked for; auto: those of laws from a bench, else those of the machine's law."""
     from hexathermal.learn.hexapod_data import leg_sensors
     from hexathermal.machine.files import read_hexapod
 
+    needed = tuple(dict.fromkeys(name for law in bench or () for name in law.sensors))
     if arguments.sensors != "auto":
         names = tuple(name.strip() for name in arguments.sensors.split(","))
         if not all(names):
             raise ArgumentError(f"--sensors {arguments.sensors!r} holds an empty name; give auto, or names with commas")
+        for name in needed:
+            if name not in names:
+                raise ArgumentError(f"the laws of --legs read {name!r}, which --sensors leaves out: name it there too")
         return names
+    if needed:
+        return needed
     recorded = leg_sensors(campaign)
     model = None if campaign.hexapod is None else read_hexapod(campaign.hexapod).thermal
     if model is not None and model.legs and all(name in recorded for law in model.legs for name in law.sensors):

@@ -83,7 +83,8 @@ def laws_figure(found: HexapodIdentification) -> Figure:
         panels = figure.subplots(len(at), 2, squeeze=False)
         for row, sensor in zip(panels, at, strict=True):
             for symbol, axes in enumerate(row):
-                _coefficient(axes, found, s * symbol + sensor, 2 * s)
+                spread = float(found.spread[len(at) * symbol + at.index(sensor)])
+                _coefficient(axes, found, s * symbol + sensor, 2 * s, spread)
                 axes.set_title(f"{'AB'[symbol]} of {found.rows.sensors[sensor]}: chosen {found.chosen}")
                 axes.set_ylabel("µm/m/K")
                 axes.set_xticks(range(1, 7), [f"leg {leg}" for leg in range(1, 7)])
@@ -91,8 +92,8 @@ def laws_figure(found: HexapodIdentification) -> Figure:
     return figure
 
 
-def _coefficient(axes: Axes, found: HexapodIdentification, first: int, step: int) -> None:
-    """Draw one coefficient of all legs under every kind of laws."""
+def _coefficient(axes: Axes, found: HexapodIdentification, first: int, step: int, spread: float) -> None:
+    """Draw one coefficient of all legs under every kind of laws; `spread` is that between legs [1/K]."""
     legs = np.arange(1, 7)
     which = first + step * np.arange(6)
     looks = {"leg-specific": (BLUE, "o"), "common": (VERMILION, "-"), "bench": (GREEN, "s")}
@@ -103,8 +104,13 @@ def _coefficient(axes: Axes, found: HexapodIdentification, first: int, step: int
         if mark == "-":
             axes.plot(legs, value, color=colour, label=name)
             axes.fill_between(legs, value - half, value + half, color=colour, alpha=0.15, lw=0.0)
+            for sign in (-1.0, 1.0) if np.isfinite(spread) else ():
+                axes.plot(legs, value + sign * np.hypot(half, 1.96e6 * spread), color=colour, ls=":", lw=1.0,
+                          label="common, legs' spread in it" if sign > 0.0 else None)  # fmt: skip
         else:
-            axes.errorbar(legs, value, yerr=half, fmt=mark, color=colour, ms=4.5, capsize=3.0, label=name)
+            axes.errorbar(
+                legs, value, yerr=half if half.any() else None, fmt=mark, color=colour, ms=4.5, capsize=3.0, label=name
+            )
 
 
 def observability_figure(found: Observability) -> Figure:
@@ -113,7 +119,7 @@ def observability_figure(found: Observability) -> Figure:
     from matplotlib.figure import Figure
 
     with mpl.rc_context(STYLE):
-        figure = Figure(figsize=(9.2, 4.6), layout="constrained")
+        figure = Figure(figsize=(9.2, max(4.6, 0.8 + 0.24 * len(found.coefficients))), layout="constrained")
         values, inflation = figure.subplots(1, 2, width_ratios=[1.0, 1.5])
         values.semilogy(np.arange(1, len(found.singular_values) + 1), np.maximum(found.singular_values, 1e-16), "o-",
                         color=BLUE)  # fmt: skip

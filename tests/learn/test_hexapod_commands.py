@@ -148,3 +148,23 @@ def test_a_lost_pose_does_not_move_the_zero_of_temperatures(tmp_path: Path) -> N
     assert len(after.time) == len(before.time) - 5
     assert np.array_equal(after.zero_degC, before.zero_degC)
     assert np.array_equal(after.dT, before.dT[5:])
+
+
+def test_laws_of_a_bench_choose_their_thermometer(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """Legs with two thermometers, a bench law that reads the one which the machine's own law does not: it is taken
+    without further options; --sensors that leave it out are refused.
+    """
+    words = ["simulate", "machine", "--out", str(tmp_path / "c"), "--sensors", "T1,T2", "--runs", "2", "--validation"]
+    assert main([*words, "0", "--rows", "40"]) == 0
+    made = IdentifiedLaw("leg", ("T2",), np.array([2e-6, 1e-6]), np.eye(2) * 1e-16, 0.6, (0.0, 0.25), "campaign",
+                         Validity(np.array([[-1.0, 10.0]])), ResidualNoise(1e-7, 1e-7, 1e-7, 600.0, 1e-7),
+                         SensorErrors(np.array([0.01]), np.array([0.01]), 3600.0),
+                         origin=Origin("bench", "-", ("run-1",), "-"))  # fmt: skip
+    file = str(write_leg_law(made, tmp_path / "leg.toml"))
+    assert main(["identify", str(tmp_path / "c"), "--legs", file, "--json", str(tmp_path / "i.json")]) == 0
+    facts = json.loads((tmp_path / "i.json").read_text(encoding="utf-8"))
+    assert facts["sensors"] == ["T2"]
+    assert "bench" in facts["laws"]
+    capsys.readouterr()
+    assert main(["identify", str(tmp_path / "c"), "--legs", file, "--sensors", "T1"]) == 2
+    assert "read 'T2', which --sensors leaves out" in capsys.readouterr().err
