@@ -21,7 +21,12 @@ def sensor_counts(hexapod: Hexapod) -> tuple[int, int]:
 def deviation_size(hexapod: Hexapod) -> int:
     """Return how many numbers of a machine may be off."""
     n, m = sensor_counts(hexapod)
-    return 3 * n + 2 * m + 65
+    return 3 * n + 2 * m + 65 + sum(amplitude_counts(hexapod))
+
+
+def amplitude_counts(hexapod: Hexapod) -> list[int]:
+    """Return how many amplitudes the terms of each leg's law have."""
+    return [sum(len(term.amplitudes) for term in law.terms) for law in active_model(hexapod).legs]
 
 
 def blocks(hexapod: Hexapod, quantity: str) -> tuple[npt.NDArray[np.int64], int, int]:
@@ -38,6 +43,10 @@ def blocks(hexapod: Hexapod, quantity: str) -> tuple[npt.NDArray[np.int64], int,
     if quantity in simple:
         first, groups, width = simple[quantity]
         return np.arange(first, first + groups * width), groups, width
+    if quantity == "amplitudes":
+        counts, first = amplitude_counts(hexapod), after + 65
+        alike = len(set(counts)) == 1
+        return np.arange(first, first + sum(counts)), 6 if alike else 1, counts[0] if alike else sum(counts)
     counts = [len(law.sensors) for law in active_model(hexapod).legs]
     starts = np.concatenate([[0], np.cumsum(counts)])
     index = [3 * n + half * m + k for i in range(6) for half in (0, 1) for k in range(starts[i], starts[i + 1])]
@@ -55,9 +64,13 @@ def source_factors(hexapod: Hexapod, source: Source) -> FloatArray:
         The source's numbers do not fit the machine.
     """
     _, groups, width = (None, 1, 6) if source.quantity == "pose" else blocks(hexapod, source.quantity)
-    if source.quantity == "coefficients" and groups == 1 and source.correlation == "common":
+    if not groups * width:
+        raise ArgumentError(f"source {source.label!r} is of {source.quantity}, of which the machine's legs have none")
+    common = isinstance(source.correlation, str) and source.correlation == "common"
+    if source.quantity in ("coefficients", "amplitudes") and groups == 1 and common:
+        what = "sensors" if source.quantity == "coefficients" else "amplitudes"
         raise ArgumentError(
-            f"source {source.label!r} is common to legs with different numbers of sensors, which is not defined; "
+            f"source {source.label!r} is common to legs with different numbers of {what}, which is not defined; "
             "make it independent, or give a matrix"
         )
     return source.factors(groups, width)

@@ -6,11 +6,13 @@ user should replace by what is known of the machine).
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 import numpy.typing as npt
 
 from hexathermal.machine.hexapod import Hexapod
-from hexathermal.machine.thermal import LegLaw
+from hexathermal.machine.thermal import LegLaw, ThermalModel
 from hexathermal.poses import FloatArray
 from hexathermal.predict.budget_plates import Plates, check_plates
 from hexathermal.predict.sources import Source, Sources
@@ -83,7 +85,7 @@ def _laws(hexapod: Hexapod) -> tuple[Source, ...]:
     model = active_model(hexapod)
     shared = model.common_law
     stated = [law.covariance is not None for law in model.legs]
-    sources = [_coefficients(model.legs, all(stated), "common" if shared else "independent")]
+    sources = [_coefficients(model.legs, all(stated), "common" if shared else "independent"), *_terms(model)]
     if shared:
         spread = np.concatenate([np.abs(model.legs[0].A), np.abs(model.legs[0].B)]) * LEG_TO_LEG
         sources.append(
@@ -108,19 +110,41 @@ def _coefficients(laws: tuple[LegLaw, ...], stated: bool, correlation: str) -> S
         return Source("coefficients", "coefficients", whole, correlation=correlation,
                       basis=f"engineering value: {100 * RELATIVE_COEFFICIENTS:g} % of each, as the law states no "
                             "covariance")  # fmt: skip
+    return _stated("coefficients", "coefficients", [np.asarray(law.covariance) for law in laws], correlation)
+
+
+def _terms(model: ThermalModel) -> list[Source]:
+    """Return the source of the amplitudes of terms; none where no leg carries any."""
+    if not model.has_terms:
+        return []
+    correlation = "common" if model.common_law else "independent"
+    terms = [law.terms for law in (model.legs[:1] if model.common_law else model.legs)]
+    if any(not term.covariance.any() for own in terms for term in own):
+        values = [np.concatenate([np.zeros(0), *(np.abs(term.amplitudes) for term in own)]) for own in terms]
+        basis = f"engineering value: {100 * RELATIVE_COEFFICIENTS:g} % of each, as a term states no covariance"
+        sizes = np.concatenate(values) * RELATIVE_COEFFICIENTS
+        return [Source("terms of the law", "amplitudes", sizes, correlation=correlation, basis=basis)]
+    stated = [_blocks([term.covariance for term in law.terms]) for law in model.legs]
+    return [_stated("terms of the law", "amplitudes", stated, correlation)]
+
+
+def _blocks(matrices: Sequence[FloatArray]) -> FloatArray:
+    """Return matrices along the diagonal of one."""
+    whole, first = np.zeros((sum(map(len, matrices)),) * 2), 0
+    for matrix in matrices:
+        whole[first : first + len(matrix), first : first + len(matrix)] = matrix
+        first += len(matrix)
+    return whole
+
+
+def _stated(label: str, quantity: str, covariances: Sequence[FloatArray], correlation: str) -> Source:
+    """Return the source of numbers whose covariance each leg states."""
     basis = "covariance of the law"
-    covariances = [np.asarray(law.covariance) for law in laws]
     deviations = [np.sqrt(np.diag(matrix)) for matrix in covariances]
     matrices = [_correlation(C, u) for C, u in zip(covariances, deviations, strict=True)]
     if correlation == "common":
-        return Source("coefficients", "coefficients", deviations[0], correlation="common", within=matrices[0],
-                      basis=basis)  # fmt: skip
-    k = sum(map(len, deviations))
-    whole_matrix, first = np.zeros((k, k)), 0
-    for matrix in matrices:
-        whole_matrix[first : first + len(matrix), first : first + len(matrix)] = matrix
-        first += len(matrix)
-    return Source("coefficients", "coefficients", np.concatenate(deviations), correlation=whole_matrix, basis=basis)
+        return Source(label, quantity, deviations[0], correlation="common", within=matrices[0], basis=basis)
+    return Source(label, quantity, np.concatenate(deviations), correlation=_blocks(matrices), basis=basis)
 
 
 def _correlation(C: FloatArray, u: FloatArray) -> FloatArray:

@@ -13,7 +13,7 @@ import numpy as np
 from hexathermal.errors import ThermalModelError
 from hexathermal.machine.hexapod import Hexapod
 from hexathermal.machine.leg_signals import LegSignals
-from hexathermal.machine.leg_states import LegMemory, terms_drift
+from hexathermal.machine.leg_states import LegMemory, terms_columns, terms_drift
 from hexathermal.poses import FloatArray
 from hexathermal.predict.budget_blocks import blocks, deviation_size
 from hexathermal.predict.temperatures import active_model
@@ -92,7 +92,9 @@ def added_drift(
 def deviated_drift(
     hexapod: Hexapod, told: FloatArray, dT: FloatArray, lag: FloatArray, x: FloatArray
 ) -> FloatArray | float:
-    """Return what terms add to the drift of legs whose thermometers are off, shape (m, 6) [m]; 0 without terms.
+    """Return what terms add to the drift of legs that deviate, shape (m, 6) [m]; 0 without terms.
+
+    Thermometers and the terms' own amplitudes may be off.
 
     True temperatures are those of `hexathermal.kinematics.draws_loops.true_machine`.
 
@@ -109,17 +111,28 @@ def deviated_drift(
         return 0.0
     off, gain, contact, reference = (x[:, blocks(hexapod, quantity)[0]] for quantity in OF_TEMPERATURES)
     true = dT * (1.0 + gain) + contact * lag + off - reference
-    return added_drift(hexapod, np.broadcast_to(told, (len(x), 6)), true)
+    lengths = np.broadcast_to(told, (len(x), 6))
+    added, wrong = added_drift(hexapod, lengths, true), x[:, blocks(hexapod, "amplitudes")[0]]
+    first = 0
+    for leg, law in enumerate(active_model(hexapod).legs):
+        if law.terms:
+            signals, memory = leg_signals(hexapod, leg, lengths, true), LegMemory(law.terms)
+            memory.count_from_retracted(law.terms, signals)
+            columns = terms_columns(law.terms, signals, memory)
+            added[:, leg] += (columns * wrong[:, first : first + columns.shape[1]]).sum(axis=1)
+            first += columns.shape[1]
+    return added
 
 
 def deviated_rates(hexapod: Hexapod, told: FloatArray, dT: FloatArray, lag: FloatArray) -> FloatArray | float:
     """Return the derivatives of `deviated_drift` for each deviation, shape (6, size); 0 without terms.
 
-    Terms without a state are of second degree in temperatures at most: differences about the middle are exact.
+    Terms without a state are of second degree in temperatures at most, and linear in their amplitudes: differences
+    about the middle are exact.
     """
     if not active_model(hexapod).has_terms:
         return 0.0
-    chosen = np.concatenate([blocks(hexapod, quantity)[0] for quantity in OF_TEMPERATURES])
+    chosen = np.concatenate([blocks(hexapod, quantity)[0] for quantity in (*OF_TEMPERATURES, "amplitudes")])
     size = deviation_size(hexapod)
     steps = np.eye(size)[chosen]
     above, below = (deviated_drift(hexapod, told, dT, lag, sign * steps) for sign in (1.0, -1.0))

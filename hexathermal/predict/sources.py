@@ -42,6 +42,10 @@ QUANTITIES: Mapping[str, tuple[str, str]] = MappingProxyType(
         "gain": ("1", "relative error of a sensor's difference from the reference, one for each sensor"),
         "contact": ("1", "part of the difference to the air that a sensor misses, one for each sensor"),
         "coefficients": ("1/K", "error of A_1 .. A_s, B_1 .. B_s, for each leg"),
+        "amplitudes": (
+            "SI",
+            "error of the amplitudes of the terms that extend a leg's law, in their order, for each leg",
+        ),
         "growth": ("1/K", "error that A and B of a leg share, as the air's index leaves it, for each leg"),
         "length": ("m", "length of a leg, for each leg"),
         "scale": ("1", "relative error of the stroke, for each leg"),

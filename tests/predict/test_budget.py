@@ -22,7 +22,7 @@ from tests.predict.budget_oracle import Oracle, thermal_machine
 POSE = [5.0, -10.0, 12.0, 1.0, 1.5, -2.0]
 ARM = [0.01, -0.02, 0.12]
 STEP = {"temperature": 1e-2, "gain": 1e-3, "contact": 1e-3, "coefficients": 1e-8, "growth": 1e-8, "length": 1e-6,
-        "scale": 1e-5, "base joints": 1e-6, "platform joints": 1e-6, "plate expansion": 1e-8, "plate temperature": 1e-2,
+        "amplitudes": 1e-8, "scale": 1e-5, "base joints": 1e-6, "platform joints": 1e-6, "plate expansion": 1e-8, "plate temperature": 1e-2,
         "plate gradient": 1e-1, "reference temperature": 1e-2, "pose": 1e-6}  # fmt: skip
 
 

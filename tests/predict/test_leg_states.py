@@ -241,13 +241,34 @@ def test_a_budget_holds_the_terms() -> None:
     assert np.abs(budget.uncorrected - with_terms().error_budget(pose, temps).uncorrected).max() > 1e-7
     here = situation(machine, pose, temps, air_degC=18.0)
     rates = here.rates()
-    for quantity in ("temperature", "gain", "contact", "reference temperature", "coefficients", "length"):
+    for quantity in ("temperature", "gain", "contact", "reference temperature", "coefficients", "length", "amplitudes"):
         for k in blocks(machine, quantity)[0]:
             x = np.zeros((2, here.size))
-            h = {"coefficients": 1e-9, "length": 1e-6, "temperature": 0.05}.get(quantity, 0.01)
+            h = {"coefficients": 1e-9, "length": 1e-6, "amplitudes": 1e-9, "temperature": 0.05}.get(quantity, 0.01)
             x[:, k] = h, -h
             above, below = here.errors(x)
             assert np.abs((above - below) / (2 * h) - rates[:, k]).max() < 1e-6 * max(1.0, np.abs(rates[:, k]).max())
+
+
+def test_a_budget_counts_the_amplitudes() -> None:
+    """With their covariance where all terms state one, else with 3 % of each; common to legs of one law; by Monte Carlo
+    too. A machine without terms has no such source, and cannot be given one.
+    """
+    known = [dataclasses.replace(term, covariance=np.diag((0.1 * term.amplitudes) ** 2)) for term in ONE_ROW]
+    home, temps = MACHINE.home, [26.0] * 7
+    part = {}
+    for name, machine in (("guess", MACHINE), ("known", with_terms(*known)), ("some", with_terms(*known, legs=(0, 3)))):
+        budget = machine.error_budget(home, temps)
+        part[name] = next(one for one in budget.contributions if one.label == "terms of the law")
+    assert np.allclose(part["known"].uncertainty, 10.0 / 3.0 * part["guess"].uncertainty, rtol=1e-9, atol=1e-13)
+    assert part["some"].covariance[2, 2] > 0.0
+    assert part["known"].basis == "covariance of the law"
+    source = ht.Sources([one for one in ht.default_sources(with_terms(*known)) if one.label == "terms of the law"])
+    drawn = ht.monte_carlo(with_terms(*known), home, temps, source, least_draws=20_000, most_draws=20_000, seed=4)
+    assert np.allclose(np.sqrt(np.diag(drawn.covariance)), part["known"].uncertainty, rtol=0.05, atol=1e-10)
+    assert all(one.label != "terms of the law" for one in ht.default_sources(with_terms()))
+    with pytest.raises(ArgumentError, match="of which the machine's legs have none"):
+        with_terms().error_budget(home, temps, [ht.Source("x", "amplitudes", 1e-7)])
 
 
 def test_a_machine_with_terms_is_written_and_read(tmp_path: Path) -> None:
