@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
-from hexathermal.compare.bench_runs import CONTACT_ERROR, BenchRuns, discretisation_error
+from hexathermal.compare.bench_runs import BenchRuns, discretisation_error
 from hexathermal.compare.differences import (
     Difference,
     ParameterFound,
@@ -20,13 +20,16 @@ from hexathermal.compare.measured import MeasuredRun, measured_run
 from hexathermal.compare.noise import Noise
 from hexathermal.compare.placing import Placed, placed
 from hexathermal.compare.scores import ChannelScore, ComparedRun, channel_scores, compared_run
-from hexathermal.compare.steps import calibrated
+from hexathermal.compare.steps import MOST_NAMED, calibrated
 from hexathermal.errors import ArgumentError
 from hexathermal.learn.campaign import Campaign
 from hexathermal.learn.campaign_files import load_campaign
 from hexathermal.simulate.bench.leg import VirtualLeg
 
 Progress = Callable[[int, int, str], None]
+
+OTHER_LEG = 4
+"""From so many named numbers on, the campaign's leg is said to be another one than the bench's."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -105,15 +108,7 @@ def compare_campaign(
     if not isinstance(campaign, Campaign):
         campaign = load_campaign(campaign, progress=progress)
     where = placed(campaign, leg)
-    notes = list(where.notes)
-    runs: list[MeasuredRun] = []
-    for k, run in enumerate(campaign.runs):
-        tell(k, len(campaign.runs), f"reading {run.name}")
-        found = measured_run(campaign, run, where.sensors)
-        if isinstance(found, str):
-            notes.append(found)
-        else:
-            runs.append(found)
+    runs, notes = _measured(campaign, where, tell)
     fitted = [run for run in runs if run.role == "identification"]
     if not fitted:
         raise ArgumentError(f"{campaign.folder} has no run for identification to compare: {'; '.join(notes) or 'none'}")
@@ -123,8 +118,7 @@ def compare_campaign(
     tell(0, 0, "measuring the gain")
     every = tuple(compared_run(bench, run, logs, contact_errors) for run in runs)
     role = "validation" if any(run.role == "validation" for run in runs) else "identification"
-    if role == "identification":
-        notes.append("no run for validation could be compared: the scores are those of the runs that were fitted")
+    notes += _doubts(role, len(calibration.named))
     scored = [k for k, run in enumerate(runs) if run.role == role]
     names = tuple(campaign.sensors[k] for k in where.sensors)
     score = channel_scores([every[k] for k in scored], [runs[k] for k in scored], names, where.places)
@@ -136,4 +130,27 @@ def compare_campaign(
     )  # fmt: skip
 
 
-__all__ = ["CONTACT_ERROR", "Comparison", "compare_campaign"]
+def _measured(campaign: Campaign, where: Placed, tell: Progress) -> tuple[list[MeasuredRun], list[str]]:
+    """Return the runs that can be compared, and notes on the leg and on those that cannot."""
+    runs, notes = list[MeasuredRun](), list(where.notes)
+    for k, run in enumerate(campaign.runs):
+        tell(k, len(campaign.runs), f"reading {run.name}")
+        found = measured_run(campaign, run, where.sensors)
+        if isinstance(found, str):
+            notes.append(found)
+        else:
+            runs.append(found)
+    return runs, notes
+
+
+def _doubts(role: str, named: int) -> list[str]:
+    """Return what a reader should know of the scores and of what was named."""
+    notes = []
+    if role == "identification":
+        notes.append("no run for validation could be compared: the scores are those of the runs that were fitted")
+    if named >= OTHER_LEG:
+        notes.append(
+            f"{named} numbers differ (at most {MOST_NAMED} are sought): this is another leg than the bench's; its "
+            "numbers then stand for what the bench lacks as a whole, not for one cause each"
+        )
+    return notes

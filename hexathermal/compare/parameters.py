@@ -9,11 +9,11 @@ from math import exp
 from hexathermal.errors import UnknownNameError
 from hexathermal.simulate.bench.leg import VirtualLeg
 
-MATERIAL, SURFACE, JOINT = 0.03, 0.05, 0.10
+MATERIAL, SURFACE, JOINT = 0.03, 0.04, 0.06
 """Standard deviation of the logarithm of a number that is as it should be: its own tolerance.
 
-Materials, dimensions and heat are known to 3 %, convection to 5 %; contacts cannot be computed (the bench's own sources
-say so), and what cells of some 20 mm make of a contact differs by some per cent: 10 %.
+Materials, dimensions and heat are known to 3 %, convection to 4 %; contacts cannot be computed (the bench's own sources
+say so), and what cells of some 20 mm make of a contact differs by some per cent: 6 %.
 """
 
 FREE = 0.5

@@ -12,8 +12,9 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
+    from hexathermal.compare.bench_runs import RunCurves
     from hexathermal.compare.comparison import Comparison
-    from hexathermal.compare.scores import ComparedRun, RunCurves
+    from hexathermal.compare.scores import ComparedRun
 
 COLUMNS = 3
 SHOWN_ROWS = 1500

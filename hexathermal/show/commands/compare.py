@@ -23,7 +23,7 @@ EPILOG = f"""\
 The campaign must be of kind "leg", its thermocouples with part = "body" or "rod" and position_mm, and the air's
 temperature must be recorded. Where the bench's leg is of another length, its lengths are multiplied; notes say so.
 
-A number is named where it is more probable than 0.99 that it differs by more than its tolerance (3 to 10 %), and where
+A number is named where it is more probable than 0.99 that it differs by more than its tolerance (3 to 6 %), and where
 runs left out of the estimate are foretold better. "would have been named" says how large a difference these data show;
 below it nothing is claimed. "not told apart" lists what explains the data as well; "cannot be separated from" those
 whose marks in these data are alike by more than 0.95. See docs/compare.md.
