@@ -24,7 +24,8 @@ from hexathermal.poses import FloatArray
 RHO = np.array([0.25, 0.5, 1.0, 2.0, 4.0])
 """Prior sizes of what stays visible of an effect, over the noise."""
 
-LARGEST_RHO = 30.0
+TOLERATED = 0.05
+"""Misfit that the null tolerates in any shape, RMS over the noise: no model is exact, and many rows would tell."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -33,10 +34,12 @@ class Base:
 
     X: FloatArray
     sd: FloatArray
+    plain: int
+    """Columns of the law and of what joined it; errors of thermometers stand behind."""
 
     def extended(self, columns: FloatArray, sizes: FloatArray) -> Base:
-        """Return the base with more columns."""
-        return Base(np.column_stack([self.X, columns]), np.concatenate([self.sd, sizes]))
+        """Return the base with more columns behind."""
+        return Base(np.column_stack([self.X, columns]), np.concatenate([self.sd, sizes]), self.plain)
 
 
 @dataclass(frozen=True, eq=False)
@@ -47,6 +50,8 @@ class Scored:
     ----------
     trial : Trial
     value : float
+    seen : float
+        Visible RMS of what was found, over the noise.
     rho : float
         The best size of the prior.
     size : array, shape (k,)
@@ -55,8 +60,19 @@ class Scored:
 
     trial: Trial
     value: float
+    seen: float
     rho: float
     size: FloatArray
+
+    @property
+    def gated(self) -> float:
+        """The evidence against a null that tolerates a small misfit of the same shape, `TOLERATED` of the noise."""
+        return min(self.value, relevance(self.seen))
+
+
+def relevance(seen: float) -> float:
+    """Return the most that an effect of some visible size may say against a null that tolerates small misfit."""
+    return 0.5 * (seen / TOLERATED) ** 2
 
 
 def visible(columns: FloatArray, base: FloatArray, run: FloatArray) -> FloatArray:
@@ -104,6 +120,7 @@ def screened(
     HZ = half @ Z
     g = Z.T @ rp
     left = visible(columns, base.X, channel.run.astype(float))
+    plain = visible(columns, base.X[:, : base.plain], channel.run.astype(float))
     found, at = [], 0
     for trial in terms:
         k = trial.columns.shape[1]
@@ -111,23 +128,27 @@ def screened(
         at += k
         size = sizes_of(trial, left[own], levels.rms, largest)
         S = Z[:, own].T @ Z[:, own] - HZ[:, own].T @ HZ[:, own]
-        values = np.array([_log_bayes(S, g[own], rho * size) for rho in RHO])
+        parts = [_log_bayes(S, g[own], rho * size) for rho in RHO]
+        values = np.array([value for value, _mean in parts])
         best = int(np.argmax(values))
-        found.append(Scored(trial, mean_log(values) + trial.advantage, float(RHO[best]), RHO[best] * size))
-    null = marginal(r, X, base.sd)[0]
+        seen = float(np.sqrt(((parts[best][1] * plain[own]) ** 2).sum())) / levels.rms
+        found.append(Scored(trial, mean_log(values) + trial.advantage, seen, float(RHO[best]), RHO[best] * size))
+    null, before, _ = marginal(r, X, base.sd)
     for trial in trials:
         if trial.base is not None:
-            value = _changed(channel, base, levels, trial) - null + trial.advantage
-            found.append(Scored(trial, value, 0.0, np.zeros(0)))
+            value, after = _changed(channel, base, levels, trial)
+            moved = changed_base(base, trial).X @ after - base.X @ before
+            seen = float(np.sqrt((moved**2).mean())) / levels.rms
+            found.append(Scored(trial, value - null + trial.advantage, seen, 0.0, np.zeros(0)))
     return found
 
 
-def _changed(channel: Channel, base: Base, levels: Levels, trial: Trial) -> float:
-    """Return the log evidence, log det V apart, with the base's first columns changed by a trial."""
-    assert trial.base is not None
+def _changed(channel: Channel, base: Base, levels: Levels, trial: Trial) -> tuple[float, FloatArray]:
+    """Return the log evidence, log det V apart, with the base's first columns changed by a trial, and coefficients."""
     X = changed_base(base, trial).X
     table, _ = channel.whitened(np.column_stack([channel.y, X]), levels)
-    return marginal(table[:, 0], table[:, 1:], base.sd)[0]
+    value, mean, _ = marginal(table[:, 0], table[:, 1:], base.sd)
+    return value, mean
 
 
 def changed_base(base: Base, trial: Trial) -> Base:
@@ -135,19 +156,17 @@ def changed_base(base: Base, trial: Trial) -> Base:
     if trial.base is None:
         return base
     p = trial.base.shape[1]
-    return Base(np.column_stack([trial.base, base.X[:, p:]]), base.sd)
+    return Base(np.column_stack([trial.base, base.X[:, p:]]), base.sd, base.plain)
 
 
-def _log_bayes(S: FloatArray, g: FloatArray, sd: FloatArray) -> float:
-    """Return ``1/2 g' (S + D^-1)^-1 g - 1/2 log det(I + D S)`` with D = diag(sd^2)."""
-    if len(g) == 1:
-        s, v = sd[0] ** 2 * S[0, 0], (sd[0] * g[0]) ** 2
-        return float(0.5 * v / (1.0 + s) - 0.5 * np.log1p(s))
+def _log_bayes(S: FloatArray, g: FloatArray, sd: FloatArray) -> tuple[float, FloatArray]:
+    """Return ``1/2 g' (S + D^-1)^-1 g - 1/2 log det(I + D S)`` with D = diag(sd^2), and the amplitudes."""
     M = S * np.outer(sd, sd)
     M[np.diag_indices_from(M)] += 1.0
-    factor = linalg.cho_factor(M, lower=True)
+    factor = linalg.cho_factor(M, lower=True, check_finite=False)
     b = sd * g
-    return float(0.5 * b @ linalg.cho_solve(factor, b) - np.log(np.diag(factor[0])).sum())
+    z = linalg.cho_solve(factor, b, check_finite=False)
+    return float(0.5 * b @ z - np.log(np.diag(factor[0])).sum()), sd * z
 
 
 def mean_log(values: FloatArray) -> float:

@@ -8,7 +8,7 @@ import numpy as np
 
 from hexathermal.learn.diagnosis.causes import catalogue
 from hexathermal.learn.diagnosis.channels import Channel, Levels
-from hexathermal.learn.diagnosis.evidence import Base, Scored, changed_base, mean_log, screened
+from hexathermal.learn.diagnosis.evidence import Base, Scored, changed_base, mean_log, relevance, screened
 from hexathermal.learn.diagnosis.trials import Trial, Workbench
 from hexathermal.learn.diagnosis.unexplained import PREFIX, flexible_trials
 from hexathermal.poses import FloatArray
@@ -46,6 +46,16 @@ class Ranked:
     value: float
     best: Scored
     levels: Levels
+
+    @property
+    def gated(self) -> float:
+        """The evidence against a null that tolerates a small misfit of the same shape."""
+        return min(self.value, relevance(self.best.seen))
+
+    @property
+    def named(self) -> bool:
+        """Whether it is a cause of the catalogue."""
+        return not self.cause.startswith(PREFIX)
 
 
 @dataclass(frozen=True, eq=False)

@@ -45,28 +45,55 @@ class SensorModel:
     @cached_property
     def profiles(self) -> list[FloatArray]:
         """Leading profiles of the others in all rows of each run, shape (n, k)."""
-        tables = [np.column_stack([signals.dT[name] for name in self.others]) for signals in self.view.signals]
-        stacked = np.concatenate([table[:: max(1, len(table) // 300)] for table in tables])
-        _w, vectors = np.linalg.eigh(stacked.T @ stacked)
-        count = min(MOST_PROFILES, max(1, len(self.others) // 2))
-        chosen = vectors[:, ::-1][:, :count]
-        return [table @ chosen for table in tables]
+        basis = self.basis
+        return [np.column_stack([s.dT[name] for name in self.others]) @ basis for s in self.view.signals]
 
     @cached_property
     def own(self) -> list[FloatArray]:
         """The sensor's smoothed temperature in all rows of each run [K]."""
         return [signals.dT[self.sensor] for signals in self.view.signals]
 
-    def foretold(self, rows: list[slice] | None = None) -> list[FloatArray]:
-        """Return what the others foretell in all rows of each run; learnt from some rows of each, or from all."""
+    @cached_property
+    def basis(self) -> FloatArray:
+        """Weights of the others in each leading profile, shape (s, k)."""
+        tables = [np.column_stack([signals.dT[name] for name in self.others]) for signals in self.view.signals]
+        stacked = np.concatenate([table[:: max(1, len(table) // 300)] for table in tables])
+        _w, vectors = np.linalg.eigh(stacked.T @ stacked)
+        return np.asarray(vectors[:, ::-1][:, : min(MOST_PROFILES, max(1, len(self.others) // 2))])
+
+    def weights(self, rows: list[slice] | None = None, nuisance: list[FloatArray] | None = None) -> FloatArray:
+        """Return the weights of the leading profiles that foretell the sensor, shape (k,).
+
+        Parameters
+        ----------
+        rows : list of slice, optional
+            Of each run, to learn from; by default all.
+        nuisance : list of array, optional
+            Columns in all rows of each run that the sensor may follow besides.
+        """
         chosen = [slice(None)] * len(self.own) if rows is None else rows
         P = np.concatenate([p[part] for p, part in zip(self.profiles, chosen, strict=True)])
         y = np.concatenate([t[part] for t, part in zip(self.own, chosen, strict=True)])
         if len(y) < 10:
-            return self.foretold()
+            return self.weights()
+        k = P.shape[1]
+        if nuisance is not None:
+            P = np.column_stack([P, np.concatenate([n[part] for n, part in zip(nuisance, chosen, strict=True)])])
         gram = P.T @ P
-        gram[np.diag_indices_from(gram)] += 1e-6 * np.trace(gram) + 1e-12
-        weights = np.linalg.solve(gram, P.T @ y)
+        scale = np.sqrt(np.diag(gram)) + 1e-12
+        gram = gram / np.outer(scale, scale)
+        gram[np.diag_indices_from(gram)] += 1e-6
+        return np.asarray((np.linalg.solve(gram, (P.T @ y) / scale) / scale)[:k])
+
+    def sensor_weights(self, weights: FloatArray) -> dict[str, float]:
+        """Return what weights of the profiles are for each other sensor."""
+        return dict(zip(self.others, (self.basis @ weights).tolist(), strict=True))
+
+    def foretold(
+        self, rows: list[slice] | None = None, nuisance: list[FloatArray] | None = None
+    ) -> list[FloatArray]:
+        """Return what the others foretell in all rows of each run; learnt from some rows of each, or from all."""
+        weights = self.weights(rows, nuisance)
         return [p @ weights for p in self.profiles]
 
     @cached_property

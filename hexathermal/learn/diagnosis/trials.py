@@ -74,8 +74,8 @@ class Trial:
         Of the shape or the repair.
     base : array, shape (n, p), or None
         The law's columns where the trial changes them.
-    repair : SensorRepair or None
-        What it mends in the data.
+    repair : function or None
+        Gives what it mends in the data.
     parity : function or None
         From the model of a sensor to columns in its parity, shape (m, k), and their sizes, shape (k,).
     advantage : float
@@ -88,7 +88,7 @@ class Trial:
     shape: str = ""
     parameters: Mapping[str, Any] = field(default_factory=dict)
     base: FloatArray | None = None
-    repair: SensorRepair | None = None
+    repair: Callable[[], SensorRepair] | None = None
     parity: Callable[[SensorModel], tuple[FloatArray, FloatArray]] | None = None
     advantage: float = 0.0
 

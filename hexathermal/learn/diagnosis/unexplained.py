@@ -10,7 +10,7 @@ from hexathermal.learn.diagnosis.trials import Trial, Workbench
 from hexathermal.poses import FloatArray
 
 PREFIX = "follows "
-PERIODS_S = tuple(np.geomspace(480.0, 7200.0, 28))
+PERIODS_S = (*np.geomspace(480.0, 7200.0, 28), 14400.0, 28800.0, 86400.0)
 """Periods of a rhythm."""
 
 

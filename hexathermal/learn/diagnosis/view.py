@@ -99,6 +99,8 @@ class View:
         Of the interferometer; 0 where it is not stated.
     positions : mapping of str to float [m]
         Of the thermometers whose places are stated, and `parts` the parts they sit on.
+    order : tuple of str
+        Names of all runs of the campaign, those for validation too, in the order in which they were made.
     """
 
     runs: tuple[RunRows, ...]
@@ -109,6 +111,7 @@ class View:
     dead_path: float = 0.0
     positions: Mapping[str, float] = field(default_factory=dict)
     parts: Mapping[str, str] = field(default_factory=dict)
+    order: tuple[str, ...] = ()
 
     @cached_property
     def pieces(self) -> tuple[Pieces, ...]:
@@ -232,6 +235,12 @@ class View:
     def base_columns(self) -> FloatArray:
         """``q0 dT_s`` and ``q dT_s`` of the law's sensors (``dT_s`` of a component's), shape (n, p)."""
         return self.base_of([self.temperatures(name) for name in self.base])
+
+    def quick(self, sensor: str) -> FloatArray:
+        """Return what smoothing took from a sensor's temperature, in windows [K]: noise, and quick warming."""
+        return self.windows_zeroed([
+            rows.signals.dT[sensor] - signals.dT[sensor] for rows, signals in zip(self.runs, self.signals, strict=True)
+        ])
 
     def base_of(self, temperatures: Sequence[FloatArray]) -> FloatArray:
         """Return the law's columns of temperatures in windows."""

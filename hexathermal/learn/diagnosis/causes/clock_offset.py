@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from functools import partial
 
 import numpy as np
 
 from hexathermal.learn.diagnosis.timing import Timing
 
 from hexathermal.learn.diagnosis.trials import Cause, Parameter, Trial, Workbench
+from hexathermal.machine.leg_repairs import SensorRepair
 
 CAUSE = Cause(
     name="clock-offset",
@@ -30,4 +32,5 @@ def trials(bench: Workbench) -> Iterator[Trial]:
     for offset in (*(-value for value in OFFSETS_S[::-1]), *OFFSETS_S):
         base = view.base_of([view.shifted(name, offset) for name in view.base])
         yield Trial(CAUSE.name, np.zeros((len(view.q), 0)), None, "", {"offset_s": float(offset)}, base=base,
+                    repair=partial(SensorRepair, CAUSE.name, "clock", {"offset_s": float(offset)}),
                     advantage=timing.advantage(offset))  # fmt: skip

@@ -9,6 +9,7 @@ import numpy as np
 
 from hexathermal.learn.diagnosis.sensor_model import SensorModel
 from hexathermal.learn.diagnosis.trials import Cause, Parameter, Trial, Workbench
+from hexathermal.machine.leg_repairs import SensorRepair
 from hexathermal.poses import FloatArray
 
 CAUSE = Cause(
@@ -43,16 +44,31 @@ def trials(bench: Workbench) -> Iterator[Trial]:
                 off = (view.channel.run > k) | ((view.channel.run == k) & (view.time >= moment))
                 lost = off * (view.windows_zeroed(told) - own)
                 where = {"run": rows.run.name, "time_s": round(moment, 1)}
-                yield Trial(CAUSE.name, (span * lost)[:, None], sensor, "", where, parity=partial(_parity, k, moment))
+                yield Trial(CAUSE.name, (span * lost)[:, None], sensor, "", where, parity=partial(_parity, k, moment),
+                            repair=partial(_repair, model, k, moment))  # fmt: skip
+
+
+def _repair(model: SensorModel, run: int, moment: float) -> SensorRepair:
+    """Return the repair: from the moment on the others speak for the sensor, in all later runs too."""
+    runs = model.view.order
+    at = runs.index(model.view.runs[run].run.name)
+    begins = {runs[at]: moment} | dict.fromkeys(runs[at + 1 :], 0.0)
+    weights = model.sensor_weights(model.weights(_before(model, run, moment)))
+    return SensorRepair(CAUSE.name, "detached", {"sensor": model.sensor, "weights": weights, "from_s": begins})
 
 
 def _foretold(model: SensorModel, run: int, moment: float) -> list[FloatArray]:
     """Return what the other sensors foretell, learnt before the moment in run `run`."""
+    return model.foretold(_before(model, run, moment))
+
+
+def _before(model: SensorModel, run: int, moment: float) -> list[slice]:
+    """Return the rows of each run before the moment in run `run`."""
     before = []
     for i, signals in enumerate(model.view.signals):
         last = int(np.searchsorted(signals.time, moment)) if i == run else 0
         before.append(slice(None) if i < run else slice(0, last))
-    return model.foretold(before)
+    return before
 
 
 def _parity(run: int, moment: float, model: SensorModel) -> tuple[FloatArray, FloatArray]:

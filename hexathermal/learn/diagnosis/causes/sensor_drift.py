@@ -9,6 +9,7 @@ import numpy as np
 
 from hexathermal.learn.diagnosis.sensor_model import SensorModel
 from hexathermal.learn.diagnosis.trials import Cause, Parameter, Trial, Workbench
+from hexathermal.machine.leg_repairs import SensorRepair
 from hexathermal.poses import FloatArray
 
 CAUSE = Cause(
@@ -26,16 +27,32 @@ DECAYS = (1e9, 3.0)
 
 
 def trials(bench: Workbench) -> Iterator[Trial]:
-    """Give errors of each of the law's sensors that grow with time, in the drift and in the parity."""
+    """Give errors of each of the law's sensors that grow with time, and the sensor as the others foretell it."""
     view = bench.view
     for sensor in view.base:
-        if bench.model(sensor) is None:
+        model = bench.model(sensor)
+        if model is None:
             continue
         span = bench.slopes_span(sensor)
         for decay in DECAYS:
             fade = np.exp(-view.channel.run / decay)
             yield Trial(CAUSE.name, -(span * view.time / 3600.0 * fade)[:, None], sensor, "", {"decay_runs": decay},
-                        parity=partial(_parity, decay))  # fmt: skip
+                        parity=partial(_parity, decay), repair=partial(_repair, model))  # fmt: skip
+        lost = view.windows_zeroed(model.foretold(nuisance=_slopes(model))) - view.temperatures(sensor)
+        yield Trial(CAUSE.name, (span * lost)[:, None], sensor, "", {"decay_runs": DECAYS[0]},
+                    parity=partial(_parity, DECAYS[0]), repair=partial(_repair, model))  # fmt: skip
+
+
+def _slopes(model: SensorModel) -> list[FloatArray]:
+    """Return a slope in time for each run, in all rows."""
+    runs = range(len(model.view.runs))
+    return [np.outer(s.time / 3600.0, [float(i == k) for i in runs]) for k, s in enumerate(model.view.signals)]
+
+
+def _repair(model: SensorModel) -> SensorRepair:
+    """Return the repair: the others speak for the sensor."""
+    weights = model.sensor_weights(model.weights(nuisance=_slopes(model)))
+    return SensorRepair(CAUSE.name, "detached", {"sensor": model.sensor, "weights": weights})
 
 
 def _parity(decay: float, model: SensorModel) -> tuple[FloatArray, FloatArray]:

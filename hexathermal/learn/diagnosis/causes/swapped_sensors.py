@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from functools import partial
 
 import numpy as np
 
 from hexathermal.learn.diagnosis.order import Order
 
 from hexathermal.learn.diagnosis.trials import Cause, Parameter, Trial, Workbench
+from hexathermal.machine.leg_repairs import SensorRepair
 
 CAUSE = Cause(
     name="swapped-sensors",
@@ -31,4 +33,5 @@ def trials(bench: Workbench) -> Iterator[Trial]:
             names = [*view.base[:k], other, *view.base[k + 1 :]]
             base = view.base_of([view.temperatures(name) for name in names])
             yield Trial(CAUSE.name, np.zeros((len(view.q), 0)), sensor, "", {"other": other}, base=base,
+                        repair=partial(SensorRepair, CAUSE.name, "swap", {"first": sensor, "second": other}),
                         advantage=order.advantage(sensor, other))  # fmt: skip

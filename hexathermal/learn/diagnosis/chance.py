@@ -1,0 +1,76 @@
+"""The evidence that chance alone reaches in this campaign: the threshold for a name.
+
+Data are drawn from the fit, law and noise and nothing else, and every trial is scored on them as on the real ones. In
+whitened data a draw is a vector of independent normal numbers, so that hundreds of campaigns cost one product.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from scipy import linalg
+
+from hexathermal.learn.diagnosis.channels import Channel, Levels
+from hexathermal.learn.diagnosis.evidence import RHO, Base, sizes_of, visible
+from hexathermal.learn.diagnosis.trials import Trial
+from hexathermal.poses import FloatArray
+
+DRAWS = 120
+FALSE_ALARMS = 0.01
+"""Part of the campaigns with nothing in them in which chance may reach the threshold."""
+
+
+def chance_threshold(
+    channel: Channel, base: Base, levels: Levels, trials: list[Trial], largest: float, seed: int
+) -> float:
+    """Return the log evidence that the best of all trials passes in `FALSE_ALARMS` of campaigns with nothing in them.
+
+    The maxima of the draws follow Gumbel's law; its quantile is taken, since draws are few.
+
+    Parameters
+    ----------
+    channel, base, levels, trials, largest
+        As `hexathermal.learn.diagnosis.evidence.screened`.
+    seed : int
+    """
+    terms = [trial for trial in trials if trial.base is None and trial.columns.shape[1] <= 2]
+    if not terms:
+        return 0.0
+    n = base.X.shape[1]
+    columns = np.column_stack([trial.columns for trial in terms])
+    table, _ = channel.whitened(np.column_stack([base.X, columns]), levels)
+    Xs, Z = table[:, :n] * base.sd, table[:, n:]
+    factor = linalg.cho_factor(Xs.T @ Xs + np.eye(n), lower=True)
+    half = linalg.solve_triangular(factor[0], Xs.T, lower=True)
+    draws = np.random.default_rng(seed).standard_normal((len(channel), DRAWS))
+    G = Z.T @ (draws - Xs @ linalg.cho_solve(factor, Xs.T @ draws))
+    HZ = half @ Z
+    left = visible(columns, base.X, channel.run.astype(float))
+    families: dict[str, list[FloatArray]] = {}
+    at = 0
+    for trial in terms:
+        k = trial.columns.shape[1]
+        own = slice(at, at + k)
+        at += k
+        size = sizes_of(trial, left[own], levels.rms, largest)
+        S = Z[:, own].T @ Z[:, own] - HZ[:, own].T @ HZ[:, own]
+        families.setdefault(trial.cause, []).append(_values(S, G[own], size))
+    best = np.max([_mean_log(np.array(values)) for values in families.values()], axis=0)
+    scale = np.sqrt(6.0) / np.pi * float(best.std())
+    return float(best.mean() - 0.5772 * scale - scale * np.log(-np.log(1.0 - FALSE_ALARMS)))
+
+
+def _values(S: FloatArray, g: FloatArray, size: FloatArray) -> FloatArray:
+    """Return the log evidence of one trial in each draw, averaged over the prior's sizes."""
+    found = []
+    for rho in RHO:
+        sd = rho * size
+        M = S * np.outer(sd, sd) + np.eye(len(sd))
+        b = g * sd[:, None]
+        found.append(0.5 * (b * np.linalg.solve(M, b)).sum(axis=0) - 0.5 * np.linalg.slogdet(M)[1])
+    return _mean_log(np.array(found))
+
+
+def _mean_log(values: FloatArray) -> FloatArray:
+    """Return the logarithm of the mean of exponentials over the first axis."""
+    top = values.max(axis=0)
+    return np.asarray(top + np.log(np.exp(values - top).mean(axis=0)))

@@ -1,0 +1,100 @@
+"""From a ranking to a verdict: which name, which others these data cannot tell from it, and how sure.
+
+The probability of each hypothesis is proportional to its prior times a tempered evidence; at the threshold that this
+campaign's own noise sets, the odds against nothing are even. Models are sketches: what a
+sketch gets wrong of a shape grows with the effect, so that the evidence between causes counts by
+``1 / (1 + shape_error * evidence)``, and against nothing only as far as a null that tolerates a small misfit lets it.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from hexathermal.learn.diagnosis.search import NONE, Ranked, Step
+
+NAMED_PRIOR = 0.75
+"""Of the catalogue, against something nameless."""
+
+SHAPE_ERROR = 0.03
+"""Part of the leader's evidence that the error of its shape may make."""
+
+LEAST = 6.0
+"""Log evidence that a name needs in any campaign."""
+
+NAME_LEAD = 3.0
+"""A cause may be that far behind something nameless and still be the name: flexible columns imitate any shape."""
+
+NAME_SHARE = 0.03
+EQUIVALENT = 0.05
+"""Share of the leader's probability from which on another name is equivalent."""
+
+
+@dataclass(frozen=True, eq=False)
+class Decision:
+    """What a step's ranking says.
+
+    Attributes
+    ----------
+    leader : Ranked or None
+        The cause that is named, or what is nameless; None: nothing is there.
+    probability : float
+        Of the verdict.
+    probabilities : dict of str to float
+        Of each cause, of what is nameless, and of ``"none"``.
+    equivalent : tuple of str
+    """
+
+    leader: Ranked | None
+    probability: float
+    probabilities: dict[str, float]
+    equivalent: tuple[str, ...]
+
+    @property
+    def named(self) -> bool:
+        """Whether a cause of the catalogue leads."""
+        return self.leader is not None and self.leader.named
+
+
+def decided(step: Step, threshold: float) -> Decision:
+    """Return the verdict of a ranking.
+
+    Parameters
+    ----------
+    step : Step
+    threshold : float
+        Log evidence that a name needs in this campaign.
+    """
+    named = [item for item in step.ranking if item.named]
+    nameless = [item for item in step.ranking if not item.named]
+    values = _tempered(step, threshold, len(named), len(nameless))
+    top = max(values.values())
+    weights = {name: float(np.exp(value - top)) for name, value in values.items()}
+    total = sum(weights.values())
+    probabilities = {name: weight / total for name, weight in weights.items()}
+    standing = [item for item in step.ranking if item.gated >= threshold]
+    if not standing:
+        return Decision(None, probabilities[NONE], probabilities, ())
+    best = standing[0]
+    names = [item for item in standing if item.named]
+    if not best.named and names and names[0].value >= best.value - NAME_LEAD - NAME_SHARE * best.value:
+        best = names[0]
+    if not best.named:
+        share = sum(probabilities[item.cause] for item in nameless)
+        return Decision(best, share, probabilities, ())
+    own = probabilities[best.cause]
+    alike = tuple(item.cause for item in names if item is not best and probabilities[item.cause] > EQUIVALENT * own)
+    return Decision(best, own, probabilities, alike)
+
+
+def _tempered(step: Step, threshold: float, named: int, nameless: int) -> dict[str, float]:
+    """Return tempered log posteriors against nothing: even odds at the threshold."""
+    lead = max((item.value for item in step.ranking), default=0.0)
+    gate = max((item.gated for item in step.ranking), default=0.0)
+    cool = 1.0 + SHAPE_ERROR * max(lead, 0.0)
+    found = {NONE: 0.0}
+    for item in step.ranking:
+        prior = NAMED_PRIOR / max(named, 1) if item.named else (1.0 - NAMED_PRIOR) / max(nameless, 1)
+        found[item.cause] = np.log(prior * (named + nameless)) + (item.value - lead) / cool + gate - threshold
+    return {name: float(value) for name, value in found.items()}

@@ -1,0 +1,260 @@
+"""What a diagnosis says: verdict, causes, gain, limits, and its JSON (``hexathermal-diagnosis/1``)."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+from hexathermal.learn.diagnosis.channels import Levels
+from hexathermal.learn.law import IdentifiedLaw
+from hexathermal.learn.validation_gain import Gain
+from hexathermal.poses import FloatArray
+
+FORMAT = "hexathermal-diagnosis/1"
+UM = 1e6
+
+
+@dataclass(frozen=True)
+class Quantity:
+    """A parameter with its standard uncertainty, in `unit`; `std` is NaN where none could be told."""
+
+    value: float
+    std: float
+    unit: str
+
+
+@dataclass(frozen=True, eq=False)
+class Effect:
+    """A cause that was named.
+
+    Attributes
+    ----------
+    cause : str
+    target : str or None
+        Sensor, input, run or beam that it sits on.
+    parameters : mapping of str to Quantity
+    settings : mapping
+        Parameters that are no numbers, as the name of another sensor.
+    probability : float
+    equivalent : tuple of str
+        Names that these data cannot tell from it.
+    visible : float [m]
+        RMS of what stays visible after the law is refitted.
+    sentence : str
+    joined : bool
+        Whether it joined the law: it paid on runs left out.
+    """
+
+    cause: str
+    target: str | None
+    parameters: Mapping[str, Quantity]
+    settings: Mapping[str, Any]
+    probability: float
+    equivalent: tuple[str, ...]
+    visible: float
+    sentence: str
+    joined: bool
+
+
+@dataclass(frozen=True)
+class Candidate:
+    """A cause, or something without a name, in the ranking.
+
+    Attributes
+    ----------
+    cause : str
+    target : str or None
+    evidence : float
+        Natural logarithm of the Bayes factor against nothing.
+    probability : float
+    visible : float [m]
+        RMS of what stays visible of it.
+    settings : mapping
+        Parameters at which it explains most.
+    """
+
+    cause: str
+    target: str | None
+    evidence: float
+    probability: float
+    visible: float
+    settings: Mapping[str, Any]
+
+
+@dataclass(frozen=True)
+class Limit:
+    """How large an effect of a cause must be in this campaign to be named: visible RMS and whole RMS [m]."""
+
+    cause: str
+    visible: float
+    whole: float
+
+
+@dataclass(frozen=True)
+class Confusion:
+    """Two causes, and the log evidence by which this campaign would tell them apart at twice the limit."""
+
+    causes: tuple[str, str]
+    separation: float
+
+
+@dataclass(frozen=True)
+class Experiment:
+    """A measurement to make next: what it is, and which causes it tells apart by how much log evidence."""
+
+    words: str
+    causes: tuple[str, ...]
+    separation: float
+
+
+@dataclass(frozen=True, eq=False)
+class RunResidual:
+    """What the law leaves of a run in windows, for pictures: SI units.
+
+    Attributes
+    ----------
+    run, role : str
+    time, measured, before, after : array, shape (w,)
+        `before` and `after` are residuals of the law and of the extended law.
+    signals : mapping of str to array, shape (w,)
+        ``q``, ``direction``, ``dT``, ``rate``, ``since_move``, ``pressure``, ``humidity``, ``air``; those that are known.
+    """
+
+    run: str
+    role: str
+    time: FloatArray
+    measured: FloatArray
+    before: FloatArray
+    after: FloatArray
+    signals: Mapping[str, FloatArray]
+
+
+@dataclass(frozen=True, eq=False)
+class Diagnosis:
+    """What the measurements say about the law.
+
+    Attributes
+    ----------
+    verdict : str
+        ``"effect"``, ``"none"`` or ``"unexplained"``.
+    probability : float
+        Of the verdict, and of the first name where there is one.
+    effects : tuple of Effect
+        In the order in which they were found.
+    follows : str or None
+        Of something unexplained: what it follows.
+    candidates : tuple of Candidate
+        Best first; effects that were named come first.
+    law : IdentifiedLaw
+        Before.
+    extended : IdentifiedLaw
+        With the terms and repairs that joined; the same law where none did.
+    gain : Gain or None
+        On validation runs; None where there are none.
+    reachable : float or None
+        RMSE [m] on validation runs that a free fit of flexible columns reaches: a floor for any extension.
+    noise : Levels
+        Of the drift in the end [m].
+    threshold : float
+        Log evidence that a name needed in this campaign.
+    limits : tuple of Limit
+    confusions : tuple of Confusion
+    experiments : tuple of Experiment
+    residuals : tuple of RunResidual
+    notes : tuple of str
+    """
+
+    verdict: str
+    probability: float
+    effects: tuple[Effect, ...]
+    follows: str | None
+    candidates: tuple[Candidate, ...]
+    law: IdentifiedLaw
+    extended: IdentifiedLaw
+    gain: Gain | None
+    reachable: float | None
+    noise: Levels
+    threshold: float
+    limits: tuple[Limit, ...]
+    confusions: tuple[Confusion, ...]
+    experiments: tuple[Experiment, ...]
+    residuals: tuple[RunResidual, ...]
+    title: str = ""
+    notes: tuple[str, ...] = field(default=())
+
+    @property
+    def cause(self) -> str | None:
+        """The first name, None where there is none."""
+        return self.effects[0].cause if self.effects else None
+
+    @property
+    def sentence(self) -> str:
+        """The diagnosis in one sentence."""
+        if self.verdict == "effect":
+            return " ".join(effect.sentence for effect in self.effects)
+        limit = max((item.visible for item in self.limits), default=float("nan")) * UM
+        if self.verdict == "none":
+            return (
+                f"No effect of the catalogue stands above {limit:.2g} um (visible RMS): the law explains these data to "
+                "their noise."
+            )
+        return f"Something real is left that {self.follows}, but no cause of the catalogue explains it."
+
+    def to_json(self) -> dict[str, Any]:
+        """Return the diagnosis as its JSON document."""
+        first = self.effects[0] if self.effects else None
+        total = None if self.gain is None else self.gain.total
+        return {
+            "format": FORMAT,
+            "title": self.title,
+            "verdict": self.verdict,
+            "cause": self.cause,
+            "target": None if first is None else first.target,
+            "equivalent": list(first.equivalent) if first is not None else [],
+            "probability": self.probability,
+            "parameters": _parameters(first),
+            "settings": {} if first is None else dict(first.settings),
+            "sentence": self.sentence,
+            "effects": [
+                {"cause": one.cause, "target": one.target, "probability": one.probability,
+                 "equivalent": list(one.equivalent), "parameters": _parameters(one), "settings": dict(one.settings),
+                 "visible_rms_um": one.visible * UM, "joined_law": one.joined, "sentence": one.sentence}
+                for one in self.effects
+            ],
+            "follows": self.follows,
+            "gain": None if total is None else {
+                "rmse_before_um": total.rmse_before * UM, "rmse_after_um": total.rmse_after.value * UM,
+                "linf_before_um": total.linf_before * UM, "linf_after_um": total.linf_after.value * UM,
+                "rmse_gain": total.rmse_gain.value, "rmse_gain_95": [total.rmse_gain.low, total.rmse_gain.high],
+                "runs": {name: {"rmse_before_um": run.rmse_before * UM, "rmse_after_um": run.rmse_after.value * UM,
+                                "linf_before_um": run.linf_before * UM, "linf_after_um": run.linf_after.value * UM}
+                         for name, run in self.gain.runs.items()} if self.gain is not None else {},
+                "rmse_reachable_um": None if self.reachable is None else self.reachable * UM,
+            },
+            "candidates": [
+                {"cause": one.cause, "target": one.target, "evidence": one.evidence, "probability": one.probability,
+                 "visible_rms_um": one.visible * UM, "settings": dict(one.settings)} for one in self.candidates
+            ],
+            "next_experiment": self.experiments[0].words if self.experiments else None,
+            "experiments": [{"words": one.words, "causes": list(one.causes), "separation": one.separation}
+                            for one in self.experiments],
+            "detection_limits_um": {one.cause: one.visible * UM for one in self.limits},
+            "confusions": [{"causes": list(one.causes), "separation": one.separation} for one in self.confusions],
+            "noise_um": {"white": self.noise.white * UM, "landing": self.noise.landing * UM,
+                         "slow": self.noise.slow * UM, "offset": self.noise.offset * UM,
+                         "slow_time_s": self.noise.slow_time},
+            "threshold": self.threshold,
+            "sensors": list(self.law.sensors),
+            "notes": list(self.notes),
+        }  # fmt: skip
+
+
+def _parameters(effect: Effect | None) -> dict[str, Any]:
+    """Return parameters as the format has them."""
+    if effect is None:
+        return {}
+    return {
+        name: {"value": one.value, "std": one.std if one.std == one.std else None, "unit": one.unit}
+        for name, one in effect.parameters.items()
+    }

@@ -1,0 +1,148 @@
+"""One stage of a diagnosis: a view, the law's columns and what joined them, ready to be searched."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+
+from hexathermal.learn.campaign import Campaign
+from hexathermal.learn.diagnosis.channels import Channel, Levels, marginal
+from hexathermal.learn.diagnosis.evidence import Base, Scored
+from hexathermal.learn.diagnosis.search import Search, Step, base_sizes
+from hexathermal.learn.diagnosis.trials import Workbench
+from hexathermal.learn.diagnosis.view import View
+from hexathermal.learn.signals import RunRows
+from hexathermal.machine.leg_repairs import SensorRepair, repaired
+from hexathermal.poses import FloatArray
+
+LARGEST = 3.0
+"""RMS of the largest effect thought possible, over that of the drift."""
+
+
+def view_of(campaign: Campaign, runs: Sequence[RunRows], base: tuple[str, ...]) -> View:
+    """Return runs as the diagnosis sees them."""
+    placed = [item for item in campaign.thermocouples if item.position is not None]
+    return View(
+        tuple(runs), campaign.sensors, base, campaign.kind, campaign.zero == "run",
+        campaign.beams.dead_path if campaign.beams is not None else 0.0,
+        {item.name: float(item.position or 0.0) for item in placed}, {item.name: item.part for item in placed},
+        tuple(run.name for run in campaign.runs),
+    )  # fmt: skip
+
+
+@dataclass(frozen=True, eq=False)
+class Stage:
+    """A view with what joined the law so far.
+
+    Attributes
+    ----------
+    view : View
+    joined : tuple of Scored
+        Terms, and steps of the zero, whose columns stand beside the law's.
+    repairs : tuple of SensorRepair
+        Mended in the view's data.
+    """
+
+    view: View
+    joined: tuple[Scored, ...] = ()
+    repairs: tuple[SensorRepair, ...] = ()
+
+    @cached_property
+    def channel(self) -> Channel:
+        """The drift in windows."""
+        return self.view.channel
+
+    @cached_property
+    def law_sizes(self) -> FloatArray:
+        """Loose priors of the law's coefficients."""
+        return base_sizes(self.channel, self.view.base_columns)
+
+    @cached_property
+    def bench(self) -> Workbench:
+        """What trials are built from, with the law as it fits at first."""
+        X, sd = self._plain
+        levels, _ = self.channel.fitted(X, sd)
+        table, _ = self.channel.whitened(np.column_stack([self.channel.y, X]), levels)
+        coefficients = marginal(table[:, 0], table[:, 1:], sd)[1]
+        return Workbench(self.view, coefficients[: self.view.base_columns.shape[1]])
+
+    @cached_property
+    def _plain(self) -> tuple[FloatArray, FloatArray]:
+        """The law's columns with those that joined, and the sizes of their priors: what a law can carry."""
+        X = np.column_stack([self.view.base_columns, *(item.trial.columns for item in self.joined)])
+        return X, np.concatenate([self.law_sizes, *(4.0 * item.size for item in self.joined)])
+
+    @cached_property
+    def base(self) -> Base:
+        """What trials must beat: the law, what joined it, and errors of its thermometers."""
+        X, sd = self._plain
+        base = Base(X, sd, X.shape[1])
+        bench = self.bench
+        for sensor in self.view.base:
+            span, size = bench.slopes_span(sensor)[:, None], abs(bench.slopes[sensor])
+            model = bench.model(sensor)
+            if model is not None:
+                base = base.extended(span * model.innovation, np.full(2, size))
+            base = base.extended(span * self.view.quick(sensor)[:, None], np.array([size]))
+        return base
+
+    @cached_property
+    def search(self) -> Search:
+        """The search over all causes."""
+        largest = LARGEST * float(np.sqrt((self.channel.y**2).mean()))
+        search = Search(self.bench, self.channel, self.base, largest)
+        search.trials = search.all_trials()
+        return search
+
+    @cached_property
+    def step(self) -> Step:
+        """The ranking of all causes that have not joined."""
+        return self.search.step(frozenset(item.trial.cause for item in self.joined)
+                                | frozenset(item.cause for item in self.repairs))  # fmt: skip
+
+    def with_effect(self, scored: Scored) -> Stage:
+        """Return the stage with a trial joined, or with its repair made."""
+        trial = scored.trial
+        if trial.repair is None:
+            return Stage(self.view, (*self.joined, scored), self.repairs)
+        repair = trial.repair()
+        runs = [mended(rows, repair) for rows in self.view.runs]
+        return Stage(replace(self.view, runs=tuple(runs)), self.joined, (*self.repairs, repair))
+
+    def fit(self, levels: Levels) -> tuple[FloatArray, FloatArray]:
+        """Return the coefficients of the law and of what joined it, and their covariance, at one noise."""
+        X, sd = self._plain
+        table, _ = self.channel.whitened(np.column_stack([self.channel.y, X]), levels)
+        _, mean, covariance = marginal(table[:, 0], table[:, 1:], sd)
+        return mean, covariance
+
+    def predicted(self, coefficients: FloatArray) -> FloatArray:
+        """Return the drift in windows that coefficients give."""
+        return np.asarray(self._plain[0] @ coefficients)
+
+    @cached_property
+    def levels(self) -> Levels:
+        """Noise of the drift beside the law and what joined it."""
+        X, sd = self._plain
+        return self.channel.fitted(X, sd)[0]
+
+    def left_out(self, levels: Levels) -> FloatArray:
+        """Return residuals in windows of each run by a fit of all others, the run's own offset taken out, shape (n,)."""
+        X, sd = self._plain
+        table, _ = self.channel.whitened(np.column_stack([self.channel.y, X]), levels)
+        run = self.channel.run
+        left = np.empty(len(run))
+        for k in np.unique(run):
+            others = run != k
+            _, mean, _ = marginal(table[others, 0], table[others, 1:], sd)
+            own = self.channel.y[~others] - X[~others] @ mean
+            left[~others] = own
+        return left
+
+
+def mended(rows: RunRows, repair: SensorRepair) -> RunRows:
+    """Return a run whose temperatures are repaired."""
+    return replace(rows, signals=repaired(rows.signals, (repair,), rows.run.name))
