@@ -246,7 +246,7 @@ def _table(
         ("not settled", data["settled"].values != 1.0 if "settled" in data else ~good),
         ("the measured pose is missing", ~np.isfinite(seen).all(axis=1)),
         ("the measured pose is a logger's missing code", coded(data, "measured_")),
-        (f"a thermometer gave a missing code ({CODE_RULE})", no_reading),
+        (f"a thermometer reads {CODE_RULE}", no_reading),
         ("a thermometer gave no value",
          ~(np.isfinite(own).all(axis=(1, 2)) & np.isfinite(plate[:, known]).all(axis=1))),
         ("time, commanded pose or a displacement is missing",
