@@ -80,6 +80,8 @@ def added_drift(
     if memories is None:
         refuse_states(hexapod)
     added = np.zeros((len(lengths), 6))
+    if not len(lengths):
+        return added
     for leg, law in enumerate(active_model(hexapod).legs):
         if law.terms:
             signals = leg_signals(hexapod, leg, lengths, dT, time, inputs)

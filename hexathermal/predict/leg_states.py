@@ -81,8 +81,8 @@ class LegControllers:
         """
         poses, readings = poses_of(pose), temperature_array(self.hexapod, temps)
         single = poses.ndim == 2
-        when = self._rows(time, 1 if single else len(poses))
-        hot = np.ascontiguousarray(np.broadcast_to(readings, (len(when), readings.shape[-1])))
+        when = self._rows(time, poses.shape[:-2], "poses")
+        hot = _each_row(readings, len(when))
         lengths, memories = self._solved(poses[None] if single else poses, hot, when, _values(inputs, len(when)))
         if remember:
             self._memories, self._time = memories, float(when[-1])
@@ -101,17 +101,20 @@ class LegControllers:
         """
         told, readings = checked_lengths(lengths), temperature_array(self.hexapod, temps)
         single = told.ndim == 1
-        rows = np.atleast_2d(told)
-        when = self._rows(time, len(rows))
-        base = base_warm(self.hexapod, rows, readings)[0] - rows
+        when = self._rows(time, told.shape[:-1], "lengths")
+        rows, hot = np.atleast_2d(told), _each_row(readings, len(when))
+        base = base_warm(self.hexapod, rows, hot)[0] - rows
         memories = [memory.copy() for memory in self._memories]
-        dT = since_reference(self.hexapod, readings, rows.shape[:-1])
+        dT = since_reference(self.hexapod, hot, rows.shape[:-1])
         drift = base + added_drift(self.hexapod, rows, dT, when, memories, _values(inputs, len(rows)))
         self._memories, self._time = memories, float(when[-1])
         return drift[0] if single else drift
 
-    def _rows(self, time: npt.ArrayLike, count: int) -> FloatArray:
+    def _rows(self, time: npt.ArrayLike, lead: tuple[int, ...], what: str) -> FloatArray:
         """Return checked times of the next rows."""
+        if len(lead) > 1 or lead == (0,):
+            raise ArgumentError(f"{what} with leading shape {lead} are no rows in the order of time; give one, or (n,)")
+        count = lead[0] if lead else 1
         when = np.atleast_1d(as_array(time, "time"))
         if when.shape != (count,):
             raise ArgumentError(f"time has shape {when.shape}; expected {count} values, one for each row")
@@ -139,6 +142,8 @@ class LegControllers:
             if len(time) == 1:
                 raise
             return self._halves(poses, hot, time, inputs)
+        # remember what is commanded: the last step went on from what was tried
+        added(lengths, since_reference(self.hexapod, hot, lengths.shape[:-1]))
         return lengths, memories
 
     def _halves(
@@ -171,6 +176,15 @@ def leg_controllers(hexapod: Hexapod) -> LegControllers:
         The machine has no thermal law.
     """
     return LegControllers(hexapod)
+
+
+def _each_row(readings: FloatArray, count: int) -> FloatArray:
+    """Return temperatures (n, s) of rows, from one set for all or one for each."""
+    if readings.ndim > 2 or (readings.ndim == 2 and len(readings) != count):
+        raise ArgumentError(
+            f"temps has shape {readings.shape}; expected ({readings.shape[-1]},), or one set for each of {count} rows"
+        )
+    return np.ascontiguousarray(np.broadcast_to(readings, (count, readings.shape[-1])))
 
 
 def _values(inputs: Inputs | None, count: int) -> dict[str, FloatArray]:

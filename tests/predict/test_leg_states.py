@@ -172,6 +172,26 @@ def test_rows_one_by_one_are_rows_in_blocks(cuts: list[int]) -> None:
     assert np.abs(single + drift - wanted).max() < 1e-12
 
 
+def test_a_reversal_within_the_scales_noise_ends() -> None:
+    """Where no length solves the equation since the backlash jumps there, the leg is off by no more than the backlash,
+    and what is remembered is what was commanded.
+    """
+    machine = with_terms(LegTerm("backlash", "direction", {}, [30e-6]))
+    home, temps = machine.home, np.full(7, 22.0)
+    one, plain = machine.leg_controllers(), with_terms()
+    truth = machine.leg_controllers()
+    told = []
+    for k in range(40):
+        pose = home @ ht.pose_from_coordinates([0, 0, 0.003 * np.sin(k) + 0.01 * (k % 3), 0, 0, 0])
+        told.append(one.corrected_leg_lengths(pose, temps, float(k)))
+        wanted = plain.corrected_leg_lengths(pose, temps) + plain.leg_drift(
+            plain.corrected_leg_lengths(pose, temps), temps
+        )
+        true = told[-1] + truth.leg_drift(told[-1], temps, float(k))
+        assert np.abs(true - wanted).max() < 31e-6
+    assert [memory.terms[0]._kept for memory in one._memories] == [memory.terms[0]._kept for memory in truth._memories]
+
+
 def test_what_was_reached_may_differ_from_what_was_asked() -> None:
     """`remember=False` asks only; `leg_drift` tells where the legs went; time that runs back is refused."""
     machine = with_terms(*STATES)
@@ -185,6 +205,13 @@ def test_what_was_reached_may_differ_from_what_was_asked() -> None:
     assert np.array_equal(one.corrected_leg_lengths(*next_row), other.corrected_leg_lengths(*next_row))
     with pytest.raises(ArgumentError, match="never decrease"):
         one.corrected_leg_lengths(poses[2], temps[2], time[0])
+    with pytest.raises(ArgumentError, match="no rows in the order of time"):
+        one.corrected_leg_lengths(poses[None], temps[2], time)
+    with pytest.raises(ArgumentError, match="one set for each of 1 rows"):
+        one.corrected_leg_lengths(poses[2], temps, time[2])
+    with pytest.raises(ArgumentError, match="one set for each of 1 rows"):
+        one.leg_drift(told, temps, time[2])
+    assert with_terms(SCALE).corrected_leg_lengths(poses[:0], temps[0]).shape == (0, 6)
     with pytest.raises(ArgumentError, match="expected 1 values"):
         one.corrected_leg_lengths(poses[2], temps[2], time)
     heat = LegTerm("hidden-heat", "stored-heat", {"source": "pump_W", "time_constant_s": 60.0}, [1e-9])
