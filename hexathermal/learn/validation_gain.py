@@ -42,10 +42,20 @@ class RunGain:
 
 @dataclass(frozen=True)
 class Gain:
-    """Gain of a law over another, of each run and of all runs that neither was fitted to."""
+    """Gain of a law over another.
+
+    Attributes
+    ----------
+    runs : dict of str to RunGain
+    total : RunGain
+        Of all runs that neither law was fitted to.
+    skipped : tuple of str
+        Runs in which the two did not meet the same rows, since a sensor of one of them has no values there.
+    """
 
     runs: dict[str, RunGain]
     total: RunGain
+    skipped: tuple[str, ...] = ()
 
     @property
     def proven(self) -> bool:
@@ -64,21 +74,24 @@ def gain(before: Validation, after: Validation) -> Gain:
     Raises
     ------
     ArgumentError
-        The two did not meet the same rows.
+        There is no run in which the two met the same rows.
     """
-    if set(before.landings) != set(after.landings) or any(
-        not np.array_equal(before.landings[name][:, 0], table[:, 0]) for name, table in after.landings.items()
-    ):
+    paired = {
+        name: _paired(before.landings[name], table)
+        for name, table in after.landings.items()
+        if name in before.landings and np.array_equal(before.landings[name][:, 0], table[:, 0])
+    }
+    if not paired:
         raise ArgumentError(
             "the two laws were not validated on the same rows: take the same campaign, and runs in which the sensors "
             "of both have values"
         )
-    paired = {name: _paired(before.landings[name], table) for name, table in after.landings.items()}
     fitted = {*before.fitted, *after.fitted}
     judged = [table for name, table in paired.items() if name not in fitted] or list(paired.values())
     rng = np.random.default_rng(SEED)
     total = _told(scores(judged, rng))
-    return Gain({name: _told(scores([table], rng)) for name, table in paired.items()}, total)
+    skipped = tuple(name for name in dict.fromkeys((*before.landings, *after.landings)) if name not in paired)
+    return Gain({name: _told(scores([table], rng)) for name, table in paired.items()}, total, skipped)
 
 
 def _paired(before: FloatArray, after: FloatArray) -> FloatArray:

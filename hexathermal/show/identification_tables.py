@@ -236,7 +236,7 @@ def gain_facts(found: Gain) -> dict[str, Any]:
         }  # fmt: skip
 
     return {"total": told(found.total), "runs": {name: told(one) for name, one in found.runs.items()},
-            "proven": found.proven}  # fmt: skip
+            "proven": found.proven, "skipped": list(found.skipped)}  # fmt: skip
 
 
 def validation_facts(found: Validation) -> dict[str, Any]:

@@ -258,6 +258,9 @@ def test_repairs_put_a_damaged_campaign_right(campaign: Path, tmp_path: Path) ->
     assert found.runs["c"].linf.value == pytest.approx(wanted.runs["c"].linf.value, rel=1e-3)
     without = validate_campaign(dataclasses.replace(law, terms=(term,)), load_campaign(damaged))
     assert "c" not in without.runs
+    assert gain(without, found).skipped == ("c",)
+    with pytest.raises(ArgumentError, match="not validated on the same rows"):
+        gain(without, dataclasses.replace(found, landings={"c": found.landings["c"]}))
     assert without.runs["d"].rmse.value > 1.1 * found.runs["d"].rmse.value
 
 

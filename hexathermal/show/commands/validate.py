@@ -109,10 +109,11 @@ def _gain(found: Gain) -> str:
     """Return what the law gains over the one before, in words."""
     one = found.total
     sure = "proven" if found.proven else "not proven: the interval holds 0"
+    skipped = f"\nnot compared, rows differ: {', '.join(found.skipped)}" if found.skipped else ""
     return (
         f"Gain over the law before: RMSE {one.rmse_before * 1e6:.3f} -> {one.rmse_after.value * 1e6:.3f} um "
         f"({_less(one.rmse_gain.value)}, {sure}), largest residual {one.linf_before * 1e6:.2f} -> "
-        f"{one.linf_after.value * 1e6:.2f} um."
+        f"{one.linf_after.value * 1e6:.2f} um.{skipped}"
     )
 
 
