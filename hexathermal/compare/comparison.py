@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from math import exp, log
 from pathlib import Path
 
 import numpy as np
@@ -27,6 +28,9 @@ from hexathermal.learn.campaign_files import load_campaign
 from hexathermal.simulate.bench.leg import VirtualLeg
 
 Progress = Callable[[int, int, str], None]
+
+LARGEST_FACTOR = 5.0
+"""A named number that is larger or smaller by more than this is said to stand for something else."""
 
 OTHER_LEG = 4
 """From so many named numbers on, the campaign's leg is said to be another one than the bench's."""
@@ -118,7 +122,7 @@ def compare_campaign(
     tell(0, 0, "measuring the gain")
     every = tuple(compared_run(bench, run, logs, contact_errors) for run in runs)
     role = "validation" if any(run.role == "validation" for run in runs) else "identification"
-    notes += _doubts(role, len(calibration.named))
+    notes += _doubts(role, len(calibration.named), logs)
     scored = [k for k, run in enumerate(runs) if run.role == role]
     names = tuple(campaign.sensors[k] for k in where.sensors)
     score = channel_scores([every[k] for k in scored], [runs[k] for k in scored], names, where.places)
@@ -143,7 +147,7 @@ def _measured(campaign: Campaign, where: Placed, tell: Progress) -> tuple[list[M
     return runs, notes
 
 
-def _doubts(role: str, named: int) -> list[str]:
+def _doubts(role: str, named: int, logs: Mapping[str, float]) -> list[str]:
     """Return what a reader should know of the scores and of what was named."""
     notes = []
     if role == "identification":
@@ -153,4 +157,9 @@ def _doubts(role: str, named: int) -> list[str]:
             f"{named} numbers differ (at most {MOST_NAMED} are sought): this is another leg than the bench's; its "
             "numbers then stand for what the bench lacks as a whole, not for one cause each"
         )
+    notes += [
+        f"{name}: a factor of {exp(value):.2g} is no number of that part any more; the bench lacks something there"
+        for name, value in logs.items()
+        if abs(value) > log(LARGEST_FACTOR)
+    ]
     return notes

@@ -13,7 +13,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from hexathermal.compare.bench_runs import BenchRuns
+from hexathermal.compare.bench_runs import CONTACT_ERROR, BenchRuns
 from hexathermal.compare.evidence import (
     FREE_ALL,
     Normal,
@@ -39,9 +39,11 @@ FAR = 0.1
 """None is followed whose linearised log-evidence is below this part of the best one's."""
 
 MOST_NAMED = 8
-ITERATIONS, SETTLINGS = 6, 3
-LARGEST_LOG_STEP = 0.7
-CONVERGED = 0.01
+"""Steps at most."""
+
+ITERATIONS, SETTLINGS, LARGEST_LOG_STEP, CONVERGED = 6, 3, 0.7, 0.01
+"""Of Gauss-Newton: iterations on the way and at the end, largest step and what counts as none, in logarithms."""
+
 NOISE_RUNS = 4
 """Runs that the noise is sought in: the longest."""
 
@@ -193,11 +195,18 @@ def _fit(bench: BenchRuns, found: Sensitivities, noise: Noise, free: tuple[int, 
 
 
 def _gains(now: Fit) -> FloatArray:
-    """Return the log-evidence that each candidate adds in the linearised bench."""
+    """Return the log-evidence that each candidate adds in the linearised bench.
+
+    A thermocouple that would follow the air by less than nothing is no candidate: its gain is negative.
+    """
     gains = np.full(len(NAMES) + now.sums.sensors, np.nan)
     for j in range(len(gains)):
-        if j not in now.free:
-            gains[j] = now.sums.evidence(now.sums.precision((*now.free, j))) - now.evidence
+        if j in now.free:
+            continue
+        precision = now.sums.precision((*now.free, j))
+        gains[j] = now.sums.evidence(precision) - now.evidence
+        if j >= len(NAMES) and now.sums.estimate(precision)[0][j] < -CONTACT_ERROR:
+            gains[j] = min(gains[j], -1.0)
     return gains
 
 
@@ -242,7 +251,7 @@ def _step(bench: BenchRuns, now: Fit, gains: FloatArray) -> tuple[Step, Fit]:
     pays = len(left_out) < 2 or (float(left_out.sum()) > 0.0 and float((left_out > 0.0).mean()) >= 0.5)
     probability = float(odds / (1.0 + odds))
     equivalent = tuple((j, float(fits[j].x[j])) for j in same)
-    accepted = probability >= PROBABILITY and pays
+    accepted = bool(probability >= PROBABILITY and pays and gains[chosen] > 0.0)
     return Step(chosen, float(exact[chosen]), probability, left_out, equivalent, accepted), fit
 
 
