@@ -20,6 +20,9 @@ COLUMNS = 3
 SHOWN_ROWS = 1500
 """Rows of a run that are drawn."""
 
+GAP_H = 0.2
+"""Lines are not drawn across so many hours without settled rows."""
+
 
 def channels_figure(found: Comparison, run: ComparedRun) -> Figure:
     """Return a figure of one run: each thermocouple and the drift, measured and simulated, before and after.
@@ -66,10 +69,17 @@ def _channel(curves: RunCurves, k: int) -> Any:
 
 def _pair(axes: Axes, hours: Any, run: ComparedRun, k: int, thin: slice, changed: bool) -> None:
     """Draw one channel."""
+    # no line across hours without settled rows
+    gap = np.flatnonzero(np.diff(hours[thin]) > GAP_H) + 1
+
+    def broken(values: Any) -> Any:
+        return np.insert(np.asarray(values[thin], dtype=np.float64), gap, np.nan)
+
+    time = broken(hours)
     axes.plot(hours[thin], _channel(run.measured, k)[thin], ".", color=BLACK, ms=1.2, label="measured")
-    axes.plot(hours[thin], _channel(run.before, k)[thin], color=VERMILION, lw=1.1, ls="--", label="bench as it is")
+    axes.plot(time, broken(_channel(run.before, k)), color=VERMILION, lw=1.1, ls="--", label="bench as it is")
     if changed:
-        axes.plot(hours[thin], _channel(run.after, k)[thin], color=BLUE, lw=1.2, label="with what was named")
+        axes.plot(time, broken(_channel(run.after, k)), color=BLUE, lw=1.2, label="with what was named")
 
 
 def residuals_figure(found: Comparison, run: ComparedRun) -> Figure:
@@ -151,8 +161,13 @@ def parameters_figure(found: Comparison) -> Figure:
             colour = VERMILION if one.named else BLACK
             ends = np.clip([one.low, one.high], low, high)
             axes.plot(ends, [k, k], color=colour, lw=2.2 if one.named else 1.0, zorder=3)
-            if low <= one.value <= high:
-                axes.plot(one.value, k, "o", color=colour, ms=5.0 if one.named else 3.0, zorder=4)
+            marker = "<" if one.value < low else ">" if one.value > high else "o"
+            axes.plot(np.clip(one.value, low, high), k, marker, color=colour, ms=5.0 if one.named else 3.0, zorder=4,
+                      clip_on=False)  # fmt: skip
+            if marker != "o":
+                side = (8, "left") if marker == "<" else (-8, "right")
+                axes.annotate(f"{one.value:.2g}", (np.clip(one.value, low, high), k), (side[0], 0), ha=side[1],
+                              textcoords="offset points", va="center", fontsize=7.5, color=colour)  # fmt: skip
             if one.alike:
                 names = ", ".join(name for name, _value in one.alike)
                 axes.annotate(f"not separated from {names}", (1.0, k), (5, 0), xycoords=("axes fraction", "data"),
