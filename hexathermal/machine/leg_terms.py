@@ -118,6 +118,17 @@ def lag(signals: LegSignals, parameters: Mapping[str, Any], memory: Memory) -> F
     return signals.span(parameters["ratio"]) * (behind - dT)
 
 
+def lead(signals: LegSignals, parameters: Mapping[str, Any], memory: Memory) -> FloatArray:
+    """Return ``(q0 + ratio q)`` times ``dT - low_pass(dT)`` and ``dT - low_pass(low_pass(dT))``, shape (n, 2) [m K].
+
+    First and second rate of the temperature, as far as past rows tell them: what a thermometer shows late.
+    """
+    dT, tau = signals.temperature(parameters["sensor"]), parameters["time_constant_s"]
+    once = memory.low_pass("once", signals.time, dT, tau)
+    twice = memory.low_pass("twice", signals.time, once, tau)
+    return np.stack([dT - once, dT - twice], axis=1) * signals.span(parameters["ratio"])[:, None]
+
+
 def temperature(signals: LegSignals, parameters: Mapping[str, Any], memory: Memory) -> FloatArray:
     """Return ``(q0 + ratio q) dT`` of another sensor [m K]."""
     return signals.span(parameters["ratio"]) * signals.temperature(parameters["sensor"])
@@ -200,7 +211,7 @@ def time(signals: LegSignals, parameters: Mapping[str, Any], memory: Memory) -> 
 
 
 SHAPES: dict[str, Shape] = {
-    "lag": lag, "temperature": temperature, "stored-heat": stored_heat, "square": square, "room": room,
+    "lag": lag, "lead": lead, "temperature": temperature, "stored-heat": stored_heat, "square": square, "room": room,
     "air-index": air_index, "tilt": tilt, "direction": direction, "periodic": periodic, "position": position,
     "relaxation": relaxation, "time": time,
 }  # fmt: skip

@@ -1,137 +1,132 @@
-"""`diagnose`: what a law gets wrong on a campaign, step by step."""
+"""`diagnose`: what a law gets wrong on a campaign, the causes, the extended law, and its gain."""
 
 from __future__ import annotations
 
-import hashlib
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from collections.abc import Sequence
 
 import numpy as np
 
-from hexathermal.errors import ArgumentError, UnknownNameError
 from hexathermal.learn.campaign import Campaign
-from hexathermal.learn.campaign_laws import identify_campaign
-from hexathermal.learn.diagnosis.chance import chance_threshold
-from hexathermal.learn.diagnosis.deciding import LEAST, Decision, decided
-from hexathermal.learn.diagnosis.search import Ranked, Step
-from hexathermal.learn.diagnosis.stage import Stage, view_of
+from hexathermal.learn.diagnosis.course import Course, Progress, base_law, searched
+from hexathermal.learn.diagnosis.extension import extended_law, gained, reachable
+from hexathermal.learn.diagnosis.limits import limits_of
+from hexathermal.learn.diagnosis.next_experiments import next_experiments
+from hexathermal.learn.diagnosis.residuals import run_residuals
+from hexathermal.learn.diagnosis.result import Candidate, Diagnosis
+from hexathermal.learn.diagnosis.words import effect_of
 from hexathermal.learn.law import IdentifiedLaw
-from hexathermal.learn.signals import RunRows, campaign_rows
+from hexathermal.learn.signals import campaign_rows
 
-MOST_EFFECTS = 3
-FEWEST_WINDOWS = 40
-FEWEST_RUNS = 2
-
-Progress = Callable[[int, int, str], None]
+MOST_CANDIDATES = 12
 
 
-@dataclass(frozen=True, eq=False)
-class Found:
-    """A cause that was named at a stage.
+def diagnose(
+    campaign: Campaign,
+    sensors: Sequence[str] | None = None,
+    *,
+    law: IdentifiedLaw | None = None,
+    progress: Progress | None = None,
+) -> Diagnosis:
+    """Return what a law gets wrong on a campaign's measurements, and why.
 
-    Attributes
-    ----------
-    ranked : Ranked
-    decision : Decision
-    joined : bool
-        Whether it pays on runs left out.
-    """
-
-    ranked: Ranked
-    decision: Decision
-    joined: bool
-
-
-@dataclass(frozen=True, eq=False)
-class Course:
-    """How a diagnosis went.
-
-    Attributes
-    ----------
-    first, last : Stage
-    steps : tuple of Step
-    found : tuple of Found
-    end : Decision
-        Of the last step.
-    threshold : float
-    """
-
-    first: Stage
-    last: Stage
-    steps: tuple[Step, ...]
-    found: tuple[Found, ...]
-    end: Decision
-    threshold: float
-
-
-def base_law(campaign: Campaign, sensors: Sequence[str] | None, law: IdentifiedLaw | None) -> IdentifiedLaw:
-    """Return the law that is looked at: the one given, of some sensors, or the one that `identify` chooses."""
-    if campaign.kind == "hexapod":
-        raise ArgumentError("a campaign of kind 'hexapod' is not diagnosed as one leg")
-    if law is not None:
-        lost = [name for name in law.sensors if name not in campaign.sensors]
-        if lost:
-            raise UnknownNameError(
-                f"the law reads sensor {lost[0]!r}, which this campaign does not have; it has: "
-                f"{', '.join(campaign.sensors)}", campaign.sensors,
-            )  # fmt: skip
-        return law
-    return identify_campaign(campaign, "auto" if sensors is None else tuple(sensors)).law
-
-
-def searched(campaign: Campaign, law: IdentifiedLaw, rows: Sequence[RunRows], progress: Progress | None = None) -> Course:
-    """Return the course of a diagnosis on the runs for identification.
+    The runs for identification are searched; those for validation only tell the gain.
 
     Parameters
     ----------
     campaign : Campaign
-    law : IdentifiedLaw
-        Whose sensors make the base; its coefficients are fitted anew.
-    rows : sequence of RunRows
-        Of the runs for identification.
+        Of kind ``"leg"`` or ``"component"``.
+    sensors : sequence of str, optional
+        Of the law; by default those that `identify_campaign` chooses.
+    law : IdentifiedLaw, optional
+        A law whose sensors are taken; its coefficients are fitted anew, since a cause biases them.
     progress : function, optional
         Called as ``progress(done, total, label)``.
+
+    Raises
+    ------
+    ArgumentError
+        The campaign is of another kind, or has too little data.
+    CampaignError
+        A table is at fault.
     """
-    said = progress if progress is not None else (lambda _done, _total, _label: None)
-    first = stage = Stage(view_of(campaign, rows, law.sensors))
-    _refuse_too_little(first)
-    said(1, MOST_EFFECTS + 2, "trying causes")
-    step = stage.step
-    seed = int.from_bytes(hashlib.sha256(first.channel.y.tobytes()).digest()[:4], "little")
-    chance = chance_threshold(first.channel, first.base, step.levels, first.search.trials, first.search.largest, seed)
-    threshold = max(LEAST, chance)
-    steps, found = [step], []
-    decision = decided(step, threshold)
-    while decision.named and len(found) < MOST_EFFECTS:
-        assert decision.leader is not None  # named
-        after = stage.with_effect(decision.leader.best)
-        pays = _pays(stage, after, decision.leader)
-        if not pays and found:
-            break
-        found.append(Found(decision.leader, decision, pays))
-        stage = after
-        said(1 + len(found), MOST_EFFECTS + 2, f"{decision.leader.cause} named; trying what is left")
-        step = stage.step
-        steps.append(step)
-        decision = decided(step, threshold)
-    return Course(first, stage, tuple(steps), tuple(found), decision, threshold)
+    if progress is not None:
+        progress(0, 5, "reading the runs")
+    base = base_law(campaign, sensors, law)
+    rows = campaign_rows(campaign, "identification")
+    course = searched(campaign, base, rows, progress)
+    if progress is not None:
+        progress(4, 5, "what it gains on runs never fitted")
+    held = campaign_rows(campaign, "validation")
+    last = course.last
+    mean, covariance = last.fit(last.levels)
+    effects = tuple(
+        effect_of(found, stage, last, covariance, mean) for found, stage in zip(course.found, course.stages, strict=True)
+    )
+    extended = extended_law(base, last)
+    verdict, probability, follows = _verdict(course)
+    limits, confusions = limits_of(course.first, course.steps[0].levels, course.threshold)
+    candidates = _candidates(course)
+    return Diagnosis(
+        verdict, probability, effects, follows, candidates, base, extended, gained(base, extended, campaign),
+        reachable(campaign, last, held, base.sensors), last.levels, course.threshold, limits, confusions,
+        next_experiments(course, confusions, candidates), run_residuals(campaign, course, rows, held, base, extended),
+        campaign.title, _notes(course),
+    )  # fmt: skip
 
 
-def _pays(before: Stage, after: Stage, leader: Ranked) -> bool:
-    """Whether a stage predicts runs left out of the fit better than the one before; a step of the zero has no such test."""
-    if leader.cause == "zero-jump":
-        return True
-    levels = leader.levels
-    old, new = before.left_out(levels), after.left_out(levels)
-    rows = before.channel.rows
-    return bool((rows * new**2).sum() < (rows * old**2).sum())
+def _verdict(course: Course) -> tuple[str, float, str | None]:
+    """Return verdict, its probability, and what something unexplained follows."""
+    end = course.end
+    left = end.leader.cause if end.leader is not None and not end.leader.named else None
+    if course.found:
+        return "effect", course.found[0].decision.probability, left
+    if left is not None:
+        return "unexplained", end.probability, left
+    return "none", end.probability, None
 
 
-def _refuse_too_little(stage: Stage) -> None:
-    """Refuse a campaign from which nothing can be told."""
-    windows, runs = len(stage.channel), len(stage.view.runs)
-    if windows < FEWEST_WINDOWS or runs < FEWEST_RUNS:
-        raise ArgumentError(
-            f"too little data for a diagnosis: {windows} windows of landings in {runs} runs for identification; it "
-            f"needs {FEWEST_WINDOWS} and {FEWEST_RUNS}: measure more runs, or longer ones with more moves and rests"
-        )
+def _candidates(course: Course) -> tuple[Candidate, ...]:
+    """Return causes that were named, in their order, then the ranking of the first step."""
+    found = [Candidate(one.ranked.cause, one.ranked.best.trial.target, float(one.ranked.value),
+                       one.decision.probability, one.ranked.best.seen * one.ranked.levels.rms,
+                       dict(one.ranked.best.trial.parameters)) for one in course.found]  # fmt: skip
+    first = course.steps[0]
+    decision = course.found[0].decision if course.found else course.end
+    for item in first.ranking:
+        if item.cause not in {one.cause for one in found} and len(found) < MOST_CANDIDATES:
+            trial = item.best.trial
+            found.append(Candidate(item.cause, trial.target, float(item.value),
+                                   decision.probabilities.get(item.cause, 0.0), item.best.seen * first.levels.rms,
+                                   dict(trial.parameters)))  # fmt: skip
+    return tuple(found)
+
+
+def _notes(course: Course) -> tuple[str, ...]:
+    """Return what a reader must know besides."""
+    notes = []
+    for one in course.found:
+        if not one.joined:
+            notes.append(f"{one.ranked.cause} does not pay on runs left out of the fit: it does not join the law")
+        if one.ranked.cause == "periodic-screw-error":
+            notes += _aliases(course)
+    view = course.first.view
+    if len(view.base) == 1 and view.kind == "leg" and course.first.bench.model(view.base[0]) is None:
+        notes.append("too few other thermometers: a fault of the law's own sensor cannot be told from the leg's")
+    return tuple(notes)
+
+
+def _aliases(course: Course) -> list[str]:
+    """Return a warning where moves of one length alias the pitch."""
+    moves = np.abs(np.diff(course.first.view.q))
+    moves = moves[moves > 1e-4]
+    if not len(moves):
+        return []
+    step = float(np.median(moves))
+    alike = float((np.abs(moves / step - np.round(moves / step)) < 0.02).mean())
+    if alike < 0.8:
+        return []
+    return [
+        f"{100 * alike:.0f} % of the moves are multiples of {step * 1e3:.3g} mm: waves whose pitches p and p' satisfy "
+        f"1/p - 1/p' = k / {step * 1e3:.3g} mm look the same; take steps that have no common length to tell the pitch"
+    ]
+

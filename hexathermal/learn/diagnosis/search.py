@@ -17,6 +17,12 @@ NONE = "none"
 LEADERS = 7
 """Causes whose noise is fitted anew."""
 
+TWINS = {
+    "missing-sensor": ("swapped-sensors",), "swapped-sensors": ("missing-sensor",),
+    "sensor-drift": ("sensor-detached",), "sensor-detached": ("sensor-drift",),
+}  # fmt: skip
+"""Causes that explain what another one has left of itself."""
+
 BYSTANDERS = 8
 """Sensors outside the law whose parity is asked for the same fault: what they show of it is chance."""
 
@@ -105,8 +111,9 @@ class Search:
         return [trial for trial in found if trial.base is not None or np.ptp(trial.columns, axis=0).max(initial=0.0) > 0.0]
 
     def step(self, taken: frozenset[str] = frozenset(), begin: Levels | None = None) -> Step:
-        """Return the ranking over the present base; causes already taken are left out."""
-        trials = [trial for trial in self.trials if trial.cause not in taken]
+        """Return the ranking over the present base; causes already taken, and their twins, are left out."""
+        gone = taken | {twin for name in taken for twin in TWINS.get(name, ())}
+        trials = [trial for trial in self.trials if trial.cause not in gone]
         levels, null = self.channel.fitted(self.base.X, self.base.sd, begin)
         ranked: dict[str, Ranked] = {}
         for _again in range(2):
@@ -137,17 +144,17 @@ class Search:
         order = tuple(sorted(ranked.values(), key=lambda item: -item.value))
         return Step(order, levels, null)
 
-    def _system(self, scored: Scored) -> Base:
+    def system(self, scored: Scored) -> Base:
         """Return the base with the trial in it."""
         base = changed_base(self.base, scored.trial)
         return base.extended(scored.trial.columns, scored.size) if scored.trial.columns.shape[1] else base
 
     def _fit(self, scored: Scored, begin: Levels) -> tuple[Levels, float]:
-        base = self._system(scored)
+        base = self.system(scored)
         return self.channel.fitted(base.X, base.sd, begin, 40)
 
     def _at(self, scored: Scored, levels: Levels) -> float:
-        base = self._system(scored)
+        base = self.system(scored)
         return self.channel.evidence(base.X, base.sd, levels)
 
     def _parity(self, trial: Trial) -> float:
@@ -161,7 +168,7 @@ class Search:
                 gains[sensor] = model.gain(*trial.parity(model))
         own = gains.pop(trial.target, 0.0)
         usual = float(np.quantile(list(gains.values()), USUAL)) if gains else 0.0
-        return float(np.clip(own - max(usual, 0.0), -MOST_PARITY, MOST_PARITY))
+        return float(np.clip(own - max(usual, 0.0), max(trial.least_parity, -MOST_PARITY), MOST_PARITY))
 
     def _bystanders(self, sensor: str) -> tuple[str, ...]:
         """Return sensors outside the law, evenly chosen."""

@@ -11,7 +11,7 @@ import numpy as np
 from hexathermal.learn.campaign import Campaign
 from hexathermal.learn.diagnosis.channels import Channel, Levels, marginal
 from hexathermal.learn.diagnosis.evidence import Base, Scored
-from hexathermal.learn.diagnosis.search import Search, Step, base_sizes
+from hexathermal.learn.diagnosis.search import Ranked, Search, Step, base_sizes
 from hexathermal.learn.diagnosis.trials import Workbench
 from hexathermal.learn.diagnosis.view import View
 from hexathermal.learn.signals import RunRows
@@ -86,7 +86,7 @@ class Stage:
             model = bench.model(sensor)
             if model is not None:
                 base = base.extended(span * model.innovation, np.full(2, size))
-            base = base.extended(span * self.view.quick(sensor)[:, None], np.array([size]))
+            base = base.extended(span * self.view.quick(sensor), np.full(3, size))
         return base
 
     @cached_property
@@ -111,6 +111,15 @@ class Stage:
         repair = trial.repair()
         runs = [mended(rows, repair) for rows in self.view.runs]
         return Stage(replace(self.view, runs=tuple(runs)), self.joined, (*self.repairs, repair))
+
+    def amplitudes(self, leader: Ranked) -> tuple[FloatArray, FloatArray]:
+        """Return the amplitudes of a leader's columns beside the base, and their standard uncertainties."""
+        base = self.search.system(leader.best)
+        table, _ = self.channel.whitened(np.column_stack([self.channel.y, base.X]), leader.levels)
+        _, mean, covariance = marginal(table[:, 0], table[:, 1:], base.sd)
+        k = leader.best.trial.columns.shape[1]
+        own = slice(len(mean) - k, len(mean))
+        return mean[own], np.sqrt(np.diagonal(covariance)[own])
 
     def fit(self, levels: Levels) -> tuple[FloatArray, FloatArray]:
         """Return the coefficients of the law and of what joined it, and their covariance, at one noise."""

@@ -78,6 +78,8 @@ class Trial:
         Gives what it mends in the data.
     parity : function or None
         From the model of a sensor to columns in its parity, shape (m, k), and their sizes, shape (k,).
+    least_parity : float
+        Least log evidence of the parity: 0 where the cause need not show there.
     advantage : float
         Log evidence from what the drift does not show: order of positions, clocks against motion.
     """
@@ -90,6 +92,7 @@ class Trial:
     base: FloatArray | None = None
     repair: Callable[[], SensorRepair] | None = None
     parity: Callable[[SensorModel], tuple[FloatArray, FloatArray]] | None = None
+    least_parity: float = -np.inf
     advantage: float = 0.0
 
 

@@ -24,6 +24,9 @@ LONGEST_S = 300.0
 SMOOTHED_S = 300.0
 """Temperatures are smoothed by a parabola over so long: short against heat's own times, long against readings' noise."""
 
+LONGER_S = (900.0, 2400.0)
+"""Longer smoothing, for what the law may rather not believe of a thermometer."""
+
 MOST_WINDOWS = 500
 """Windows of a run; longer runs take longer windows."""
 
@@ -237,10 +240,16 @@ class View:
         return self.base_of([self.temperatures(name) for name in self.base])
 
     def quick(self, sensor: str) -> FloatArray:
-        """Return what smoothing took from a sensor's temperature, in windows [K]: noise, and quick warming."""
-        return self.windows_zeroed([
-            rows.signals.dT[sensor] - signals.dT[sensor] for rows, signals in zip(self.runs, self.signals, strict=True)
-        ])
+        """Return what smoothing takes from a sensor's temperature at three lengths, in windows, shape (n, 3) [K].
+
+        It is noise of readings and quick warming; smoothing is symmetric in time and knows no lag.
+        """
+        bands = []
+        for rows, signals in zip(self.runs, self.signals, strict=True):
+            raw, once = rows.signals.dT[sensor], signals.dT[sensor]
+            longer = [smoothed(signals.time, raw[:, None], over)[:, 0] for over in LONGER_S]
+            bands.append([raw - once, once - longer[0], longer[0] - longer[1]])
+        return np.column_stack([self.windows_zeroed([band[k] for band in bands]) for k in range(3)])
 
     def base_of(self, temperatures: Sequence[FloatArray]) -> FloatArray:
         """Return the law's columns of temperatures in windows."""

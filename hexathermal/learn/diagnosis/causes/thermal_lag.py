@@ -3,8 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from dataclasses import replace
+from functools import partial
 
+import numpy as np
+
+from hexathermal.learn.diagnosis.sensor_model import SensorModel
 from hexathermal.learn.diagnosis.trials import Cause, Parameter, Trial, Workbench
+from hexathermal.machine.leg_signals import Memory
+from hexathermal.poses import FloatArray
 
 CAUSE = Cause(
     name="thermal-lag",
@@ -19,10 +26,27 @@ CAUSE = Cause(
 TIMES_S = (60.0, 120.0, 240.0, 480.0, 960.0, 1920.0, 3840.0, 7680.0, 15360.0)
 
 
+LEAD_TIMES_S = (60.0, 150.0, 400.0, 1000.0)
+
+
 def trials(bench: Workbench) -> Iterator[Trial]:
-    """Give a low pass of each sensor of the law, of first and second order."""
+    """Give low passes of each sensor of the law, of first and second order, and what a late sensor has yet to show."""
     for sensor in bench.view.base:
+        own = {"sensor": sensor, "ratio": bench.ratios[sensor]}
         for tau in TIMES_S:
             for order in (1, 2):
-                yield bench.term(CAUSE.name, "lag", sensor, sensor=sensor, time_constant_s=tau, order=order,
-                                 ratio=bench.ratios[sensor])  # fmt: skip
+                yield bench.term(CAUSE.name, "lag", sensor, time_constant_s=tau, order=order, **own)
+        for tau in LEAD_TIMES_S:
+            trial = bench.term(CAUSE.name, "lead", sensor, time_constant_s=tau, **own)
+            yield replace(trial, parity=partial(_parity, tau), least_parity=0.0)
+
+
+def _parity(tau: float, model: SensorModel) -> tuple[FloatArray, FloatArray]:
+    """Return what a late sensor lacks against the others, in its parity."""
+    lacks = []
+    for signals, told in zip(model.view.signals, model.foretold(), strict=True):
+        memory = Memory()
+        once = memory.low_pass("once", signals.time, told, tau)
+        lacks.append(np.stack([told - once, told - memory.low_pass("twice", signals.time, once, tau)], axis=1))
+    columns = model.means(lacks)
+    return columns, np.full(2, 2.0)

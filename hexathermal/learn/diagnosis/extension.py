@@ -1,0 +1,104 @@
+"""The law with the named terms and repairs in it, fitted together, and what that gains on runs never fitted."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from contextlib import suppress
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from hexathermal.errors import ArgumentError
+from hexathermal.learn.campaign import Campaign
+from hexathermal.learn.campaign_laws import validate_campaign
+from hexathermal.learn.diagnosis.stage import Stage, mended, view_of
+from hexathermal.learn.law import IdentifiedLaw
+from hexathermal.learn.signals import RunRows
+from hexathermal.learn.validation_gain import Gain, gain
+from hexathermal.machine.leg_terms import LegTerm
+from hexathermal.poses import FloatArray
+
+
+def extended_law(law: IdentifiedLaw, stage: Stage) -> IdentifiedLaw:
+    """Return the law with everything that joined at a stage; coefficients and amplitudes are fitted together.
+
+    A step of the zero belongs to one run: it frees the coefficients of it, and joins no law.
+    """
+    if not stage.joined and not stage.repairs:
+        return law
+    mean, covariance = stage.fit(stage.levels)
+    p = len(law.coefficients)
+    kept, terms, at = list(range(p)), [], p
+    for item in stage.joined:
+        k = item.trial.columns.shape[1]
+        own = list(range(at, at + k))
+        at += k
+        if item.trial.shape:
+            terms.append(LegTerm(item.trial.cause, item.trial.shape, item.trial.parameters, mean[own],
+                                 covariance[np.ix_(own, own)]))  # fmt: skip
+            kept += own
+    joint = covariance[np.ix_(kept, kept)]
+    joint = 0.5 * (joint + joint.T)
+    return replace(law, coefficients=mean[:p], covariance=joint[:p, :p], terms=tuple(terms), repairs=stage.repairs,
+                   joint_covariance=joint)  # fmt: skip
+
+
+def gained(law: IdentifiedLaw, extended: IdentifiedLaw, campaign: Campaign) -> Gain | None:
+    """Return what the extended law gains on the campaign's runs for validation; None where there are none."""
+    if not campaign.runs_of("validation"):
+        return None
+    return gain(validate_campaign(law, campaign), validate_campaign(extended, campaign))
+
+
+def reachable(campaign: Campaign, last: Stage, rows: Sequence[RunRows], base: tuple[str, ...]) -> float | None:
+    """Return the RMSE [m] on validation runs of a free fit: all other temperatures and flexible columns, shrunk.
+
+    It is fitted on the runs for identification by ridge regression whose strength is chosen on runs left out. What it
+    reaches is what these channels could give; it says nothing about why.
+    """
+    if not rows:
+        return None
+    for repair in last.repairs:
+        rows = [mended(one, repair) for one in rows]
+    fresh = Stage(view_of(campaign, rows, base))
+    train, held = _free_columns(last), _free_columns(fresh)
+    if train.shape[1] != held.shape[1]:
+        return None
+    scale = train.std(axis=0) + 1e-30
+    weights = _shrunk(train / scale, last.channel.y, last.channel.run)
+    left = fresh.channel.y - (held / scale) @ weights
+    return float(np.sqrt(np.average(left**2, weights=fresh.channel.rows)))
+
+
+def _free_columns(stage: Stage) -> FloatArray:
+    """Return the law's columns, every temperature and some flexible ones, in windows."""
+    view = stage.view
+    parts = [view.base_columns, np.column_stack([view.temperatures(name) for name in view.sensors])]
+    for shape, settings in _FREE:
+        with suppress(ArgumentError):  # a signal that this campaign does not have
+            parts.append(view.columns(shape, settings))
+    return np.column_stack(parts)
+
+
+_FREE: list[tuple[str, dict[str, Any]]] = [
+    *(("stored-heat", {"source": "motion", "time_constant_s": tau}) for tau in (240.0, 960.0, 3840.0)),
+    *(("room", {"time_constant_s": tau}) for tau in (600.0, 5400.0)),
+    ("direction", {}), ("position", {}), ("time", {}),
+]  # fmt: skip
+"""Shapes of the free fit."""
+
+
+def _shrunk(X: FloatArray, y: FloatArray, run: FloatArray) -> FloatArray:
+    """Return ridge weights, their strength chosen on runs left out."""
+    def weights(rows: FloatArray, strength: float) -> FloatArray:
+        gram = X[rows].T @ X[rows]
+        gram[np.diag_indices_from(gram)] += strength * len(y)
+        return np.asarray(np.linalg.solve(gram, X[rows].T @ y[rows]))
+
+    losses = []
+    strengths = np.geomspace(1e-6, 1.0, 7)
+    for strength in strengths:
+        left = [((y[run == k] - X[run == k] @ weights(run != k, strength)) ** 2).sum() for k in np.unique(run)]
+        losses.append(float(np.sum(left)))
+    return weights(np.ones(len(y), dtype=bool), float(strengths[int(np.argmin(losses))]))

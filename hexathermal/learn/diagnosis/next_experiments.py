@@ -1,0 +1,38 @@
+"""The next experiments: which measurement would tell causes apart, and by how much, promised from this campaign's noise."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from hexathermal.learn.diagnosis.causes import catalogue
+from hexathermal.learn.diagnosis.course import Course
+from hexathermal.learn.diagnosis.result import Candidate, Confusion, Experiment
+
+MOST = 3
+
+
+def next_experiments(
+    course: Course, confusions: Sequence[Confusion], candidates: Sequence[Candidate]
+) -> tuple[Experiment, ...]:
+    """Return up to three measurements.
+
+    First for what was named and its closest rival, then for pairs that this campaign confuses. The separation promised
+    is that of one more campaign of this size in which the rival's part is taken away: the leader's whole evidence.
+    """
+    known = catalogue()
+    found: list[Experiment] = []
+    names = [one for one in candidates if one.cause in known]
+    if course.found:
+        leader = names[0]
+        rivals = tuple(one.cause for one in names[1:3])
+        found.append(Experiment(known[leader.cause].CAUSE.experiment, (leader.cause, *rivals), leader.evidence))
+    for pair in confusions:
+        for cause in pair.causes:
+            words = known[cause].CAUSE.experiment
+            if all(words != one.words for one in found) and len(found) < MOST:
+                found.append(Experiment(words, pair.causes, course.threshold + max(pair.separation, 0.0)))
+    for one in names:
+        words = known[one.cause].CAUSE.experiment
+        if all(words != other.words for other in found) and len(found) < MOST:
+            found.append(Experiment(words, (one.cause,), course.threshold))
+    return tuple(found)

@@ -1,0 +1,65 @@
+"""Residuals of each run in windows, with what they may follow: for pictures."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from hexathermal.learn.campaign import Campaign
+from hexathermal.learn.diagnosis.course import Course
+from hexathermal.learn.diagnosis.result import RunResidual
+from hexathermal.learn.diagnosis.view import View, smoothed
+from hexathermal.learn.diagnosis.stage import view_of
+from hexathermal.learn.law import IdentifiedLaw
+from hexathermal.learn.signals import RunRows
+from hexathermal.machine.leg_signals import Memory
+from hexathermal.poses import FloatArray
+
+
+def run_residuals(
+    campaign: Campaign, course: Course, rows: Sequence[RunRows], held: Sequence[RunRows], law: IdentifiedLaw,
+    extended: IdentifiedLaw,
+) -> tuple[RunResidual, ...]:  # fmt: skip
+    """Return the residuals of all runs, those for identification first."""
+    found = []
+    for runs in (rows, held):
+        if runs:
+            view = view_of(campaign, runs, law.sensors)
+            found += [_residual(view, k, law, extended) for k in range(len(runs))]
+    return tuple(found)
+
+
+def _residual(view: View, k: int, law: IdentifiedLaw, extended: IdentifiedLaw) -> RunResidual:
+    """Return the residual of one run."""
+    rows, piece = view.runs[k], view.pieces[k]
+    signals = rows.signals
+
+    def mean(values: FloatArray) -> FloatArray:
+        return piece.means(np.asarray(values, dtype=np.float64))
+
+    before = rows.drift - law.predict_signals(signals, run=rows.run.name)
+    after = rows.drift - extended.predict_signals(signals, run=rows.run.name)
+    own = view.signals[k].dT[law.sensors[0]]
+    moves = Memory().moves(signals.q)
+    last = np.maximum.accumulate(np.where(moves != 0.0, signals.time, -np.inf))
+    known = {
+        "q": mean(signals.q),
+        "direction": mean(Memory().direction(signals.q)),
+        "dT": mean(own),
+        "rate": mean(np.gradient(smoothed(signals.time, own[:, None], 900.0)[:, 0], signals.time)),
+    }
+    since = mean(np.where(np.isfinite(last), signals.time - last, np.nan))
+    if np.isfinite(since).any():
+        known["since_move"] = since
+    if rows.weather is not None:
+        for column, name in enumerate(("air", "pressure", "humidity")):
+            values = rows.weather[:, column]
+            if not np.isnan(values).any():
+                known[name] = mean(values)
+    for name, values in signals.inputs.items():
+        known[name] = mean(values)
+    if not view.moves:
+        for name in ("q", "direction", "since_move"):
+            known.pop(name, None)
+    return RunResidual(rows.run.name, rows.run.role, mean(signals.time), mean(rows.drift), mean(before), mean(after), known)
