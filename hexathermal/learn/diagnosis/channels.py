@@ -60,6 +60,8 @@ class Channel:
         Of the scatter's variance in a window's landing: 1, or more where the scatter has heavy tails.
     has_landings : bool
         Whether landings scatter: a part without a stroke has none.
+    has_offsets : bool
+        Whether each run counts from its own first row, whose noise stays in the run.
     """
 
     y: FloatArray
@@ -70,6 +72,7 @@ class Channel:
     run: npt.NDArray[np.int64]
     weight: FloatArray
     has_landings: bool = True
+    has_offsets: bool = True
 
     def __len__(self) -> int:
         return len(self.y)
@@ -98,7 +101,8 @@ class Channel:
     def levels(self, theta: FloatArray, slow_time: float) -> Levels:
         """Return the levels of log ratios to `scale`."""
         white, landing, slow, offset = np.exp(np.clip(theta, np.log(LOWEST), np.log(1.0 / LOWEST))) * self.scale
-        return Levels(float(white), float(landing) if self.has_landings else 0.0, float(slow), float(offset), slow_time)
+        return Levels(float(white), float(landing) if self.has_landings else 0.0, float(slow), float(offset) if self.has_offsets else 0.0,
+                      slow_time)  # fmt: skip
 
     def theta(self, levels: Levels) -> FloatArray:
         """Return the log ratios of levels to `scale`."""
@@ -113,8 +117,8 @@ class Channel:
     def prior(self, levels: Levels) -> float:
         """Return the log prior of levels: loose about the channel's own scale."""
         theta = self.theta(levels)
-        if not self.has_landings:
-            theta = np.delete(theta, 1)
+        free = np.array([True, self.has_landings, True, self.has_offsets])
+        theta = theta[free]
         return float(-0.5 * ((theta / SPREAD) ** 2).sum()) / 4.0
 
     def fitted(

@@ -4,20 +4,30 @@ from __future__ import annotations
 
 import hashlib
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from hexathermal.errors import ArgumentError, UnknownNameError
 from hexathermal.learn.campaign import Campaign
 from hexathermal.learn.campaign_laws import identify_campaign
 from hexathermal.learn.diagnosis.chance import chance_threshold
 from hexathermal.learn.diagnosis.deciding import LEAST, Decision, decided
+from hexathermal.learn.diagnosis.evidence import Scored
 from hexathermal.learn.diagnosis.search import Ranked, Step
 from hexathermal.learn.diagnosis.stage import Stage, view_of
 from hexathermal.learn.law import IdentifiedLaw
 from hexathermal.learn.signals import RunRows
 from hexathermal.poses import FloatArray
 
-MOST_EFFECTS = 3
+MOST_EFFECTS = 6
+LEAST_SHARE = 0.03
+"""Every cause after the first must take away this part of the squared residual of runs left out."""
+
+REPEATED = "missing-sensor"
+"""The cause that may be there more than once, with another target."""
+
+STANDING, CLEARLY = 0.1, 0.05
+"""A target may stand for the leader's if it has this part of its evidence, and takes away so much more."""
+
 FEWEST_WINDOWS = 40
 FEWEST_RUNS = 2
 
@@ -109,32 +119,58 @@ def searched(campaign: Campaign, law: IdentifiedLaw, rows: Sequence[RunRows], pr
     threshold = max(LEAST, chance)
     steps, found, stages = [step], list[Found](), list[Stage]()
     decision = decided(step, threshold)
-    while decision.named and len(found) < MOST_EFFECTS:
-        assert decision.leader is not None  # named
-        after = stage.with_effect(decision.leader.best)
-        pays = _pays(stage, after, decision.leader)
+    while len(found) < MOST_EFFECTS:
+        leader = _leader(stage, decision, threshold, first=not found)
+        if leader is None:
+            break
+        after = stage.with_effect(leader.best)
+        pays = _share(stage, after, leader) > (LEAST_SHARE if found else 0.0)
         if not pays and found:
             break
         stages.append(stage)
-        found.append(Found(decision.leader, decision, pays, *stage.amplitudes(decision.leader)))
+        found.append(Found(leader, decision, pays, *stage.amplitudes(leader)))
         if not pays:
             break
         stage = after
-        said(1 + len(found), MOST_EFFECTS + 2, f"{decision.leader.cause} named; trying what is left")
+        said(1 + len(found), MOST_EFFECTS + 2, f"{leader.cause} named; trying what is left")
         step = stage.step
         steps.append(step)
         decision = decided(step, threshold)
     return Course(first, stage, tuple(stages), tuple(steps), tuple(found), decision, threshold)
 
 
-def _pays(before: Stage, after: Stage, leader: Ranked) -> bool:
-    """Whether a stage predicts runs left out of the fit better than the one before; a step of the zero has no such test."""
+def _leader(stage: Stage, decision: Decision, threshold: float, *, first: bool) -> Ranked | None:
+    """Return the cause to join next, with the target that predicts runs left out best; None where there is none.
+
+    Once a cause was named, another thermometer that pays may join although something nameless leads.
+    """
+    leader = decision.leader if decision.named else None
+    if leader is None and not first:
+        others = [item for item in stage.step.ranking if item.cause == REPEATED and item.gated >= threshold]
+        leader = others[0] if others else None
+    if leader is None or leader.cause != REPEATED:
+        return leader
+    scored = [
+        item for item in stage.search.scored(stage.step.levels, stage.trials_left)
+        if item.trial.cause == REPEATED and item.gated >= threshold and item.value >= STANDING * leader.value
+    ]  # fmt: skip
+    targets: dict[str | None, Scored] = {leader.best.trial.target: leader.best}
+    for item in sorted(scored, key=lambda item: -item.value):
+        targets.setdefault(item.trial.target, item)
+    shares = {name: _share(stage, stage.with_effect(item), leader) for name, item in targets.items()}
+    best = max(shares, key=lambda name: shares[name])
+    if shares[best] - shares[leader.best.trial.target] < CLEARLY:
+        return leader
+    return replace(leader, best=targets[best], value=targets[best].value)
+
+
+def _share(before: Stage, after: Stage, leader: Ranked) -> float:
+    """Return by which part a stage leaves less, squared, of runs left out of the fit; a step of the zero has no test."""
     if leader.cause == "zero-jump":
-        return True
-    levels = leader.levels
-    old, new = before.left_out(levels), after.left_out(levels)
+        return 1.0
+    old, new = before.left_out(leader.levels), after.left_out(leader.levels)
     rows = before.channel.rows
-    return bool((rows * new**2).sum() < (rows * old**2).sum())
+    return 1.0 - float((rows * new**2).sum() / (rows * old**2).sum())
 
 
 def _refuse_too_little(stage: Stage) -> None:

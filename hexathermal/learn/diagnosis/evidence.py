@@ -75,10 +75,11 @@ def relevance(seen: float) -> float:
     return 0.5 * (seen / TOLERATED) ** 2
 
 
-def visible(columns: FloatArray, base: FloatArray, run: FloatArray) -> FloatArray:
+def visible(columns: FloatArray, base: FloatArray, channel: Channel) -> FloatArray:
     """Return the RMS of what stays of columns after the base and offsets of runs are refitted, shape (m,)."""
+    run = channel.run
     offsets = (run[:, None] == np.unique(run)[None, :]).astype(float)
-    N = np.column_stack([base, offsets])
+    N = np.column_stack([base, offsets]) if channel.has_offsets else base
     Q, R = linalg.qr(N / (np.sqrt((N**2).mean(axis=0)) + 1e-30), mode="economic")
     keep = np.abs(np.diag(R)) > 1e-9 * np.abs(np.diag(R)).max()
     left = columns - Q[:, keep] @ (Q[:, keep].T @ columns)
@@ -119,8 +120,8 @@ def screened(
     rp = r - Xs @ linalg.cho_solve(factor, Xs.T @ r)
     HZ = half @ Z
     g = Z.T @ rp
-    left = visible(columns, base.X, channel.run.astype(float))
-    plain = visible(columns, base.X[:, : base.plain], channel.run.astype(float))
+    left = visible(columns, base.X, channel)
+    plain = visible(columns, base.X[:, : base.plain], channel)
     found, at = [], 0
     for trial in terms:
         k = trial.columns.shape[1]

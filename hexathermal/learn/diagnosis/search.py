@@ -110,14 +110,16 @@ class Search:
         found += list(flexible_trials(self.bench))
         return [trial for trial in found if trial.base is not None or np.ptp(trial.columns, axis=0).max(initial=0.0) > 0.0]
 
-    def step(self, taken: frozenset[str] = frozenset(), begin: Levels | None = None) -> Step:
-        """Return the ranking over the present base; causes already taken, and their twins, are left out."""
-        gone = taken | {twin for name in taken for twin in TWINS.get(name, ())}
-        trials = [trial for trial in self.trials if trial.cause not in gone]
+    def scored(self, levels: Levels, trials: list[Trial]) -> list[Scored]:
+        """Return trials with their evidence at one noise."""
+        return screened(self.channel, self.base, levels, trials, self.largest)
+
+    def step(self, trials: list[Trial], begin: Levels | None = None) -> Step:
+        """Return the ranking of trials over the present base."""
         levels, null = self.channel.fitted(self.base.X, self.base.sd, begin)
         ranked: dict[str, Ranked] = {}
         for _again in range(2):
-            scored = screened(self.channel, self.base, levels, trials, self.largest)
+            scored = self.scored(levels, trials)
             families = _families(scored)
             leaders = sorted(families, key=lambda name: -families[name][0])[:LEADERS]
             pool = [levels]

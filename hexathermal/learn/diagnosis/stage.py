@@ -11,8 +11,8 @@ import numpy as np
 from hexathermal.learn.campaign import Campaign
 from hexathermal.learn.diagnosis.channels import Channel, Levels, marginal
 from hexathermal.learn.diagnosis.evidence import Base, Scored
-from hexathermal.learn.diagnosis.search import Ranked, Search, Step, base_sizes
-from hexathermal.learn.diagnosis.trials import Workbench
+from hexathermal.learn.diagnosis.search import TWINS, Ranked, Search, Step, base_sizes
+from hexathermal.learn.diagnosis.trials import Trial, Workbench
 from hexathermal.learn.diagnosis.view import View
 from hexathermal.learn.signals import RunRows
 from hexathermal.machine.leg_repairs import SensorRepair, repaired
@@ -98,10 +98,18 @@ class Stage:
         return search
 
     @cached_property
+    def trials_left(self) -> list[Trial]:
+        """Trials of causes that have not joined, nor their twins; another thermometer may join a second time."""
+        taken = {item.trial.cause for item in self.joined} | {repair.cause for repair in self.repairs}
+        gone = {name for name in taken if name != "missing-sensor"} | {twin for name in taken for twin in TWINS.get(name, ())}
+        sensors = {item.trial.target for item in self.joined}
+        return [trial for trial in self.search.trials
+                if trial.cause not in gone and not (trial.cause == "missing-sensor" and trial.target in sensors)]  # fmt: skip
+
+    @cached_property
     def step(self) -> Step:
         """The ranking of all causes that have not joined."""
-        return self.search.step(frozenset(item.trial.cause for item in self.joined)
-                                | frozenset(item.cause for item in self.repairs))  # fmt: skip
+        return self.search.step(self.trials_left)
 
     def with_effect(self, scored: Scored) -> Stage:
         """Return the stage with a trial joined, or with its repair made."""
