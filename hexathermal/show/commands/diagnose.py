@@ -1,0 +1,192 @@
+"""``hexathermal diagnose``: what a law gets wrong on measurements, why, and the law extended by it."""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from hexathermal.errors import ArgumentError
+from hexathermal.show.commands import Answer, Progress, add_json
+from hexathermal.show.commands.identify import free
+from hexathermal.show.options import EXIT_CODES, STYLE, path
+from hexathermal.show.outputs import protect
+
+if TYPE_CHECKING:
+    from hexathermal.learn.campaign import Campaign
+    from hexathermal.learn.diagnosis.result import Diagnosis
+    from hexathermal.learn.law import IdentifiedLaw
+
+DIAGNOSE = """\
+What does the law of a leg get wrong, and why? Seventeen causes are tried on what the law leaves of the campaign's runs
+for identification. The one that these data demand, above all that chance could do, is named; it joins the law if it
+foretells runs left out; and the search goes on. Runs for validation only tell what that gains.
+
+The first line is the finding, one of three:
+  The residual is CAUSE ...              named, with its size, interval and probability
+  No effect ... stands above X um        the law explains these data to their noise; X for each cause in a table
+  Something real is left that follows ...   but no cause of the catalogue explains it
+"""
+
+EPILOG = f"""\
+causes:
+  of the leg          thermal-lag, missing-sensor, hidden-heat, nonlinear-expansion, backlash, creep,
+                      periodic-screw-error, scale-error
+  of the bench        frame-expansion, air-refraction, abbe-tilt, zero-drift, zero-jump
+  of the thermometers clock-offset, sensor-drift, sensor-detached, swapped-sensors
+
+what the tables say:
+  visible RMS   what stays of an effect when the law is fitted again; only that can be seen in a residual
+  evidence      logarithm of how much more probable the data are with the cause than without; 2.3 is 10 to 1, 7 is
+                1000 to 1
+  probability   of the name, with all others, none and something nameless as its rivals
+  as likely     names that these data cannot tell from it: an experiment decides, it stands under "next"
+
+The law's sensors are those of --sensors or --law, else those that 'identify' chooses. Its coefficients are always
+fitted again: an effect biases them. --extend writes the law with what joined it; it is used like any other: 'validate',
+'apply'. Where nothing joined, the law without terms is written, and stderr says so.
+
+files of --report DIR:
+  report.html       the whole diagnosis for people: pictures, tables, words; one file, opens without a network
+  *.png             its pictures
+  diagnosis.json    everything as numbers
+
+examples:
+  hexathermal diagnose my-campaign
+  hexathermal diagnose my-campaign --sensors T07,T14 --report diagnosis --extend extended.toml
+  hexathermal diagnose my-campaign --law leg.toml --json -
+  hexathermal validate extended.toml my-campaign --before leg.toml
+
+{EXIT_CODES}"""
+
+
+def add(commands: Any) -> None:
+    """Declare the command."""
+    one = commands.add_parser("diagnose", help="what a law gets wrong on a campaign, and why", description=DIAGNOSE,
+                              epilog=EPILOG, **STYLE)  # fmt: skip
+    one.add_argument("campaign", type=path, metavar="CAMPAIGN", help="folder with campaign.toml; of a leg or component")
+    one.add_argument("--sensors", metavar="NAMES", help="of the law, with commas: T07,T14; default: 'identify' chooses")
+    one.add_argument("--law", type=path, metavar="FILE", help="leg.toml of 'identify': its sensors are taken")
+    one.add_argument("--extend", type=path, metavar="FILE", help="write the law with what was found in it: leg.toml")
+    one.add_argument("--report", type=path, metavar="DIR", help="write report.html and its pictures into this folder")
+    one.add_argument("--force", action="store_true", help="overwrite an existing law")
+    add_json(one)
+
+
+def run(arguments: argparse.Namespace, progress: Progress) -> Answer:
+    """Diagnose a campaign."""
+    from hexathermal.learn.campaign_files import load_campaign
+    from hexathermal.learn.diagnosis import diagnose
+    from hexathermal.learn.leg_law_files import read_leg_law, write_leg_law
+    from hexathermal.predict.table_writing import refuse_no_place
+    from hexathermal.show.diagnosis_tables import diagnosis_facts
+
+    names = _names(arguments)
+    if arguments.report is not None:
+        refuse_no_place(arguments.report)
+    if arguments.extend is not None:
+        _refuse_extended(arguments)
+    law = None if arguments.law is None else read_leg_law(arguments.law)
+    campaign = load_campaign(arguments.campaign, needed=("identification",), progress=progress)
+    _refuse_other_kind(campaign, law)
+    found = diagnose(campaign, names, law=law, progress=progress)
+    facts, written, warnings = diagnosis_facts(found), list[Path](), list[str]()
+    if arguments.report is not None:
+        written += _report(found, facts, arguments.report, progress)
+    # last: a law is there only where all else is
+    if arguments.extend is not None:
+        written.append(write_leg_law(found.extended, arguments.extend))
+        if not found.extended.extended:
+            warnings.append(f"warning: nothing joined the law: {arguments.extend} holds it without terms")
+    facts["written"] = [str(file) for file in written]
+    shown = [*_shown(found)]
+    if written:
+        shown.append("Written:\n" + "\n".join(f"  {file}" for file in written))
+    return Answer(tuple(shown), facts, tuple(warnings))
+
+
+def _names(arguments: argparse.Namespace) -> tuple[str, ...] | None:
+    """Return the sensors that were named, None for those of a law or of `identify`."""
+    if arguments.sensors is None:
+        return None
+    if arguments.law is not None:
+        raise ArgumentError("--law brings its own sensors; give --sensors or --law, not both")
+    names = tuple(name.strip() for name in arguments.sensors.split(",") if name.strip())
+    if names == ("auto",):
+        return None
+    if not names:
+        raise ArgumentError("--sensors names no sensor; give names with commas, as T07,T14")
+    return names
+
+
+def _refuse_extended(arguments: argparse.Namespace) -> None:
+    """Refuse a law file that exists, is read, or cannot be written, before any work is done."""
+    from hexathermal.predict.table_writing import refuse_no_folder
+
+    try:
+        free(arguments.extend, arguments.force)
+        protect(argparse.Namespace(campaign=arguments.campaign, law=arguments.law, out=arguments.extend))
+    except ArgumentError as error:
+        raise ArgumentError(str(error).replace("--out", "--extend")) from None
+    refuse_no_folder(arguments.extend)
+
+
+def _refuse_other_kind(campaign: Campaign, law: IdentifiedLaw | None) -> None:
+    """Refuse a campaign that cannot be diagnosed, and a law of another kind."""
+    if campaign.kind not in ("leg", "component"):
+        raise ArgumentError(
+            f"this campaign is of kind {campaign.kind!r}; one leg or component is diagnosed so far, not six legs "
+            "together: diagnose the bench campaign of each leg, and see 'hexathermal validate' for the whole machine"
+        )
+    if law is not None and law.kind != campaign.kind:
+        raise ArgumentError(
+            f"the law is of kind {law.kind!r}, the campaign of kind {campaign.kind!r}; give a law of this campaign, or "
+            "leave --law out"
+        )
+
+
+def _shown(found: Diagnosis) -> list[Any]:
+    """Return texts and tables, the finding first."""
+    from hexathermal.show import diagnosis_tables as tables
+    from hexathermal.show.diagnosis_words import gain_words
+    from hexathermal.show.identification_tables import gain_table
+
+    texts: list[Any] = [found.sentence, _summary(found)]
+    if found.effects:
+        texts.append(lambda pretty, _: tables.effects_table(found, pretty))
+    texts.append(lambda pretty, _: tables.ranking_table(found, pretty))
+    if found.gain is not None and found.extended.extended:
+        better = found.gain
+        texts.append(lambda pretty, _: gain_table(better, pretty))
+    texts.append(gain_words(found))
+    texts += [lambda pretty, _: tables.limits_table(found, pretty)]
+    if found.confusions:
+        texts.append(lambda pretty, _: tables.confusions_table(found, pretty))
+    if found.experiments:
+        texts.append(lambda pretty, _: tables.experiments_table(found, pretty))
+    return texts
+
+
+def _summary(found: Diagnosis) -> str:
+    """Return what stands around the finding, in words."""
+    from hexathermal.show.diagnosis_tables import probability
+
+    noise = found.noise
+    lines = [
+        f"Campaign {found.title or 'without a title'}: law of {' + '.join(found.law.sensors)}; probability of the "
+        f"verdict '{found.verdict}' {probability(found.probability)}; a name needed a log evidence of "
+        f"{found.threshold:.1f}.",
+        f"Noise (um): white {noise.white * 1e6:.3f}, landings {noise.landing * 1e6:.3f}, slow {noise.slow * 1e6:.3f}, "
+        f"zero of a run {noise.offset * 1e6:.3f}.",
+    ]
+    if found.effects and found.follows:
+        lines.append(f"Besides, something without a name is left: it {found.follows}.")
+    lines += [f"note: {note}" for note in found.notes]
+    return "\n".join(lines)
+
+
+def _report(found: Diagnosis, facts: dict[str, Any], folder: Path, progress: Progress) -> list[Path]:
+    """Write the report, all or nothing; returns the paths."""
+    from hexathermal.show.diagnosis_report import write_report
+
+    return write_report(found, facts, folder, progress)

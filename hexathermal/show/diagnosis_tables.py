@@ -1,0 +1,122 @@
+"""Tables of a diagnosis for the command line, and the same as plain values."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+from rich.table import Table
+
+from hexathermal.learn.diagnosis.result import Candidate, Diagnosis
+from hexathermal.show.diagnosis_words import (
+    how_apart,
+    interval,
+    noise_rows,
+    odds,
+    parameter,
+    settings_words,
+    visible_interval,
+)
+from hexathermal.show.tables import framed
+
+
+def ranking_table(found: Diagnosis, pretty: bool) -> Table:
+    """Return every cause that was tried, best first."""
+    table = framed(
+        pretty, "cause", "named", "target", "visible RMS\num>", "evidence\nlog>", "probability>", "at best with"
+    )
+    for k, one in enumerate(found.candidates):
+        table.add_row(one.cause, "yes" if k < len(found.effects) else "", one.target or "-", visible_words(found, k),
+                      f"{one.evidence:.1f}", probability(one.probability), settings_words(one.settings) or "-")  # fmt: skip
+    return table
+
+
+def visible_words(found: Diagnosis, k: int) -> str:
+    """Return what stays visible of a candidate [um], with its 95 % interval where it was named."""
+    one: Candidate = found.candidates[k]
+    half = visible_interval(found.effects[k]) if k < len(found.effects) else math.nan
+    return interval(one.visible * 1e6, half * 1e6)
+
+
+def probability(value: float) -> str:
+    """Return a probability without claiming certainty.
+
+    Examples
+    --------
+    >>> probability(0.99999), probability(0.974), probability(0.0001)
+    ('>0.999', '0.974', '<0.001')
+    """
+    return ">0.999" if value > 0.999 else "<0.001" if value < 0.001 else f"{value:.3f}"
+
+
+def effects_table(found: Diagnosis, pretty: bool) -> Table:
+    """Return the causes that were named, with their parameters."""
+    table = framed(pretty, "named", "target", "parameter", "value ± 95 %>", "unit", "probability>", "as likely",
+                   "joins the law")  # fmt: skip
+    for one in found.effects:
+        shown = [parameter(name, quantity) for name, quantity in one.parameters.items()]
+        rows = [(item.name, interval(item.value, item.half), item.unit) for item in shown]
+        rows += [(name.replace("_", " "), str(value), "") for name, value in one.settings.items()]
+        for k, (name, value, unit) in enumerate(rows or [("-", "-", "")]):
+            head = (one.cause, one.target or "-") if k == 0 else ("", "")
+            tail = (probability(one.probability), ", ".join(one.equivalent) or "none other",
+                    "yes" if one.joined else "no") if k == 0 else ("", "", "")  # fmt: skip
+            table.add_row(*head, name, value, unit, *tail)
+    return table
+
+
+def limits_table(found: Diagnosis, pretty: bool) -> Table:
+    """Return how large each effect must be in this campaign to be named, smallest first."""
+    table = framed(pretty, "would be named from", "visible RMS\num>", "whole RMS\num>")
+    for one in sorted(found.limits, key=lambda item: (item.whole, item.cause)):
+        table.add_row(one.cause, f"{one.visible * 1e6:.2g}", f"{one.whole * 1e6:.2g}")
+    return table
+
+
+def confusions_table(found: Diagnosis, pretty: bool) -> Table:
+    """Return the pairs of causes that this campaign would confuse."""
+    table = framed(pretty, "these data confuse", "with", "evidence apart\nlog>", "told apart")
+    for one in found.confusions:
+        table.add_row(*one.causes, f"{max(one.separation, 0.0):.1f}", how_apart(one.separation))
+    return table
+
+
+def experiments_table(found: Diagnosis, pretty: bool) -> Table:
+    """Return what to measure next and what it promises."""
+    table = framed(pretty, "next", "experiment", "tells apart", "promised\nlog>", "odds")
+    for k, one in enumerate(found.experiments):
+        table.add_row(f"{k + 1}", one.words, ", ".join(one.causes), f"{one.separation:.1f}", odds(one.separation))
+    return table
+
+
+def noise_table(found: Diagnosis, pretty: bool) -> Table:
+    """Return the noise that is left in the end."""
+    table = framed(pretty, "noise", "standard deviation\num>", "what it is")
+    for name, value, words in noise_rows(found):
+        table.add_row(name, f"{value * 1e6:.3f}", words)
+    return table
+
+
+def diagnosis_facts(found: Diagnosis) -> dict[str, Any]:
+    """Return a diagnosis as plain values, ready for JSON."""
+    told: dict[str, Any] = plain(found.to_json())
+    return told
+
+
+def plain(value: Any) -> Any:
+    """Return plain values of a nested answer: numbers that are none become null, arrays lists.
+
+    Examples
+    --------
+    >>> plain({"a": np.float64(np.nan), "b": (np.int64(2), "x")})
+    {'a': None, 'b': [2, 'x']}
+    """
+    if isinstance(value, Mapping):
+        return {str(name): plain(item) for name, item in value.items()}
+    if isinstance(value, list | tuple | np.ndarray):
+        return [plain(item) for item in value]
+    if isinstance(value, np.generic):
+        value = value.item()
+    return None if isinstance(value, float) and not math.isfinite(value) else value

@@ -1,0 +1,230 @@
+"""Words of a diagnosis for people: parameters in units of the workshop, evidence as odds, what names mean."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from hexathermal.learn.diagnosis.result import Diagnosis, Effect, Quantity
+
+COVERAGE = 1.96
+"""Half of a 95 % interval over the standard uncertainty."""
+
+UNITS: dict[str, tuple[str, float]] = {
+    "1/K": ("um/m/K", 1e6),
+    "1/K^2": ("um/m/K^2", 1e6),
+    "m": ("mm", 1e3),
+    "m per unit": ("um per unit", 1e6),
+    "1e-6": ("um/m", 1.0),
+    "1": ("", 1.0),
+}
+"""Unit that is shown for a unit of a parameter, and its factor; others stay."""
+
+ENDINGS = ("_per_K2", "_um_per_K", "_um_per_h", "_K_per_h", "_per_K", "_um", "_mm", "_ppm", "_s", "_m")
+"""Of a parameter's name: the unit, which is shown apart."""
+
+SIGNALS = {
+    "time": ("time since the run began", "h", 1.0 / 3600.0),
+    "q": ("displacement of the rod", "mm", 1e3),
+    "direction": ("direction of the last move", "", 1.0),
+    "dT": ("temperature of {sensor} since the zero", "K", 1.0),
+    "rate": ("rate of the temperature of {sensor}", "K/h", 3600.0),
+    "since_move": ("time since the last move", "min", 1.0 / 60.0),
+    "air": ("air temperature", "°C", 1.0),
+    "pressure": ("air pressure", "hPa", 1e-2),
+    "humidity": ("relative humidity", "%", 1e2),
+}
+"""What each signal of a residual is called, the unit that is shown, and its factor."""
+
+VERDICTS = {
+    "effect": "a cause is named",
+    "none": "nothing stands above the noise",
+    "unexplained": "something real, without a name",
+}
+
+
+@dataclass(frozen=True)
+class Shown:
+    """A parameter as it is shown.
+
+    Attributes
+    ----------
+    name : str
+    value, half : float
+        Half of the 95 % interval; NaN where none could be told.
+    unit : str
+    """
+
+    name: str
+    value: float
+    half: float
+    unit: str
+
+    @property
+    def words(self) -> str:
+        """Value with its interval and unit, rounded to two digits of the interval."""
+        return f"{interval(self.value, self.half)} {self.unit}".rstrip()
+
+
+def parameter(name: str, quantity: Quantity) -> Shown:
+    """Return a parameter in a unit that people measure in.
+
+    Examples
+    --------
+    >>> from hexathermal.learn.diagnosis.result import Quantity
+    >>> parameter("pitch_m", Quantity(2e-3, 1e-5, "m")).words
+    '2.000 ± 0.020 mm'
+    """
+    unit, factor = UNITS.get(quantity.unit, (quantity.unit, 1.0))
+    if quantity.unit == "s" and abs(quantity.value) >= 120.0:
+        unit, factor = "min", 1.0 / 60.0
+    bare = next((name.removesuffix(one) for one in ENDINGS if name.endswith(one)), name)
+    return Shown(bare.replace("_", " "), quantity.value * factor, COVERAGE * quantity.std * factor, unit)
+
+
+def interval(value: float, half: float) -> str:
+    """Return a value with half of its interval, as many decimals as that has in two digits.
+
+    Examples
+    --------
+    >>> interval(-0.14608, 0.01729), interval(960.0, float("nan"))
+    ('-0.146 ± 0.017', '960')
+    """
+    if not math.isfinite(half) or half <= 0.0:
+        return f"{value:.3g}"
+    if not 1e-6 < half < 1e6:
+        return f"{value:.3g} ± {half:.2g}"
+    decimals = max(0, 1 - math.floor(math.log10(half)))
+    return f"{value:.{decimals}f} ± {half:.{decimals}f}"
+
+
+def settings_words(settings: Mapping[str, Any]) -> str:
+    """Return the parameters at which a cause explains most, in words.
+
+    Examples
+    --------
+    >>> settings_words({"time_constant_s": 960.0, "order": 2, "ratio": 0.5, "sensor": "T07"})
+    'time constant 16 min, order 2'
+    """
+    said = (_setting(name, value) for name, value in settings.items() if name not in HIDDEN)
+    return ", ".join(words for words in said if words)
+
+
+HIDDEN = ("sensor", "ratio", "source", "path_m", "first")
+"""Settings that say nothing beside the target."""
+
+
+ENDLESS = 1e6
+"""A setting above stands for one without an end, and is not said."""
+
+
+def _setting(name: str, value: Any) -> str:
+    """Return one setting in words."""
+    label = next((name.removesuffix(one) for one in ENDINGS if name.endswith(one)), name).replace("_", " ")
+    if isinstance(value, str | bool) or not isinstance(value, int | float):
+        return f"{label} {value}"
+    if abs(value) > ENDLESS:
+        return ""
+    if name.endswith("_s"):
+        return f"{label} {duration(float(value))}"
+    if name.endswith("_m"):
+        return f"{label} {float(value) * 1e3:.3g} mm"
+    return f"{label} {float(value):.3g}" + (" K" if name.endswith("_K") else "")
+
+
+def duration(seconds: float) -> str:
+    """Return a time as people say it.
+
+    Examples
+    --------
+    >>> duration(45.0), duration(960.0), duration(15360.0)
+    ('45 s', '16 min', '4.27 h')
+    """
+    size = abs(seconds)
+    return (
+        f"{seconds:.3g} s"
+        if size < 120.0
+        else f"{seconds / 60.0:.3g} min"
+        if size < 7200.0
+        else f"{seconds / 3600.0:.3g} h"
+    )
+
+
+def odds(evidence: float) -> str:
+    """Return log evidence as odds that people can weigh.
+
+    Examples
+    --------
+    >>> odds(0.2), odds(2.3), odds(114.0)
+    ('1 to 1', '10 to 1', 'above 1000 to 1')
+    """
+    if not math.isfinite(evidence):
+        return "not known"
+    size = abs(evidence)
+    if size > math.log(1000.0):
+        return "above 1000 to 1" if evidence > 0.0 else "below 1 to 1000"
+    ratio = math.exp(size)
+    shown = f"{ratio:.0f}" if ratio < 20.0 else f"{float(f'{ratio:.2g}'):.0f}"
+    return f"{shown} to 1" if evidence >= 0.0 else f"1 to {shown}"
+
+
+def how_apart(separation: float) -> str:
+    """Return how well two causes are told apart by so much log evidence."""
+    return "not at all" if separation < 1.0 else "barely" if separation < 3.0 else "weakly"
+
+
+def signal_words(name: str, sensor: str) -> tuple[str, str, float]:
+    """Return what a signal of a residual is called, its unit and its factor; others are recorded inputs."""
+    words, unit, factor = SIGNALS.get(name, (f"recorded input {name}", "", 1.0))
+    return words.format(sensor=sensor), unit, factor
+
+
+def visible_interval(effect: Effect) -> float:
+    """Return half of the 95 % interval of what stays visible [m], NaN where it could not be told.
+
+    The visible part is proportional to the amplitude: it has the same relative uncertainty. Where there are several
+    amplitudes, that of the one which is best known.
+    """
+    from hexathermal.learn.diagnosis.words import UNITS as OF_GRIDS
+
+    parts = [
+        one.std / abs(one.value)
+        for name, one in effect.parameters.items()
+        if name not in OF_GRIDS and math.isfinite(one.std) and one.value
+    ]
+    return COVERAGE * effect.visible * min(parts) if parts else math.nan
+
+
+def noise_rows(found: Diagnosis) -> list[tuple[str, float, str]]:
+    """Return the parts of the noise: name, standard deviation [m], and what makes it."""
+    noise = found.noise
+    return [
+        ("white", noise.white, "differs from row to row; means of many rows hardly feel it"),
+        ("landings", noise.landing, "each stop after a move lands a little elsewhere"),
+        ("slow", noise.slow, f"wanders within about {duration(noise.slow_time)}"),
+        ("zero of a run", noise.offset, "shifts a whole run, from the noise of its first row"),
+    ]
+
+
+def gain_words(found: Diagnosis) -> str:
+    """Return what the extended law gains on runs for validation, in words."""
+    if found.gain is None:
+        return "There are no runs for validation: what the extended law gains is not known."
+    one = found.gain.total
+    before, after, part = one.rmse_before * 1e6, one.rmse_after.value * 1e6, one.rmse_gain
+    if not found.extended.extended:
+        said = f"On runs never fitted the law leaves an RMSE of {before:.3f} um; nothing joined it"
+    else:
+        sure = "proven" if found.gain.proven else "not proven: the interval holds 0"
+        said = (
+            f"On runs never fitted the extended law brings the RMSE from {before:.3f} to {after:.3f} um, "
+            f"{abs(100.0 * part.value):.0f} % {'less' if part.value >= 0.0 else 'more'} (95 %: {100.0 * part.low:.0f} "
+            f"to {100.0 * part.high:.0f} %, {sure})"
+        )
+    if found.reachable is not None and math.isfinite(found.reachable):
+        said += f"; a free fit of all channels reaches {found.reachable * 1e6:.3f} um"
+    skipped = found.gain.skipped
+    return said + "." + (f" Not compared, rows differ: {', '.join(skipped)}." if skipped else "")
