@@ -16,6 +16,7 @@ import numpy.typing as npt
 
 from hexathermal.learn.campaign_columns import BEAMS
 from hexathermal.learn.cleaning_channels import PIECE_ROWS
+from hexathermal.learn.cleaning_channels import SMALLEST_MOVE_M as SMALLEST_MOVE_M
 from hexathermal.learn.cleaning_record import NOTED, REPAIRED, ROW, Ledger
 from hexathermal.learn.cleaning_rules import (
     MARGIN,
@@ -265,10 +266,6 @@ def resting(sheet: Sheet) -> Flags:
         moved = np.abs(np.diff(sheet.q[:, 0], prepend=sheet.q[0, 0])) > SMALLEST_MOVE_M
         fresh = fresh | moved
     return np.asarray(~fresh)
-
-
-SMALLEST_MOVE_M = 2e-6
-"""A displacement of the rod beyond this from row to row is a movement: another landing."""
 
 
 def _kept(sheet: Sheet, own: slice, keep: Flags) -> Sheet:

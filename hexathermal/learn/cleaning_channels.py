@@ -14,17 +14,15 @@ from hexathermal.learn.cleaning_rules import (
     CODE_RULE,
     MARGIN,
     SPIKE_RULE,
-    STUCK_RULE,
     WEATHER_RULE,
     Flags,
-    Scales,
     codes_in,
+    filled,
     jumping_ahead,
-    scales_of,
     spikes_in,
-    stuck_in,
 )
 from hexathermal.learn.cleaning_sheets import Sheet, stacked, with_margins
+from hexathermal.learn.cleaning_stuck import STUCK_RULE, Scales, scales_of, stuck_in
 from hexathermal.poses import FloatArray
 
 PIECE_ROWS = 8192
@@ -35,6 +33,13 @@ STUDY_ROWS = 32768
 
 GAP_STEPS = 5.0
 """A step in time of more than so many usual steps is a gap."""
+
+
+SMALLEST_MOVE_M = 2e-6
+"""A displacement of the rod beyond this from row to row is a movement: another landing."""
+
+NEAR_ROWS = 3
+"""So near to a movement heat comes and fades within rows."""
 
 
 def in_order(sheets: Iterator[Sheet], ledger: Ledger) -> Iterator[Sheet]:
@@ -120,13 +125,13 @@ class ChannelRules:
         self.recorded = ~np.isnan(_channels(study)).all(axis=0) | (np.arange(len(self.names)) < len(self.names) - 3)
         self.ledger = ledger
         self._factors = np.array([SI[name.rpartition("_")[2]][0] for name in self.names])
-        weather = np.array([name in AIR for name in self.names])
+        self._weather = np.array([name in AIR for name in self.names])
         limits = [LIMITS[name.split("_")[1]][:2] if name in AIR else (-np.inf, np.inf) for name in self.names]
         self._lowest, self._highest = np.array(limits).T
         values = self._without_codes(_channels(study))
         self.scales: Scales = scales_of(values)
         beams = np.array([name in BEAMS for name in self.names])
-        self._judged_stuck, self._judged_spikes = ~weather, ~beams
+        self._judged_stuck, self._judged_spikes = ~self._weather, ~beams
         time = study.time[:, 0]
         ledger.sampling = float(np.median(np.diff(time))) if len(time) > 1 else np.nan
 
@@ -148,11 +153,14 @@ class ChannelRules:
             missing = np.isnan(values)
             codes = self._codes(values)
             clean = np.where(codes, np.nan, values)
-            stuck = self._only(self._judged_stuck, stuck_in, clean)
+            stuck = np.zeros(clean.shape, dtype=bool)
+            k = self._judged_stuck
+            stuck[:, k] = stuck_in(clean[:, k], self.scales.of(k))
             clean = np.where(stuck, np.nan, clean)
             spikes = np.zeros_like(stuck)
             k = self._judged_spikes
-            spikes[:, k] = spikes_in(clean[:, k], self.scales.noise[k])
+            strict = near_moves(sheet)[:, None] | self._weather[k]
+            spikes[:, k] = spikes_in(clean[:, k], self.scales.noise[k], strict)
             self._note(((missing, "missing", "no number in the table"), (codes, "missing code", CODE_RULE),
                         (stuck, "stuck", STUCK_RULE), (spikes, "spike", SPIKE_RULE)), own, time, values)  # fmt: skip
             clean = np.where(spikes, np.nan, clean)[own]
@@ -162,13 +170,6 @@ class ChannelRules:
             self.ledger.note("gap", "row", NOTED, reason, gap, time)
             last = float(time[-1])
             yield sheet.changed(fresh=gap[:, None].astype(np.float64))
-
-    def _only(self, columns: Flags, rule: object, values: FloatArray) -> Flags:
-        """Return what a rule says of some columns; the others are right."""
-        found = np.zeros(values.shape, dtype=bool)
-        scales = Scales(self.scales.noise[columns], self.scales.resolution[columns], self.scales.liveliness[columns])
-        found[:, columns] = rule(values[:, columns], scales)  # type: ignore[operator]
-        return found
 
     def _note(
         self, found: tuple[tuple[Flags, str, str], ...], own: slice, time: FloatArray, values: FloatArray
@@ -181,6 +182,15 @@ class ChannelRules:
                 self.ledger.note(step, self.names[k], VALUE, why, part[:, k], time)
                 if step == "spike":
                     self.ledger.mark(self.names[k], time[part[:, k]], values[own][part[:, k], k])
+
+
+def near_moves(sheet: Sheet) -> Flags:
+    """Return the rows within `NEAR_ROWS` of a movement of the rod; none of a part without one."""
+    if not sheet.q.shape[1]:
+        return np.zeros(len(sheet), dtype=bool)
+    step = np.abs(np.diff(filled(sheet.q)[:, 0])) > SMALLEST_MOVE_M
+    padded = np.pad(step, NEAR_ROWS)
+    return np.asarray(np.lib.stride_tricks.sliding_window_view(padded, 2 * NEAR_ROWS).any(axis=1))
 
 
 def _with_channels(sheet: Sheet, values: FloatArray) -> Sheet:

@@ -1,11 +1,9 @@
-"""Rules of cleaning on arrays: noise, spikes, stuck values, missing codes. Each is stated, none knows of files.
+"""Rules of cleaning on arrays: noise, spikes, missing codes. Each is stated, none knows of files.
 
 Noise of a channel is robust and blind to trends: ``1.4826 median |x_i - (x_(i-1) + x_(i+1)) / 2| / sqrt(1.5)``.
 """
 
 from __future__ import annotations
-
-from dataclasses import dataclass
 
 import numpy as np
 import numpy.typing as npt
@@ -36,7 +34,11 @@ SPIKE_ROWS_OF_SLOPE = 4.0
 """and, beyond that, by what the steeper slope before or behind makes in so many rows: corners are no spikes;"""
 
 SPIKE_ABRUPT = 0.5
-"""and at least this share of it is made in one row: bumps are no spikes."""
+"""and at least this share of it is made in one row: bumps are no spikes;"""
+
+SPIKE_RETURN = 0.7
+"""Where the rod moves, and of weather, this share of it both on the way out and on the way back, each in one row: what
+leaps and then fades, as beside a nut that comes to rest there, is heat."""
 
 SPIKE_STEPS = 5.4
 """It stands off by more than so many median steps from row to row of the ten rows around it: where a value swings, as a
@@ -51,42 +53,17 @@ EDGE_ROWS, EDGE_FACTOR = 5, 3.0
 HALF_WINDOW = 10
 SPIKE_PASSES = 4
 
-LIVELY = 0.3
-"""Share of steps in which a channel must change to be judged by its changes."""
-
-STUCK_ROWS = 30
-"""A value that does not change over so many rows is stuck where other channels move."""
-
 MARGIN = 64
 """Rows that the rules look at on either side."""
 
 SPIKE_RULE = (
     "off the medians of 5 rows before and of 5 rows behind, on the same side and abruptly, by more than "
     f"{SPIKE_NOISES:g} noises of the channel ({SPIKE_LOCAL:g} of the {2 * HALF_WINDOW + 1} rows around) and "
-    f"{SPIKE_ROWS_OF_SLOPE:g} rows of the slope, and {SPIKE_STEPS:g} steps from row to row"
+    f"{SPIKE_ROWS_OF_SLOPE:g} rows of the slope, and {SPIKE_STEPS:g} steps from row to row; where the rod moves, and of "
+    "weather, out and back in one row each"
 )
-STUCK_RULE = f"not one change in {STUCK_ROWS} rows or more, while half of the other channels change all the time"
 WEATHER_RULE = "outside the range of any air (-40 to 100 degC, 100 to 1400 hPa, 0 to 100 %), or 9999 and the like"
 CODE_RULE = f"below {COLDEST_DEGC:g} degC or above {HOTTEST_DEGC:g} degC, or 9999 and the like: a logger's missing code"
-
-
-@dataclass(frozen=True, eq=False)
-class Scales:
-    """What is usual in channels, one number each.
-
-    Attributes
-    ----------
-    noise : array, shape (k,)
-        At least 0.3 of the resolution.
-    resolution : array, shape (k,)
-        Smallest step; 0 where nothing changes.
-    liveliness : array, shape (k,)
-        Share of row-to-row steps in which the value changes, long stretches without any left out.
-    """
-
-    noise: FloatArray
-    resolution: FloatArray
-    liveliness: FloatArray
 
 
 def noise_of(values: FloatArray) -> FloatArray:
@@ -107,23 +84,6 @@ def noise_of(values: FloatArray) -> FloatArray:
 def _median(values: FloatArray) -> float:
     """Return the median, NaN of nothing."""
     return float(np.median(values)) if values.size else np.nan
-
-
-def scales_of(values: FloatArray) -> Scales:
-    """Return what is usual in the columns of `values`, shape (n, k)."""
-    step = np.abs(np.diff(values, axis=0))
-    resting = np.column_stack([_long_stretches(column) for column in values.T])[1:]
-    resolution, liveliness = np.zeros(values.shape[1]), np.zeros(values.shape[1])
-    for k, column in enumerate(step.T):
-        known = column[np.isfinite(column)]
-        size = np.abs(values[:, k][np.isfinite(values[:, k])]).max(initial=0.0)
-        moved = known[known > 1e-12 * size]
-        if moved.size:
-            resolution[k] = float(np.quantile(moved, 0.01))
-            flat = int((resting[:, k] & (column == 0.0)).sum())
-            liveliness[k] = moved.size / (known.size - flat)
-    noise = np.fmax(np.nan_to_num(noise_of(values)), 0.3 * resolution)
-    return Scales(noise, resolution, liveliness)
 
 
 def codes_in(values: FloatArray, temperatures: bool) -> Flags:
@@ -155,7 +115,7 @@ def medians_of_five(values: FloatArray) -> FloatArray:
     return np.asarray(np.maximum(np.minimum(f, g), np.minimum(np.maximum(f, g), e)))
 
 
-def spikes_in(values: FloatArray, noise: FloatArray) -> Flags:
+def spikes_in(values: FloatArray, noise: FloatArray, moving: Flags | None = None) -> Flags:
     """Return where columns have spikes, by `SPIKE_RULE`.
 
     A value on a ramp lies between the medians on both sides, one at a corner stands off by no more than its
@@ -167,6 +127,8 @@ def spikes_in(values: FloatArray, noise: FloatArray) -> Flags:
     values : array, shape (n, k)
         Rows in the order of time; the ends are mirrored.
     noise : array, shape (k,)
+    moving : array of bool, shape (n, k), optional
+        Where values come and fade, as beside a movement, or turn, as the air's: a spike must leap back there as it came.
 
     Returns
     -------
@@ -183,11 +145,12 @@ def spikes_in(values: FloatArray, noise: FloatArray) -> Flags:
     if len(values) < 2 * HALF_WINDOW + 1:
         return found
     columns = np.arange(values.shape[1])
+    strict = np.zeros(values.shape, dtype=bool) if moving is None else moving
     for _pass in range(SPIKE_PASSES):
         part = np.where(found[:, columns], np.nan, values[:, columns])
         known = ~np.isnan(part)
         part = filled(part)
-        new = _standing_off(part, noise[columns], _beside(found[:, columns])) & known
+        new = _standing_off(part, noise[columns], _beside(found[:, columns]), strict[:, columns]) & known
         if not new.any():
             break
         found[:, columns] |= new
@@ -201,8 +164,11 @@ def _beside(found: Flags) -> Flags:
     return np.asarray(np.logical_or.reduce([padded[k : len(found) + k] for k in range(5)]))
 
 
-def _standing_off(values: FloatArray, noise: FloatArray, burst: Flags) -> Flags:
-    """Return one pass of `spikes_in`; rows of a `burst` are not held against the steps around them."""
+def _standing_off(values: FloatArray, noise: FloatArray, burst: Flags, strict: Flags) -> Flags:
+    """Return one pass of `spikes_in`; rows of a `burst` are not held against the steps around them.
+
+    In `strict` rows a value must leap back as it came.
+    """
     n = len(values)
     padded = np.pad(values, ((HALF_WINDOW, HALF_WINDOW), (0, 0)), mode="reflect")
     fives = medians_of_five(padded)
@@ -225,8 +191,21 @@ def _standing_off(values: FloatArray, noise: FloatArray, burst: Flags) -> Flags:
         usual = np.median(np.delete(steps[:, HALF_WINDOW - 5 : HALF_WINDOW + 5], [4, 5], axis=1), axis=1)
         size = off[rows, columns]
         sharp = (size > SPIKE_STEPS * usual) | (one_row > SPIKE_LEAP * size) | burst[rows, columns]
-        found[rows, columns] = (size > allowed) & (one_row > SPIKE_ABRUPT * size) & sharp
+        there_and_back = _one_row_each(around, np.sign(over[rows, columns]))
+        returned = (there_and_back > SPIKE_RETURN * size) | ~strict[rows, columns]
+        found[rows, columns] = (size > allowed) & (one_row > SPIKE_ABRUPT * size) & sharp & returned
     return np.asarray(found)
+
+
+def _one_row_each(around: FloatArray, sign: FloatArray) -> FloatArray:
+    """Return the smaller of the largest steps out to the middle column's value and back, three rows on either side.
+
+    0 where the row before or behind stands off farther: a flank.
+    """
+    rise = sign[:, None] * np.diff(around, axis=1)
+    out, back = rise[:, HALF_WINDOW - 3 : HALF_WINDOW], -rise[:, HALF_WINDOW : HALF_WINDOW + 3]
+    top = (out[:, -1] >= 0.0) & (back[:, 0] >= 0.0)
+    return np.asarray(np.where(top, np.minimum(out.max(axis=1), back.max(axis=1)), 0.0))
 
 
 def jumping_ahead(time: FloatArray, latest: float) -> Flags:
@@ -249,30 +228,3 @@ def jumping_ahead(time: FloatArray, latest: float) -> Flags:
     if not np.isfinite(latest) and len(time) > 2 and time[2] < time[1]:
         found[0] = False  # with no row before it the first row may be right, where the clock goes on backwards
     return found
-
-
-def stuck_in(values: FloatArray, scales: Scales) -> Flags:
-    """Return where columns are stuck, by `STUCK_RULE`; missing numbers end a stretch.
-
-    Where more than half of the columns stand still together nothing moves, and none of them is stuck.
-
-    Examples
-    --------
-    >>> x = np.random.default_rng(1).standard_normal((200, 3))
-    >>> x[50:100, 1] = 0.5
-    >>> found = stuck_in(x, scales_of(x))
-    >>> found.sum(axis=0).tolist(), int(found[:, 1].argmax())
-    ([0, 50, 0], 50)
-    """
-    still = np.column_stack([_long_stretches(column) for column in values.T])
-    lively = scales.liveliness >= LIVELY
-    silent = scales.resolution == 0.0
-    moving = (~still & lively).sum(axis=1) >= 0.5 * max(1, values.shape[1])
-    return np.asarray(still & (lively | silent) & moving[:, None])
-
-
-def _long_stretches(column: FloatArray) -> Flags:
-    """Return which rows belong to a stretch of `STUCK_ROWS` or more equal values."""
-    edges = np.flatnonzero(np.diff(column) != 0.0) + 1
-    lengths = np.diff(np.concatenate([[0], edges, [len(column)]]))
-    return np.asarray(np.repeat(lengths >= STUCK_ROWS, lengths))
