@@ -19,15 +19,9 @@ from hexathermal.learn.campaign import Block, Campaign, RunFile, joined
 from hexathermal.learn.campaign_columns import AIR
 from hexathermal.learn.campaign_faults import CampaignError, Faults
 from hexathermal.learn.campaign_streams import RunTable
-from hexathermal.learn.cleaning_beams import (
-    SMALLEST_MOVE_M,
-    BeamRules,
-    beam_scales,
-    measured,
-    resting,
-    without_missing,
-)
-from hexathermal.learn.cleaning_channels import ChannelRules, in_order, settled_rows, studied
+from hexathermal.learn.cleaning_beam_scales import beam_scales, measured, resting
+from hexathermal.learn.cleaning_beams import BeamRules, without_missing
+from hexathermal.learn.cleaning_channels import SMALLEST_MOVE_M, ChannelRules, in_order, settled_rows, studied
 from hexathermal.learn.cleaning_record import NOTED, ROW, CleaningRecord, Ledger
 from hexathermal.learn.cleaning_rules import noise_of
 from hexathermal.learn.cleaning_sheets import Sheet, sheets_of

@@ -59,8 +59,8 @@ MARGIN = 64
 SPIKE_RULE = (
     "off the medians of 5 rows before and of 5 rows behind, on the same side and abruptly, by more than "
     f"{SPIKE_NOISES:g} noises of the channel ({SPIKE_LOCAL:g} of the {2 * HALF_WINDOW + 1} rows around) and "
-    f"{SPIKE_ROWS_OF_SLOPE:g} rows of the slope, and {SPIKE_STEPS:g} steps from row to row; where the rod moves, and of "
-    "weather, out and back in one row each"
+    f"{SPIKE_ROWS_OF_SLOPE:g} rows of the slope, and {SPIKE_STEPS:g} steps from row to row; where the rod moves, "
+    "and of weather, out and back in one row each"
 )
 WEATHER_RULE = "outside the range of any air (-40 to 100 degC, 100 to 1400 hPa, 0 to 100 %), or 9999 and the like"
 CODE_RULE = f"below {COLDEST_DEGC:g} degC or above {HOTTEST_DEGC:g} degC, or 9999 and the like: a logger's missing code"
@@ -128,7 +128,8 @@ def spikes_in(values: FloatArray, noise: FloatArray, moving: Flags | None = None
         Rows in the order of time; the ends are mirrored.
     noise : array, shape (k,)
     moving : array of bool, shape (n, k), optional
-        Where values come and fade, as beside a movement, or turn, as the air's: a spike must leap back there as it came.
+        Where values come and fade, as beside a movement, or turn, as the air's: a spike must leap back there as it
+        came.
 
     Returns
     -------

@@ -1,0 +1,152 @@
+"""Beams that lose count: which steps of one beam are taken back, and which are only told.
+
+A beam that was broken counts on from another value: it alone steps, once, within one row, and stays there. Tilt parts
+the beams too, and where they do not stand evenly about the leg it may move one of them alone; but it goes with the
+displacement or the temperatures: it parts them at every movement, and at rest it creeps. So a step is put down to a
+beam
+
+- within a rest, where it is made in one row and the other two beams moved by less than a quarter of it;
+- at a movement of the rod, or beside a gap, only where besides it is several times larger than what the beams part by
+  at the other movements of that size, and these leave the mean known well enough.
+
+What is taken back is what the beam stepped by against the others; the mean is then known again to a third of what the
+beams part by of themselves.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from hexathermal.learn.cleaning_beam_scales import BeamScales, against_others, jumps, reaches, resting
+from hexathermal.learn.cleaning_rules import Flags
+from hexathermal.learn.cleaning_sheets import Sheet
+from hexathermal.poses import FloatArray
+
+STEP_SCALES = 10.0
+"""A beam steps where it jumps by more than so many usual jumps against the others,"""
+
+SMALLEST_STEP_M = 0.3e-6
+"""and by more than this: two quarter wavelengths of a red laser."""
+
+OTHERS = 0.25
+"""Share of the step by which the other beams may move with it."""
+
+ONE_ROW = 0.8
+"""Share of a step within a rest that one row must make,"""
+
+REST_ROWS = 3
+"""with so many rows of the rest before and from it on; any other step is one at a movement."""
+
+MOVE_STEP_M = 1e-6
+"""At a movement a step is larger than this,"""
+
+MOVE_TIMES = 3.0
+"""and so many times the 90 % quantile of what the beams part by at other movements of that size,"""
+
+FEWEST_MOVES, ALIKE = 5, 0.5
+"""of which there must be so many: movements of at least this share of its reach."""
+
+WORST_REPAIR_M = 0.1e-6
+"""A step is taken back only where the mean is then known better than this (standard deviation)."""
+
+STEP_RULE = (
+    f"one beam alone jumps by more than {STEP_SCALES:g} usual jumps and {SMALLEST_STEP_M * 1e6:g} um in one row of a "
+    f"rest and stays there (at a movement: by more than {MOVE_STEP_M * 1e6:g} um and {MOVE_TIMES:g} times what the "
+    "beams part by at others of that size): its step is taken back"
+)
+NOT_ALONE = "the beams move apart by more than usual, but not one of them alone: a tilt, or several lost count"
+NOT_SHARP = "one beam moves away from the others over several rows of a rest: a tilt that creeps"
+AS_OTHERS = (
+    "one beam moves away from the others where the rod moves, by no more than tilt at other such movements might: "
+    "nothing is changed"
+)
+
+
+@dataclass(frozen=True)
+class Step:
+    """A step of a beam: its row and size [m]; and why it is not taken back, or nothing."""
+
+    row: int
+    beam: int
+    size: float
+    kept: str = ""
+
+
+def steps_in(sheet: Sheet, own: slice, scales: BeamScales) -> list[Step]:
+    """Return the steps of beams among a piece's own rows, those that are only told too."""
+    n = len(sheet)
+    if n < 10:
+        return []
+    apart = against_others(sheet.beams)
+    jump = jumps(apart)[:n]
+    limit = np.maximum(STEP_SCALES * scales.jump, SMALLEST_STEP_M)
+    worst = (np.abs(jump) / limit).max(axis=1)
+    rest, reach = resting(sheet), reaches(sheet.q[:, 0])
+    found: list[Step] = []
+    for row in np.flatnonzero(worst > 1.0):
+        near = worst[max(0, row - 4) : row + 5]
+        if row < 3 or row > n - 3 or worst[row] < near.max():
+            continue
+        k = int(np.argmax(np.abs(jump[row])))
+        sharp = _sharpest(apart[:, k], int(row))
+        if not own.start <= sharp < own.stop or any(abs(sharp - other.row) < 5 for other in found):
+            continue
+        before, behind, within = _beside(rest, sharp)
+        size = float(np.median(apart[behind, k]) - np.median(apart[before, k]))
+        why = "" if _alone(sheet, k, before, behind, size, scales.at_rest) else NOT_ALONE
+        if within and not why:
+            once = abs(apart[sharp, k] - apart[sharp - 1, k]) >= ONE_ROW * abs(size) > ONE_ROW * limit[k]
+            why = _doubt(scales.jump[k]) if once else NOT_SHARP
+        elif not why:
+            why = _at_movement(sheet, sharp, float(reach[sharp]), abs(size), k, scales)
+        found.append(Step(sharp, k, size, why))
+    return found
+
+
+def _sharpest(apart: FloatArray, row: int) -> int:
+    """Return the row near `row` at which a beam steps."""
+    low, high = max(1, row - 3), min(len(apart), row + 4)
+    return low + int(np.argmax(np.abs(np.diff(apart[low - 1 : high]))))
+
+
+def _beside(rest: Flags, sharp: int) -> tuple[slice, slice, bool]:
+    """Return up to five rows before a row and from it on, and whether they are `REST_ROWS` or more of one rest each."""
+    moves = np.flatnonzero(~rest)
+    at = int(np.searchsorted(moves, sharp, side="right"))
+    begun = int(moves[at - 1]) if at else 0
+    left = int(moves[at]) if at < len(moves) else len(rest)
+    if sharp - begun >= REST_ROWS and left - sharp >= REST_ROWS:
+        return slice(max(begun, sharp - 5), sharp), slice(sharp, min(left, sharp + 5)), True
+    return slice(max(0, sharp - 5), sharp), slice(sharp, sharp + 5), False
+
+
+def _alone(sheet: Sheet, k: int, before: slice, behind: slice, size: float, noise: float) -> bool:
+    """Whether a beam steps while the others do not."""
+    others = [j for j in range(sheet.beams.shape[1]) if j != k]
+    level = sheet.beams[:, others] - sheet.q
+    moved = np.abs(np.median(level[behind], axis=0) - np.median(level[before], axis=0))
+    return bool((moved <= OTHERS * abs(size) + 2.0 * noise).all())
+
+
+def _at_movement(sheet: Sheet, sharp: int, reach: float, size: float, k: int, scales: BeamScales) -> str:
+    """Return why a step at a movement is not taken back; nothing where it is."""
+    tilts, time = scales.tilts, sheet.time[:, 0]
+    near = (tilts.time >= time[max(0, sharp - 6)]) & (tilts.time <= time[min(len(time) - 1, sharp + 6)])
+    others = tilts.size[~near & (tilts.reach >= ALIKE * reach)]
+    if len(others) < FEWEST_MOVES:
+        return AS_OTHERS
+    usual = float(np.quantile(others, 0.9))
+    if size <= max(MOVE_STEP_M, MOVE_TIMES * usual):
+        return AS_OTHERS
+    # the 90 % quantile of the size of a normal deviate is 1.645 of its standard deviation
+    return _doubt(max(float(scales.jump[k]), usual / 1.645))
+
+
+def _doubt(apart: float) -> str:
+    """Return that the mean would be known too badly by what beams part by of themselves [m]; nothing where not."""
+    doubt = apart / 3.0
+    if doubt <= WORST_REPAIR_M:
+        return ""
+    return f"a beam steps and the mean is no better known than {doubt * 1e6:.2f} um behind it"
