@@ -25,6 +25,7 @@ from hexathermal.predict import answers as _answers
 from hexathermal.predict.one_call import corrected_leg_lengths
 
 if TYPE_CHECKING:
+    from hexathermal.compare.comparison import compare_campaign
     from hexathermal.learn.air import refractive_index
     from hexathermal.learn.campaign import Campaign
     from hexathermal.learn.campaign_dataset import read_run, save_campaign_netcdf
@@ -33,10 +34,14 @@ if TYPE_CHECKING:
     from hexathermal.learn.check import check_campaign
     from hexathermal.learn.cleaning import usable_blocks, used_run
     from hexathermal.learn.common import fit_common
+    from hexathermal.learn.diagnosis.diagnosing import diagnose
+    from hexathermal.learn.diagnosis.result import Diagnosis
     from hexathermal.learn.identification import Identification, identify
     from hexathermal.learn.law import IdentifiedLaw
     from hexathermal.learn.leg_law_files import read_leg_law, write_leg_law
     from hexathermal.learn.validation import Validation, validate
+    from hexathermal.machine.leg_repairs import SensorRepair
+    from hexathermal.machine.leg_terms import LegTerm
     from hexathermal.predict.budget import Budget
     from hexathermal.predict.budget_defaults import default_sources
     from hexathermal.predict.budget_inputs import Plates
@@ -51,15 +56,20 @@ __version__ = "0.1.0"
 _LATER = {
     "Budget": "hexathermal.predict.budget",
     "Campaign": "hexathermal.learn.campaign",
+    "Diagnosis": "hexathermal.learn.diagnosis.result",
     "Identification": "hexathermal.learn.identification",
     "IdentifiedLaw": "hexathermal.learn.law",
+    "LegTerm": "hexathermal.machine.leg_terms",
     "Plates": "hexathermal.predict.budget_inputs",
+    "SensorRepair": "hexathermal.machine.leg_repairs",
     "Source": "hexathermal.predict.sources",
     "Sources": "hexathermal.predict.sources",
     "Validation": "hexathermal.learn.validation",
     "budget_map": "hexathermal.predict.budget_maps",
     "check_campaign": "hexathermal.learn.check",
+    "compare_campaign": "hexathermal.compare.comparison",
     "default_sources": "hexathermal.predict.budget_defaults",
+    "diagnose": "hexathermal.learn.diagnosis.diagnosing",
     "fit_common": "hexathermal.learn.common",
     "identify": "hexathermal.learn.identification",
     "identify_campaign": "hexathermal.learn.campaign_laws",
@@ -82,6 +92,7 @@ __all__ = [
     "Bodies",
     "Budget",
     "Campaign",
+    "Diagnosis",
     "ForwardResult",
     "ForwardStatus",
     "Frames",
@@ -90,9 +101,11 @@ __all__ = [
     "Identification",
     "IdentifiedLaw",
     "LegLaw",
+    "LegTerm",
     "PlateLaw",
     "Plates",
     "PoseLimits",
+    "SensorRepair",
     "Source",
     "Sources",
     "ThermalModel",
@@ -100,9 +113,11 @@ __all__ = [
     "budget_map",
     "bundled_hexapods",
     "check_campaign",
+    "compare_campaign",
     "coordinates_from_pose",
     "corrected_leg_lengths",
     "default_sources",
+    "diagnose",
     "fit_common",
     "identify",
     "identify_campaign",

@@ -123,7 +123,7 @@ def _since_zero(time: FloatArray, air: FloatArray) -> FloatArray | None:
     if np.isnan(air).all():
         return None
     known = _filled(time, air)
-    return known - known[0]
+    return np.asarray(known - known[0])
 
 
 def _weather(time: FloatArray, air: FloatArray) -> FloatArray | None:

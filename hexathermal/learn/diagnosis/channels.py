@@ -90,8 +90,9 @@ class Channel:
 
         table = np.ascontiguousarray(columns, dtype=np.float64)
         out = np.empty_like(table)
-        logdet = whiten(table, self.start, self.fresh, self.step, levels.white**2 / self.rows,
-                        levels.landing**2 * self.weight, levels.slow**2, levels.slow_time, levels.offset**2, out)  # fmt: skip
+        white, landing = levels.white**2 / self.rows, levels.landing**2 * self.weight
+        logdet = whiten(table, self.start, self.fresh, self.step, white, landing, levels.slow**2, levels.slow_time,
+                        levels.offset**2, out)  # fmt: skip
         return out, float(logdet)
 
     def with_y(self, y: FloatArray) -> Channel:
@@ -100,9 +101,9 @@ class Channel:
 
     def levels(self, theta: FloatArray, slow_time: float) -> Levels:
         """Return the levels of log ratios to `scale`."""
-        white, landing, slow, offset = np.exp(np.clip(theta, np.log(LOWEST), np.log(1.0 / LOWEST))) * self.scale
-        return Levels(float(white), float(landing) if self.has_landings else 0.0, float(slow), float(offset) if self.has_offsets else 0.0,
-                      slow_time)  # fmt: skip
+        bounds = np.log(LOWEST), np.log(1.0 / LOWEST)
+        white, landing, slow, offset = (np.exp(np.clip(theta, *bounds)) * self.scale).tolist()
+        return Levels(white, landing * self.has_landings, slow, offset * self.has_offsets, slow_time)
 
     def theta(self, levels: Levels) -> FloatArray:
         """Return the log ratios of levels to `scale`."""

@@ -12,7 +12,7 @@ from hexathermal.learn.campaign_laws import identify_campaign
 from hexathermal.learn.diagnosis.chance import chance_threshold
 from hexathermal.learn.diagnosis.deciding import LEAST, Decision, decided
 from hexathermal.learn.diagnosis.evidence import Scored
-from hexathermal.learn.diagnosis.search import Ranked, Step
+from hexathermal.learn.diagnosis.search import REPEATED, Ranked, Step
 from hexathermal.learn.diagnosis.stage import Stage, view_of
 from hexathermal.learn.law import IdentifiedLaw
 from hexathermal.learn.signals import RunRows
@@ -21,9 +21,6 @@ from hexathermal.poses import FloatArray
 MOST_EFFECTS = 6
 LEAST_SHARE = 0.03
 """Every cause after the first must take away this part of the squared residual of runs left out."""
-
-REPEATED = "missing-sensor"
-"""The cause that may be there more than once, with another target."""
 
 STANDING, CLEARLY = 0.1, 0.05
 """A target may stand for the leader's if it has this part of its evidence, and takes away so much more."""
@@ -96,7 +93,9 @@ def base_law(campaign: Campaign, sensors: Sequence[str] | None, law: IdentifiedL
     return identify_campaign(campaign, "auto" if sensors is None else tuple(sensors)).law
 
 
-def searched(campaign: Campaign, law: IdentifiedLaw, rows: Sequence[RunRows], progress: Progress | None = None) -> Course:
+def searched(
+    campaign: Campaign, law: IdentifiedLaw, rows: Sequence[RunRows], progress: Progress | None = None
+) -> Course:
     """Return the course of a diagnosis on the runs for identification.
 
     Parameters
@@ -165,7 +164,7 @@ def _leader(stage: Stage, decision: Decision, threshold: float, *, first: bool) 
 
 
 def _share(before: Stage, after: Stage, leader: Ranked) -> float:
-    """Return by which part a stage leaves less, squared, of runs left out of the fit; a step of the zero has no test."""
+    """Return by which part a stage leaves less, squared, of runs left out; a step of the zero has no such test."""
     if leader.cause == "zero-jump":
         return 1.0
     old, new = before.left_out(leader.levels), after.left_out(leader.levels)

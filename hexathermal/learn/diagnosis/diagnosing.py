@@ -60,7 +60,8 @@ def diagnose(
     last = course.last
     mean, covariance = last.fit(last.levels)
     effects = tuple(
-        effect_of(found, stage, last, covariance, mean) for found, stage in zip(course.found, course.stages, strict=True)
+        effect_of(found, stage, last, covariance, mean)
+        for found, stage in zip(course.found, course.stages, strict=True)
     )
     extended = extended_law(base, last)
     verdict, probability, follows = _verdict(course)
@@ -129,4 +130,3 @@ def _aliases(course: Course) -> list[str]:
         f"{100 * alike:.0f} % of the moves are multiples of {step * 1e3:.3g} mm: waves whose pitches p and p' satisfy "
         f"1/p - 1/p' = k / {step * 1e3:.3g} mm look the same; take steps that have no common length to tell the pitch"
     ]
-

@@ -12,6 +12,7 @@ Theory of Statistics 2B, 2004, 7.37 ff.).
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -94,9 +95,7 @@ def sizes_of(trial: Trial, left: FloatArray, noise: float, largest: float) -> Fl
     return np.asarray(np.minimum(wanted, largest / rms))
 
 
-def screened(
-    channel: Channel, base: Base, levels: Levels, trials: list[Trial], largest: float
-) -> list[Scored]:
+def screened(channel: Channel, base: Base, levels: Levels, trials: list[Trial], largest: float) -> list[Scored]:
     """Return all trials with their evidence at one noise.
 
     Parameters
@@ -162,6 +161,9 @@ def changed_base(base: Base, trial: Trial) -> Base:
 
 def _log_bayes(S: FloatArray, g: FloatArray, sd: FloatArray) -> tuple[float, FloatArray]:
     """Return ``1/2 g' (S + D^-1)^-1 g - 1/2 log det(I + D S)`` with D = diag(sd^2), and the amplitudes."""
+    if len(g) == 1:
+        s, v = float(sd[0] ** 2 * S[0, 0]), float(sd[0] * g[0])
+        return 0.5 * v * v / (1.0 + s) - 0.5 * math.log1p(s), sd * v / (1.0 + s)
     M = S * np.outer(sd, sd)
     M[np.diag_indices_from(M)] += 1.0
     factor = linalg.cho_factor(M, lower=True, check_finite=False)

@@ -8,6 +8,7 @@ from dataclasses import replace
 from typing import Any
 
 import numpy as np
+import numpy.typing as npt
 
 from hexathermal.errors import ArgumentError
 from hexathermal.learn.campaign import Campaign
@@ -89,9 +90,10 @@ _FREE: list[tuple[str, dict[str, Any]]] = [
 """Shapes of the free fit."""
 
 
-def _shrunk(X: FloatArray, y: FloatArray, run: FloatArray) -> FloatArray:
+def _shrunk(X: FloatArray, y: FloatArray, run: npt.NDArray[np.int64]) -> FloatArray:
     """Return ridge weights, their strength chosen on runs left out."""
-    def weights(rows: FloatArray, strength: float) -> FloatArray:
+
+    def weights(rows: npt.NDArray[np.bool_], strength: float) -> FloatArray:
         gram = X[rows].T @ X[rows]
         gram[np.diag_indices_from(gram)] += strength * len(y)
         return np.asarray(np.linalg.solve(gram, X[rows].T @ y[rows]))

@@ -1,4 +1,4 @@
-"""The next experiments: which measurement would tell causes apart, and by how much, promised from this campaign's noise."""
+"""The next experiments: which measurement would tell causes apart, and by how much."""
 
 from __future__ import annotations
 

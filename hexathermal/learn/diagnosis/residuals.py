@@ -9,8 +9,8 @@ import numpy as np
 from hexathermal.learn.campaign import Campaign
 from hexathermal.learn.diagnosis.course import Course
 from hexathermal.learn.diagnosis.result import RunResidual
-from hexathermal.learn.diagnosis.view import View, smoothed
 from hexathermal.learn.diagnosis.stage import view_of
+from hexathermal.learn.diagnosis.view import View, smoothed
 from hexathermal.learn.law import IdentifiedLaw
 from hexathermal.learn.signals import RunRows
 from hexathermal.machine.leg_signals import Memory
@@ -62,4 +62,6 @@ def _residual(view: View, k: int, law: IdentifiedLaw, extended: IdentifiedLaw) -
     if not view.moves:
         for name in ("q", "direction", "since_move"):
             known.pop(name, None)
-    return RunResidual(rows.run.name, rows.run.role, mean(signals.time), mean(rows.drift), mean(before), mean(after), known)
+    return RunResidual(
+        rows.run.name, rows.run.role, mean(signals.time), mean(rows.drift), mean(before), mean(after), known
+    )

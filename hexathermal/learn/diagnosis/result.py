@@ -118,7 +118,8 @@ class RunResidual:
     time, measured, before, after : array, shape (w,)
         `before` and `after` are residuals of the law and of the extended law.
     signals : mapping of str to array, shape (w,)
-        ``q``, ``direction``, ``dT``, ``rate``, ``since_move``, ``pressure``, ``humidity``, ``air``; those that are known.
+        ``q``, ``direction``, ``dT``, ``rate``, ``since_move``, ``pressure``, ``humidity``, ``air``: those that
+        are known.
     """
 
     run: str

@@ -23,6 +23,9 @@ TWINS = {
 }  # fmt: skip
 """Causes that explain what another one has left of itself."""
 
+REPEATED = "missing-sensor"
+"""The cause that may be there more than once, with another target."""
+
 BYSTANDERS = 8
 """Sensors outside the law whose parity is asked for the same fault: what they show of it is chance."""
 
@@ -108,7 +111,9 @@ class Search:
         for module in catalogue().values():
             found += list(module.trials(self.bench))
         found += list(flexible_trials(self.bench))
-        return [trial for trial in found if trial.base is not None or np.ptp(trial.columns, axis=0).max(initial=0.0) > 0.0]
+        return [
+            trial for trial in found if trial.base is not None or np.ptp(trial.columns, axis=0).max(initial=0.0) > 0.0
+        ]
 
     def scored(self, levels: Levels, trials: list[Trial]) -> list[Scored]:
         """Return trials with their evidence at one noise."""
@@ -136,9 +141,13 @@ class Search:
                 if name in fits:
                     own, at = max(((self._at(best, item), item) for item in pool), key=lambda pair: pair[0])
                     bonus = best.trial.advantage + self._parity(best.trial)
-                    ranked[name] = Ranked(name, own + grid - np.log(5.0) * bool(best.rho) + bonus - max(nulls), best, at)
+                    ranked[name] = Ranked(
+                        name, own + grid - np.log(5.0) * bool(best.rho) + bonus - max(nulls), best, at
+                    )
                 else:
-                    ranked[name] = Ranked(name, min(value, 0.0) if name not in ranked else ranked[name].value, best, levels)
+                    ranked[name] = Ranked(
+                        name, min(value, 0.0) if name not in ranked else ranked[name].value, best, levels
+                    )
             gained = nulls[better] - null
             levels, null = pool[better], nulls[better]
             if gained < TRIFLE:
@@ -188,7 +197,7 @@ def _families(scored: list[Scored]) -> dict[str, tuple[float, Scored]]:
     for name, items in groups.items():
         values = np.array([item.value for item in items])
         best = items[int(np.argmax(values))]
-        found[name] = (mean_log(values) if not name.startswith(PREFIX) else mean_log(values), best)
+        found[name] = (mean_log(values), best)
     return found
 
 

@@ -89,16 +89,14 @@ class SensorModel:
         """Return what weights of the profiles are for each other sensor."""
         return dict(zip(self.others, (self.basis @ weights).tolist(), strict=True))
 
-    def foretold(
-        self, rows: list[slice] | None = None, nuisance: list[FloatArray] | None = None
-    ) -> list[FloatArray]:
+    def foretold(self, rows: list[slice] | None = None, nuisance: list[FloatArray] | None = None) -> list[FloatArray]:
         """Return what the others foretell in all rows of each run; learnt from some rows of each, or from all."""
         weights = self.weights(rows, nuisance)
         return [p @ weights for p in self.profiles]
 
     @cached_property
     def innovation(self) -> FloatArray:
-        """The parity and its slow part in windows of the drift, shape (n, 2) [K]: the law may believe either or neither."""
+        """The parity and its slow part in windows of the drift, shape (n, 2) [K]: the law may believe them or not."""
         found = []
         for signals, own, told in zip(self.view.signals, self.own, self.foretold(), strict=True):
             slow = smoothed(signals.time, (own - told)[:, None], SLOW_PARITY_S)[:, 0]
@@ -120,7 +118,7 @@ class SensorModel:
         for edges, value in zip(self.windows, values, strict=True):
             count = np.diff(np.append(edges, len(value))).reshape((-1,) + (1,) * (value.ndim - 1))
             parts.append(np.add.reduceat(value, edges, axis=0) / count)
-        return np.concatenate(parts)
+        return np.asarray(np.concatenate(parts))
 
     @cached_property
     def channel(self) -> Channel:
@@ -134,7 +132,7 @@ class SensorModel:
 
     @cached_property
     def X(self) -> FloatArray:
-        """The others' profiles in the parity's windows, and the air, which an imperfect contact lets in at all times."""
+        """The others' profiles in the parity's windows, and the air, which any imperfect contact lets in."""
         profiles = self.means(self.profiles)
         air = [signals.air for signals in self.view.signals if signals.air is not None]
         return profiles if len(air) < len(self.view.signals) else np.column_stack([profiles, self.means(air)])
@@ -142,7 +140,8 @@ class SensorModel:
     @cached_property
     def sd(self) -> FloatArray:
         """Loose priors of the profiles' coefficients."""
-        return 3.0 * self.channel.y.std() / np.sqrt((self.X**2).mean(axis=0) + 1e-18) + 1e-9
+        scale = np.sqrt((self.X**2).mean(axis=0) + 1e-18)
+        return np.asarray(3.0 * self.channel.y.std() / scale + 1e-9)
 
     @cached_property
     def null(self) -> tuple[Levels, float]:

@@ -11,7 +11,7 @@ import numpy as np
 from hexathermal.learn.campaign import Campaign
 from hexathermal.learn.diagnosis.channels import Channel, Levels, marginal
 from hexathermal.learn.diagnosis.evidence import Base, Scored
-from hexathermal.learn.diagnosis.search import TWINS, Ranked, Search, Step, base_sizes
+from hexathermal.learn.diagnosis.search import REPEATED, TWINS, Ranked, Search, Step, base_sizes
 from hexathermal.learn.diagnosis.trials import Trial, Workbench
 from hexathermal.learn.diagnosis.view import View
 from hexathermal.learn.signals import RunRows
@@ -101,10 +101,10 @@ class Stage:
     def trials_left(self) -> list[Trial]:
         """Trials of causes that have not joined, nor their twins; another thermometer may join a second time."""
         taken = {item.trial.cause for item in self.joined} | {repair.cause for repair in self.repairs}
-        gone = {name for name in taken if name != "missing-sensor"} | {twin for name in taken for twin in TWINS.get(name, ())}
+        gone = (taken - {REPEATED}) | {twin for name in taken for twin in TWINS.get(name, ())}
         sensors = {item.trial.target for item in self.joined}
         return [trial for trial in self.search.trials
-                if trial.cause not in gone and not (trial.cause == "missing-sensor" and trial.target in sensors)]  # fmt: skip
+                if trial.cause not in gone and not (trial.cause == REPEATED and trial.target in sensors)]  # fmt: skip
 
     @cached_property
     def step(self) -> Step:
@@ -147,7 +147,7 @@ class Stage:
         return self.channel.fitted(X, sd)[0]
 
     def left_out(self, levels: Levels) -> FloatArray:
-        """Return residuals in windows of each run by a fit of all others, the run's own offset taken out, shape (n,)."""
+        """Return residuals in windows of each run by a fit of all others, shape (n,)."""
         X, sd = self._plain
         table, _ = self.channel.whitened(np.column_stack([self.channel.y, X]), levels)
         run = self.channel.run

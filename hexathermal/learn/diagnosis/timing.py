@@ -21,6 +21,9 @@ TIMES_S = (60.0, 240.0, 960.0, 3840.0)
 
 GRID_S = 60.0
 PROFILES = 2
+FEWEST = 10
+"""Points of the grid that a run must have to bear witness."""
+
 SHARE = 0.15
 """Of this log evidence that is believed: the regression is a sketch of conduction."""
 
@@ -38,39 +41,47 @@ class Timing:
         self.view = view
 
     @cached_property
-    def _rates(self) -> list[FloatArray]:
-        """Differences of the leading profiles over steps of the grid, for each run."""
-        tables = [np.column_stack([signals.dT[name] for name in self.view.sensors]) for signals in self.view.signals]
+    def _grids(self) -> list[tuple[FloatArray, FloatArray, FloatArray, FloatArray]]:
+        """Of each run: times, leading profiles, the grid, and the motion's columns on it."""
+        view = self.view
+        tables = [np.column_stack([signals.dT[name] for name in view.sensors]) for signals in view.signals]
         stacked = np.concatenate([table[:: max(1, len(table) // 300)] for table in tables])
         _w, vectors = np.linalg.eigh(stacked.T @ stacked)
-        chosen = vectors[:, ::-1][:, :PROFILES]
-        return [table @ chosen for table in tables]
-
-    def _misfit(self, offset: float) -> float:
-        """Return half the log likelihood's sum of the innovations, -n / 2 log(sum of squares)."""
-        response, design = [], []
-        for signals, profile in zip(self.view.signals, self._rates, strict=True):
+        found = []
+        for signals, table in zip(view.signals, tables, strict=True):
             time = signals.time
             grid = np.arange(time[0] + REACH_S, time[-1] - REACH_S, GRID_S)
-            if len(grid) < 10:
+            if len(grid) < FEWEST:
                 continue
             memory = Memory()
             speed = memory.speed(time, signals.q)
-            passed = np.column_stack([memory.low_pass(f"{tau}", time, speed, tau) for tau in TIMES_S])
+            passed = np.column_stack([speed, *(memory.low_pass(f"{tau}", time, speed, tau) for tau in TIMES_S)])
             # the temperatures were smoothed: so is the motion, or it would seem late
-            columns = smoothed(time, np.column_stack([speed, passed])).T
-            at = np.column_stack([np.interp(grid, time, column) for column in columns])
-            shifted = np.column_stack([np.interp(grid + offset, time, profile[:, k]) for k in range(profile.shape[1])])
+            columns = smoothed(time, passed)
+            at = np.column_stack([np.interp(grid, time, column) for column in columns.T])
+            rows = np.column_stack([at[1:], np.diff(at, axis=0), np.ones(len(at) - 1)])
+            found.append((time, table @ vectors[:, ::-1][:, :PROFILES], grid, rows))
+        return found
+
+    def _misfit(self, offset: float) -> float:
+        """Return the log likelihood of the innovations, -n / 2 log(sum of squares), of every profile."""
+        response, design = [], []
+        for time, profile, grid, rows in self._grids:
+            shifted = np.column_stack([np.interp(grid + offset, time, own) for own in profile.T])
             # rates of change, so that slow weather does not count as noise that is correlated
             response.append(np.diff(shifted, axis=0))
-            design.append(np.column_stack([at[1:], np.diff(at, axis=0), shifted[:-1], np.ones(len(at) - 1)]))
+            design.append(np.column_stack([rows, shifted[:-1]]))
         if not response:
             return 0.0
         Y, X = np.concatenate(response), np.concatenate(design)
-        X = X / (np.sqrt((X**2).mean(axis=0)) + 1e-30)
-        left = Y - X @ np.linalg.lstsq(X, Y, rcond=None)[0]
-        # smoothing over SMOOTHED_S makes neighbours alike: a fifth of the rows is independent
-        return float(-0.5 * len(Y) / 5.0 * np.log((left**2).sum(axis=0)).sum())
+        gram = X.T @ X
+        scale = np.sqrt(np.diag(gram)) + 1e-30
+        gram = gram / np.outer(scale, scale)
+        gram[np.diag_indices_from(gram)] += 1e-9
+        g = (X.T @ Y) / scale[:, None]
+        left = (Y**2).sum(axis=0) - (g * np.linalg.solve(gram, g)).sum(axis=0)
+        # smoothing makes neighbours alike: a fifth of the rows is independent
+        return float(-0.5 * len(Y) / 5.0 * np.log(left).sum())
 
     @cached_property
     def _curve(self) -> tuple[FloatArray, FloatArray]:

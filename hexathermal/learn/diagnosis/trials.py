@@ -1,4 +1,4 @@
-"""A trial: one cause with its parameters set, as columns that may explain the residual; and what a cause tells of itself."""
+"""A trial is one cause with its parameters set, as columns that may explain the residual; a cause tells of itself."""
 
 from __future__ import annotations
 
@@ -11,7 +11,6 @@ import numpy as np
 
 from hexathermal.learn.diagnosis.sensor_model import SensorModel, sensor_model
 from hexathermal.learn.diagnosis.view import View
-
 from hexathermal.poses import FloatArray
 
 if TYPE_CHECKING:

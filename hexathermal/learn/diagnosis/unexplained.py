@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 import numpy as np
+import numpy.typing as npt
 
 from hexathermal.learn.diagnosis.trials import Trial, Workbench
 from hexathermal.poses import FloatArray
@@ -73,7 +74,7 @@ def _hinges(values: FloatArray, count: int) -> FloatArray:
     return np.maximum(values[:, None] - places, 0.0) / scale
 
 
-def _play(run: FloatArray, values: FloatArray, width: float) -> FloatArray:
+def _play(run: npt.NDArray[np.int64], values: FloatArray, width: float) -> FloatArray:
     """Return values behind a play of some width: hysteresis that knows no rate."""
     out = np.empty_like(values)
     held = 0.0

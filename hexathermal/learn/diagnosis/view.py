@@ -22,7 +22,7 @@ EDGES_S = (0.0, 60.0, 180.0, 420.0)
 
 LONGEST_S = 300.0
 SMOOTHED_S = 300.0
-"""Temperatures are smoothed by a parabola over so long: short against heat's own times, long against readings' noise."""
+"""Temperatures are smoothed by a parabola over so long: short against heat's times, long against readings' noise."""
 
 LONGER_S = (900.0, 2400.0)
 """Longer smoothing, for what the law may rather not believe of a thermometer."""

@@ -114,12 +114,15 @@ def _sentence(
     parts = []
     for name, one in parameters.items():
         spread = f" ± {one.std:.2g}" if np.isfinite(one.std) else ""
-        parts.append(f"{name.rsplit('_', 1)[0].replace('_', ' ') if '_' in name else name} {one.value:.3g}{spread} {one.unit}".rstrip())
+        words = name.rsplit("_", 1)[0].replace("_", " ")
+        parts.append(f"{words} {one.value:.3g}{spread} {one.unit}")
     if "other" in settings:
         parts.append(f"the other is {settings['other']}")
     words = known.words.format(target=target or "the leg")
     inside = f" ({'; '.join(parts)})" if parts else ""
-    return f"The residual is {cause}{inside}: {words}; {visible * UM:.2g} um of it stay visible when the law is refitted."
+    return (
+        f"The residual is {cause}{inside}: {words}; {visible * UM:.2g} um of it stay visible when the law is refitted."
+    )
 
 
 def experiment_of(cause: str) -> str:

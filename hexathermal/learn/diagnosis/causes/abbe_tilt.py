@@ -8,13 +8,19 @@ from hexathermal.learn.diagnosis.trials import Cause, Parameter, Trial, Workbenc
 
 CAUSE = Cause(
     name="abbe-tilt",
-    physics="The target tilts and the beams do not stand evenly about the axis: a part of the tilt is read as length.",
+    physics=(
+        "The target tilts and the beams do not stand evenly about the axis: a part of the tilt is read as length."
+    ),
     signature="The residual follows the differences of the beams.",
     parameters=(Parameter("lever", "m", "visible effect of 0.25 to 4 times the noise"),),
-    confused_with=("missing-sensor", "zero-drift",),
+    confused_with=(
+        "missing-sensor",
+        "zero-drift",
+    ),
     experiment="Tilt the target by hand at constant temperature, or turn the beams by 60 degrees and repeat.",
     words="tilt of the target leaks into the mean of the beams",
 )
+
 
 def trials(bench: Workbench) -> Iterator[Trial]:
     """Give the two tilts together."""

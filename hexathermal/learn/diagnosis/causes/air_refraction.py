@@ -8,13 +8,20 @@ from hexathermal.learn.diagnosis.trials import Cause, Parameter, Trial, Workbenc
 
 CAUSE = Cause(
     name="air-refraction",
-    physics="Light is slower in dense air: a path L read without its index is wrong by L (n - n0), 0.27 um per metre and hPa.",
+    physics=(
+        "Light is slower in dense air: a path L read without its index is wrong by L (n - n0), 0.27 um per "
+        "metre and hPa."
+    ),
     signature="The residual follows the pressure, which nothing thermal does, and grows with the path.",
     parameters=(Parameter("share", "1", "of the index that was not applied; 1: all of it"),),
-    confused_with=("frame-expansion", "zero-drift",),
+    confused_with=(
+        "frame-expansion",
+        "zero-drift",
+    ),
     experiment="Leave the leg at rest for a day on which the weather changes, and compare with a refractometer.",
     words="the index of refraction of air was not applied over the whole path",
 )
+
 
 def trials(bench: Workbench) -> Iterator[Trial]:
     """Give the index over the dead path, over the path with the stroke, and over the leg."""

@@ -8,13 +8,19 @@ from hexathermal.learn.diagnosis.trials import Cause, Parameter, Trial, Workbenc
 
 CAUSE = Cause(
     name="backlash",
-    physics="Play between screw and nut, or friction in the guide: the position depends on the direction of the last move.",
+    physics=(
+        "Play between screw and nut, or friction in the guide: the position depends on the direction of the last move."
+    ),
     signature="A step of constant size at each reversal, at any temperature.",
     parameters=(Parameter("step", "m", "visible effect of 0.25 to 4 times the noise"),),
-    confused_with=("creep", "periodic-screw-error",),
+    confused_with=(
+        "creep",
+        "periodic-screw-error",
+    ),
     experiment="Approach the same positions from both sides, twenty times, without warming.",
     words="the leg stops in another place when it comes from the other side",
 )
+
 
 def trials(bench: Workbench) -> Iterator[Trial]:
     """Give the direction of the last move."""

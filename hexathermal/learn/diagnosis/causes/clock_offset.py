@@ -8,14 +8,16 @@ from functools import partial
 import numpy as np
 
 from hexathermal.learn.diagnosis.timing import Timing
-
 from hexathermal.learn.diagnosis.trials import Cause, Parameter, Trial, Workbench
 from hexathermal.machine.leg_repairs import SensorRepair
 
 CAUSE = Cause(
     name="clock-offset",
     physics="Temperatures and displacement are logged by two machines whose clocks differ.",
-    signature="All temperatures lead, or follow, by the same time, both against the drift and against the motion that warms the leg.",
+    signature=(
+        "All temperatures lead, or follow, by the same time, both against the drift and against the motion "
+        "that warms the leg."
+    ),
     parameters=(Parameter("offset_s", "s", "8 s to 20 min, either sign"),),
     confused_with=("thermal-lag",),
     experiment="One pulse on both loggers.",

@@ -10,8 +10,14 @@ CAUSE = Cause(
     name="creep",
     physics="Friction, grease or glued joints give way for seconds to minutes after the rod has stopped.",
     signature="A decay after each move, towards the same end or with the direction of the move.",
-    parameters=(Parameter("time_constant_s", "s", "log-uniform, 20 s to 30 min"), Parameter("kick", "m", "visible effect of 0.25 to 4 times the noise"),),
-    confused_with=("backlash", "hidden-heat",),
+    parameters=(
+        Parameter("time_constant_s", "s", "log-uniform, 20 s to 30 min"),
+        Parameter("kick", "m", "visible effect of 0.25 to 4 times the noise"),
+    ),
+    confused_with=(
+        "backlash",
+        "hidden-heat",
+    ),
     experiment="One move, then half an hour of rest, ten times, without warming.",
     words="the leg relaxes after each move",
 )

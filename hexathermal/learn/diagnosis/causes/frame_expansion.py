@@ -8,10 +8,20 @@ from hexathermal.learn.diagnosis.trials import Cause, Parameter, Trial, Workbenc
 
 CAUSE = Cause(
     name="frame-expansion",
-    physics="The frame that carries the interferometer, or a part outside the leg, expands with the air of the room, hours later.",
+    physics=(
+        "The frame that carries the interferometer, or a part outside the leg, expands with the air of the "
+        "room, hours later."
+    ),
     signature="The residual follows the air temperature behind a low pass, whatever the displacement.",
-    parameters=(Parameter("time_constant_s", "s", "0 to 4 h"), Parameter("coefficient", "m/K", "visible effect of 0.25 to 4 times the noise"),),
-    confused_with=("air-refraction", "zero-drift", "missing-sensor",),
+    parameters=(
+        Parameter("time_constant_s", "s", "0 to 4 h"),
+        Parameter("coefficient", "m/K", "visible effect of 0.25 to 4 times the noise"),
+    ),
+    confused_with=(
+        "air-refraction",
+        "zero-drift",
+        "missing-sensor",
+    ),
     experiment="Let the room step by 2 K with the leg at rest and unheated; fix a thermometer on the frame.",
     words="the bench follows the temperature of the room",
 )

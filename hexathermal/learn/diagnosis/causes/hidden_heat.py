@@ -3,15 +3,27 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from typing import Any
 
 from hexathermal.learn.diagnosis.trials import Cause, Parameter, Trial, Workbench
 
 CAUSE = Cause(
     name="hidden-heat",
-    physics="Friction or a motor warms a piece of the part that has no thermometer; it stores the heat and gives it away.",
-    signature="The residual follows past motion (or the input) behind a low pass of minutes to hours, and no thermometer.",
-    parameters=(Parameter("time_constant_s", "s", "log-uniform, 2 min to 4 h"), Parameter("amplitude", "m per unit of the source", "visible effect of 0.25 to 4 times the noise"),),
-    confused_with=("missing-sensor", "thermal-lag", "creep",),
+    physics=(
+        "Friction or a motor warms a piece of the part that has no thermometer; it stores the heat and gives it away."
+    ),
+    signature=(
+        "The residual follows past motion (or the input) behind a low pass of minutes to hours, and no thermometer."
+    ),
+    parameters=(
+        Parameter("time_constant_s", "s", "log-uniform, 2 min to 4 h"),
+        Parameter("amplitude", "m per unit of the source", "visible effect of 0.25 to 4 times the noise"),
+    ),
+    confused_with=(
+        "missing-sensor",
+        "thermal-lag",
+        "creep",
+    ),
     experiment="Move for an hour and rest for two, twice, and fix one more thermometer near the nut or the motor.",
     words="heat of {target} is stored where no thermometer sees it",
 )
@@ -22,7 +34,7 @@ TIMES_S = (120.0, 240.0, 480.0, 960.0, 1920.0, 3840.0, 7680.0, 15360.0)
 def trials(bench: Workbench) -> Iterator[Trial]:
     """Give heat of motion and of each input behind low passes, acting on the part as a whole or with its length."""
     view = bench.view
-    lengths: tuple[dict[str, float], ...] = ({},) if view.kind != "leg" else ({}, {"ratio": bench.ratios[bench.main]})
+    lengths: tuple[dict[str, Any], ...] = ({},) if view.kind != "leg" else ({}, {"ratio": bench.ratios[bench.main]})
     sources = [("motion", 1)] if view.moves else []
     sources += [(name, power) for name in view.runs[0].signals.inputs for power in (1, 2)]
     for source, power in sources:

@@ -11,10 +11,15 @@ CAUSE = Cause(
     physics="A part of the leg has a temperature of its own, which a thermometer outside the law shows.",
     signature="The residual follows another thermometer, at rest and in motion.",
     parameters=(Parameter("coefficient", "1/K", "visible effect of 0.25 to 4 times the noise"),),
-    confused_with=("hidden-heat", "thermal-lag", "frame-expansion",),
+    confused_with=(
+        "hidden-heat",
+        "thermal-lag",
+        "frame-expansion",
+    ),
     experiment="Heat the part near that thermometer alone.",
     words="the temperature at {target}, which the law does not read, moves the leg",
 )
+
 
 def trials(bench: Workbench) -> Iterator[Trial]:
     """Give each other thermometer, acting on the retracted length, or as the law's own."""

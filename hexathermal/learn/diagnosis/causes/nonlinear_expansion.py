@@ -8,13 +8,19 @@ from hexathermal.learn.diagnosis.trials import Cause, Parameter, Trial, Workbenc
 
 CAUSE = Cause(
     name="nonlinear-expansion",
-    physics="The coefficient of expansion changes with the temperature (Invar, polymers), or the thermometer is not linear.",
+    physics=(
+        "The coefficient of expansion changes with the temperature (Invar, polymers), or the thermometer is not linear."
+    ),
     signature="The residual is a parabola of the temperature, the same in heating and cooling.",
     parameters=(Parameter("curvature", "1/K^2", "visible effect of 0.25 to 4 times the noise"),),
-    confused_with=("missing-sensor", "thermal-lag",),
+    confused_with=(
+        "missing-sensor",
+        "thermal-lag",
+    ),
     experiment="Soak at three or more temperatures, at rest.",
     words="the expansion is not proportional to the temperature at {target}",
 )
+
 
 def trials(bench: Workbench) -> Iterator[Trial]:
     """Give the square of each of the law's temperatures."""

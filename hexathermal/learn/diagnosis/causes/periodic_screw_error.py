@@ -12,8 +12,14 @@ CAUSE = Cause(
     name="periodic-screw-error",
     physics="The screw, or the scale, has an error that repeats with each turn.",
     signature="The residual is a wave of the displacement whose phase never changes.",
-    parameters=(Parameter("pitch_m", "m", "uniform in waves per metre, 1.25 mm to 40 mm"), Parameter("amplitude", "m", "visible effect of 0.25 to 4 times the noise"),),
-    confused_with=("scale-error", "backlash",),
+    parameters=(
+        Parameter("pitch_m", "m", "uniform in waves per metre, 1.25 mm to 40 mm"),
+        Parameter("amplitude", "m", "visible effect of 0.25 to 4 times the noise"),
+    ),
+    confused_with=(
+        "scale-error",
+        "backlash",
+    ),
     experiment="Steps of a fraction of the pitch over three pitches, without warming.",
     words="an error repeats with the displacement",
 )

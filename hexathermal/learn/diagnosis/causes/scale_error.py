@@ -8,13 +8,20 @@ from hexathermal.learn.diagnosis.trials import Cause, Parameter, Trial, Workbenc
 
 CAUSE = Cause(
     name="scale-error",
-    physics="The scale that the displacement is read from, or the wavelength of the laser, is off by some parts in a million.",
+    physics=(
+        "The scale that the displacement is read from, or the wavelength of the laser, is off by some parts "
+        "in a million."
+    ),
     signature="The residual is proportional to the displacement at any temperature.",
     parameters=(Parameter("scale", "1", "visible effect of 0.25 to 4 times the noise"),),
-    confused_with=("periodic-screw-error", "air-refraction",),
+    confused_with=(
+        "periodic-screw-error",
+        "air-refraction",
+    ),
     experiment="The whole stroke up and down within minutes, before any warming.",
     words="the scale of the displacement is wrong by a constant part",
 )
+
 
 def trials(bench: Workbench) -> Iterator[Trial]:
     """Give the displacement."""

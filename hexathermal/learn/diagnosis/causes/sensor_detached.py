@@ -14,10 +14,22 @@ from hexathermal.poses import FloatArray
 
 CAUSE = Cause(
     name="sensor-detached",
-    physics="The tape or the glue of one thermometer gives way: from then on it shows mostly the air beside the part.",
-    signature="From one moment on the thermometer leaves its neighbours and goes towards the air; the drift follows the neighbours.",
-    parameters=(Parameter("time_s", "s", "any moment of any run"), Parameter("share", "1", "of the air in the reading after that"),),
-    confused_with=("sensor-drift", "zero-jump", "missing-sensor",),
+    physics=(
+        "The tape or the glue of one thermometer gives way: from then on it shows mostly the air beside the part."
+    ),
+    signature=(
+        "From one moment on the thermometer leaves its neighbours and goes towards the air; the drift follows"
+        " the neighbours."
+    ),
+    parameters=(
+        Parameter("time_s", "s", "any moment of any run"),
+        Parameter("share", "1", "of the air in the reading after that"),
+    ),
+    confused_with=(
+        "sensor-drift",
+        "zero-jump",
+        "missing-sensor",
+    ),
     experiment="Look at it; touch it and see whether it answers as before.",
     words="{target} has come off and reads the air",
 )

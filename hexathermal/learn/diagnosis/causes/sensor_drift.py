@@ -14,10 +14,18 @@ from hexathermal.poses import FloatArray
 
 CAUSE = Cause(
     name="sensor-drift",
-    physics="The contact, the wire or the logger channel of one thermometer changes: its reading walks away from the temperature.",
-    signature="The residual is the law at a temperature error that grows with time; the other thermometers do not see it.",
+    physics=(
+        "The contact, the wire or the logger channel of one thermometer changes: its reading walks away from "
+        "the temperature."
+    ),
+    signature=(
+        "The residual is the law at a temperature error that grows with time; the other thermometers do not see it."
+    ),
     parameters=(Parameter("rate", "K/h", "0.25 to 4 times the noise in the drift"),),
-    confused_with=("zero-drift", "missing-sensor",),
+    confused_with=(
+        "zero-drift",
+        "missing-sensor",
+    ),
     experiment="Read the thermometer beside a second one for a day at constant temperature.",
     words="the reading of {target} drifts",
 )

@@ -8,19 +8,22 @@ from functools import partial
 import numpy as np
 
 from hexathermal.learn.diagnosis.order import Order
-
 from hexathermal.learn.diagnosis.trials import Cause, Parameter, Trial, Workbench
 from hexathermal.machine.leg_repairs import SensorRepair
 
 CAUSE = Cause(
     name="swapped-sensors",
     physics="Two plugs were exchanged: what is written under the name of one is the temperature of the other.",
-    signature="The drift follows another thermometer in place of the law's own, with the same coefficients; the profile along the leg is out of order.",
+    signature=(
+        "The drift follows another thermometer in place of the law's own, with the same coefficients; the "
+        "profile along the leg is out of order."
+    ),
     parameters=(Parameter("other", "name", "any other thermometer"),),
     confused_with=("missing-sensor",),
     experiment="Warm one of the two with a finger.",
     words="the plugs of {target} and another thermometer are exchanged",
 )
+
 
 def trials(bench: Workbench) -> Iterator[Trial]:
     """Give each of the law's sensors exchanged with each other one."""

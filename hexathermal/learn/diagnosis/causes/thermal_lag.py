@@ -15,11 +15,24 @@ from hexathermal.poses import FloatArray
 
 CAUSE = Cause(
     name="thermal-lag",
-    physics="Heat needs time: the leg behind the thermometer warms later (structure), or the thermometer later than the leg (sensor).",
+    physics=(
+        "Heat needs time: the leg behind the thermometer warms later (structure), or the thermometer later "
+        "than the leg (sensor)."
+    ),
     signature="The residual follows the rate of the temperature; heating and cooling make a loop.",
-    parameters=(Parameter("time_constant_s", "s", "log-uniform, 1 min to 4 h"), Parameter("amplitude", "1", "+1: the whole part lags; below 0: the thermometer does"),),
-    confused_with=("clock-offset", "missing-sensor", "hidden-heat",),
-    experiment="A step of temperature at rest, logged every few seconds, beside a bare thermometer: a lag is an exponential, a clock a pure shift.",
+    parameters=(
+        Parameter("time_constant_s", "s", "log-uniform, 1 min to 4 h"),
+        Parameter("amplitude", "1", "+1: the whole part lags; below 0: the thermometer does"),
+    ),
+    confused_with=(
+        "clock-offset",
+        "missing-sensor",
+        "hidden-heat",
+    ),
+    experiment=(
+        "A step of temperature at rest, logged every few seconds, beside a bare thermometer: a lag is an "
+        "exponential, a clock a pure shift."
+    ),
     words="{target} and the part behind it do not warm together",
 )
 

@@ -11,10 +11,15 @@ CAUSE = Cause(
     physics="The laser, the optics, a clamp or a foundation drifts steadily, whatever the temperatures do.",
     signature="The residual is proportional to time.",
     parameters=(Parameter("rate", "m/h", "visible effect of 0.25 to 4 times the noise"),),
-    confused_with=("frame-expansion", "sensor-drift", "air-refraction",),
+    confused_with=(
+        "frame-expansion",
+        "sensor-drift",
+        "air-refraction",
+    ),
     experiment="A night at rest at constant temperature.",
     words="the zero drifts with time",
 )
+
 
 def trials(bench: Workbench) -> Iterator[Trial]:
     """Give the time since the zero."""

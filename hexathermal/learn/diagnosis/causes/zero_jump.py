@@ -12,8 +12,14 @@ CAUSE = Cause(
     name="zero-jump",
     physics="A beam was touched, a clamp slipped, a count was lost: from then on all is off by a constant.",
     signature="A step of the residual at one moment of one run, at no move of that size elsewhere.",
-    parameters=(Parameter("time_s", "s", "any moment of any run"), Parameter("step", "m", "visible effect of 0.25 to 4 times the noise"),),
-    confused_with=("sensor-detached", "backlash",),
+    parameters=(
+        Parameter("time_s", "s", "any moment of any run"),
+        Parameter("step", "m", "visible effect of 0.25 to 4 times the noise"),
+    ),
+    confused_with=(
+        "sensor-detached",
+        "backlash",
+    ),
     experiment="Return to the first position and temperature after the run: the step stays.",
     words="the zero jumps in {target}",
 )
