@@ -1,0 +1,187 @@
+"""Hidden effects, one draw: a campaign is drawn, written as a folder, diagnosed from the folder alone, and judged.
+
+The generator (`hexathermal.simulate.hidden`) and the diagnosis (`hexathermal.learn.diagnosis`) share no code; they meet
+here in files: a campaign folder, the JSON of the diagnosis, the answer that stands beside the folder.
+"""
+
+from __future__ import annotations
+
+import json
+import tempfile
+import time
+from dataclasses import asdict, dataclass, field
+from pathlib import Path
+from typing import Any
+
+CLEAN, ONE, TWO, OUTSIDE = "clean", "one", "two", "outside"
+KINDS = (CLEAN, ONE, TWO, OUTSIDE)
+BENCHES = ("modal", "finite_volume", "component", "quiet", "rough")
+"""Benches of `hexathermal.simulate.hidden`; only the first was looked at while the diagnosis was made."""
+
+TOP = 4
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """What hid in a campaign, and what the diagnosis said.
+
+    Attributes
+    ----------
+    bench : str
+    seed : int
+        ``campaign_of(bench, seed)`` makes the campaign again.
+    causes : list of str
+    strengths : list of float
+        Visible RMS of each effect over the noise.
+    verdict : str
+    names : list of str
+        In the order in which they were named.
+    equivalent : list of str
+        Names that are told to be as good as the first.
+    probability : float
+    before, after : float or None [um]
+        RMSE on validation runs of the law and of the extended law.
+    oracle_before, oracle_after, noise : float or None [um]
+        The same of the law extended by the truth, and of the noise itself.
+    seconds : float
+        Of processor time for the diagnosis.
+    rows : int
+    threshold : float
+    top : list
+        Causes that lead the ranking, with their evidence.
+    failed : str
+        The error where the diagnosis raised one.
+    """
+
+    bench: str
+    seed: int
+    causes: list[str]
+    strengths: list[float]
+    verdict: str = ""
+    names: list[str] = field(default_factory=list)
+    equivalent: list[str] = field(default_factory=list)
+    probability: float = 0.0
+    before: float | None = None
+    after: float | None = None
+    oracle_before: float | None = None
+    oracle_after: float | None = None
+    noise: float | None = None
+    seconds: float = 0.0
+    rows: int = 0
+    threshold: float = 0.0
+    top: list[list[Any]] = field(default_factory=list)
+    failed: str = ""
+
+    @property
+    def kind(self) -> str:
+        """Whether nothing, one, two, or something outside the catalogue was hidden."""
+        if not self.causes:
+            return CLEAN
+        return OUTSIDE if self.causes[0].startswith("outside") else (ONE if len(self.causes) == 1 else TWO)
+
+    @property
+    def strength(self) -> float:
+        """Visible strength of the weakest effect; 0 where there is none."""
+        return min(self.strengths, default=0.0)
+
+    @property
+    def first(self) -> str | None:
+        """The first name."""
+        return self.names[0] if self.names else None
+
+    @property
+    def right(self) -> bool:
+        """Whether the verdict is the truth: the first name is hidden, or none is and none is said."""
+        if self.kind == CLEAN:
+            return self.verdict == "none"
+        return self.verdict == "unexplained" if self.kind == OUTSIDE else self.first in self.causes
+
+    @property
+    def right_or_equivalent(self) -> bool:
+        """Whether the first name, or one that is stated to be equivalent, is hidden."""
+        return self.right or (self.kind in (ONE, TWO) and bool(set(self.equivalent) & set(self.causes)))
+
+    @property
+    def wrong(self) -> bool:
+        """Whether the first name is not hidden, nor an equivalent that is stated."""
+        return bool(self.names) and not self.right_or_equivalent
+
+    @property
+    def pair(self) -> bool:
+        """Whether all names, and no others, are hidden."""
+        return sorted(self.names) == sorted(self.causes)
+
+    @property
+    def extra(self) -> bool:
+        """Whether any name, first or later, is hidden nowhere, nor stated to be equivalent."""
+        return self.wrong or bool(set(self.names[1:]) - set(self.causes))
+
+    @property
+    def gain(self) -> float | None:
+        """Part of the law's RMSE on validation runs that the extension takes away."""
+        return None if not self.before or self.after is None else 1.0 - self.after / self.before
+
+    @property
+    def oracle_gain(self) -> float | None:
+        """The same of the truth."""
+        return (
+            None
+            if not self.oracle_before or self.oracle_after is None
+            else 1.0 - self.oracle_after / self.oracle_before
+        )
+
+    def told(self) -> str:
+        """Return the draw in a line, with what repeats it."""
+        hidden = (
+            ", ".join(f"{name} {size:.2f}" for name, size in zip(self.causes, self.strengths, strict=True)) or "nothing"
+        )
+        said = self.failed or f"{self.verdict} {' + '.join(self.names)} (p {self.probability:.3f})"
+        return f"{self.bench} {self.seed}: hidden {hidden}; said {said}; ranking {self.top}"
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return plain values."""
+        return asdict(self)
+
+
+def diagnosed(folder: Path, sensors: list[str]) -> dict[str, Any]:
+    """Return the JSON document of a diagnosis of a campaign's folder."""
+    from hexathermal.learn.campaign_files import load_campaign
+    from hexathermal.learn.diagnosis import diagnose
+
+    found: dict[str, Any] = json.loads(json.dumps(diagnose(load_campaign(folder), sensors).to_json(), allow_nan=False))
+    return found
+
+
+def outcome_of(bench: str, seed: int, causes: tuple[str, ...] | None = None, strength: float | None = None) -> Outcome:
+    """Draw what a seed stands for, write it, diagnose the folder, and return what came of it."""
+    from hexathermal.errors import HexathermalError
+    from hexathermal.simulate.hidden.drawing import campaign_of
+    from hexathermal.simulate.hidden.writing import write_campaign
+
+    truth, drawn = campaign_of(bench, seed, causes=causes, strength=strength)
+    with tempfile.TemporaryDirectory() as place:
+        folder = Path(place) / "campaign"
+        answer = json.loads(write_campaign(folder, truth, drawn).read_text(encoding="utf-8"))
+        rows = sum(len(run.time) for run in truth.runs)
+        start = time.process_time()
+        try:
+            said, failed = diagnosed(folder, answer["base"]), ""
+        except (HexathermalError, ValueError, ArithmeticError, AssertionError, LookupError) as error:
+            said, failed = {}, f"{type(error).__name__}: {error}"
+        seconds = time.process_time() - start
+    gain, oracle = said.get("gain") or {}, answer["oracle"]
+    return Outcome(
+        bench, seed, answer["causes"], answer["strengths"], said.get("verdict", "failed"),
+        [one["cause"] for one in said.get("effects", ())], said.get("equivalent", []), said.get("probability", 0.0),
+        gain.get("rmse_before_um"), gain.get("rmse_after_um"), oracle["rmse_base_um"], oracle["rmse_known_um"],
+        oracle["rmse_noise_um"], seconds, rows, said.get("threshold", 0.0),
+        [[one["cause"], round(one["evidence"], 1)] for one in said.get("candidates", ())[:TOP]], failed,
+    )  # fmt: skip
+
+
+def plan(count: int, seed: int) -> list[tuple[str, int]]:
+    """Return benches and seeds of draws: benches in turn, seeds from one."""
+    import numpy as np
+
+    seeds = np.random.default_rng(seed).integers(2**53, size=count)
+    return [(BENCHES[k % len(BENCHES)], int(one)) for k, one in enumerate(seeds)]

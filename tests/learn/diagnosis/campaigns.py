@@ -1,0 +1,25 @@
+"""Campaigns of the hidden-effects generator, read back from their folders as the diagnosis reads them."""
+
+from __future__ import annotations
+
+from functools import cache
+from pathlib import Path
+from tempfile import TemporaryDirectory
+
+from hexathermal.learn.campaign_files import load_campaign
+from hexathermal.learn.diagnosis.stage import view_of
+from hexathermal.learn.diagnosis.view import View
+from hexathermal.learn.signals import campaign_rows
+from hexathermal.simulate.hidden.drawing import Answer, campaign_of
+from hexathermal.simulate.hidden.writing import write_campaign
+
+
+@cache
+def viewed(bench: str, seed: int, causes: tuple[str, ...], strength: float) -> tuple[View, Answer]:
+    """The runs for identification of a campaign, from its files, and its answer."""
+    truth, answer = campaign_of(bench, seed, causes=causes, strength=strength)
+    with TemporaryDirectory() as place:
+        folder = Path(place) / "campaign"
+        write_campaign(folder, truth, answer)
+        campaign = load_campaign(folder)
+        return view_of(campaign, campaign_rows(campaign, "identification"), answer.base), answer

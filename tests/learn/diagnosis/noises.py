@@ -1,0 +1,40 @@
+"""Channels made up for tests, and their noise as dense matrices: the oracle of the compiled filter."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from hexathermal.learn.diagnosis.channels import Channel, Levels
+from hexathermal.poses import FloatArray
+
+LEVELS = Levels(0.2, 0.15, 0.3, 0.25, 2400.0)
+
+
+def channel_like(rng: np.random.Generator, runs: int = 3, windows: int = 30, *, has_offsets: bool = True) -> Channel:
+    """A channel of runs whose windows and landings are of random length; its values are zero."""
+    parts = []
+    for k in range(runs):
+        fresh = rng.random(windows) < 0.4
+        fresh[0] = True
+        step = np.concatenate([[0.0], rng.uniform(30.0, 900.0, windows - 1)])
+        parts.append(
+            (np.arange(windows) == 0, fresh, step, rng.integers(1, 25, windows).astype(float), np.full(windows, k))
+        )
+    start, fresh, step, rows, run = (np.concatenate(items) for items in zip(*parts, strict=True))
+    n = len(start)
+    return Channel(np.zeros(n), start, fresh, step, rows, run, np.ones(n), True, has_offsets)
+
+
+def dense(channel: Channel, levels: Levels) -> FloatArray:
+    """The covariance of a channel's noise, shape (n, n), written down part by part."""
+    run, landing = channel.run, np.cumsum(channel.fresh)
+    time = np.cumsum(channel.step)
+    same_run, same_landing = run[:, None] == run[None, :], landing[:, None] == landing[None, :]
+    V = levels.slow**2 * np.exp(-np.abs(time[:, None] - time[None, :]) / levels.slow_time) * same_run
+    V += levels.offset**2 * same_run + levels.landing**2 * same_landing
+    return np.asarray(V + np.diag(levels.white**2 / channel.rows))
+
+
+def noisy(channel: Channel, levels: Levels, rng: np.random.Generator) -> Channel:
+    """The channel with a draw of its noise as values."""
+    return channel.with_y(np.linalg.cholesky(dense(channel, levels)) @ rng.standard_normal(len(channel)))

@@ -1,0 +1,117 @@
+"""The noise of a channel: the filter whitens, and evidence is that of a multivariate normal distribution."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from scipy import integrate
+from scipy.linalg import solve_triangular
+from scipy.stats import multivariate_normal
+
+from hexathermal.learn.diagnosis.channels import Channel, Levels, marginal
+from tests.learn.diagnosis.noises import LEVELS, channel_like, dense, noisy
+
+SIZE = st.floats(0.01, 3.0)
+
+
+@given(SIZE, SIZE, SIZE, SIZE, st.sampled_from([300.0, 2400.0, 7200.0]), st.integers(0, 10**6))
+def test_whitening_is_that_of_the_dense_matrix(
+    white: float, landing: float, slow: float, offset: float, slow_time: float, seed: int
+) -> None:
+    """The three-state filter gives the columns and log det V that a Cholesky factor of the whole matrix gives."""
+    rng = np.random.default_rng(seed)
+    channel, levels = channel_like(rng), Levels(white, landing, slow, offset, slow_time)
+    columns = rng.standard_normal((len(channel), 3))
+    found, logdet = channel.whitened(columns, levels)
+    factor = np.linalg.cholesky(dense(channel, levels))
+    np.testing.assert_allclose(found, solve_triangular(factor, columns, lower=True), rtol=1e-7, atol=1e-9)
+    assert logdet == pytest.approx(2.0 * np.log(np.diag(factor)).sum(), rel=1e-9, abs=1e-8)
+
+
+def test_the_filter_starts_anew_in_each_run(rng: np.random.Generator) -> None:
+    """Runs are independent: a run whitened alone is what it is among others, and log det V is the sum."""
+    channel = channel_like(rng)
+    columns = rng.standard_normal((len(channel), 2))
+    whole, logdet = channel.whitened(columns, LEVELS)
+    total = 0.0
+    for k in range(3):
+        own = channel.run == k
+        alone = Channel(*(item[own] for item in (channel.y, channel.start, channel.fresh, channel.step, channel.rows,
+                                                 channel.run, channel.weight)))  # fmt: skip
+        part, value = alone.whitened(columns[own], LEVELS)
+        np.testing.assert_array_equal(part, whole[own])
+        total += value
+    assert logdet == pytest.approx(total, rel=1e-12)
+
+
+def test_evidence_is_a_multivariate_normal(rng: np.random.Generator) -> None:
+    """Evidence less that of another model is the difference of dense log densities N(0, V + X D X')."""
+    channel = noisy(channel_like(rng), LEVELS, rng)
+    X, sd = rng.standard_normal((len(channel), 3)), np.array([0.3, 2.0, 0.05])
+    V = dense(channel, LEVELS)
+    wanted = multivariate_normal(None, V + (X * sd**2) @ X.T).logpdf(channel.y) - multivariate_normal(None, V).logpdf(
+        channel.y
+    )
+    nothing = np.zeros((len(channel), 1))
+    found = channel.evidence(X, sd, LEVELS) - channel.evidence(nothing, np.ones(1), LEVELS)
+    assert found == pytest.approx(wanted, abs=1e-8)
+
+
+def test_evidence_is_an_integral_over_the_coefficient(rng: np.random.Generator) -> None:
+    """One coefficient integrated by quadrature over its prior gives the same evidence; mean and variance as well."""
+    r, x, sd = rng.standard_normal(40), rng.standard_normal(40), 0.4
+
+    def density(b: float) -> float:
+        return float(
+            np.exp(-0.5 * ((r - x * b) ** 2).sum() + 0.5 * (r**2).sum() - 0.5 * (b / sd) ** 2)
+            / np.sqrt(2.0 * np.pi)
+            / sd
+        )
+
+    total = integrate.quad(density, -5.0, 5.0, epsabs=1e-12)[0]
+    mean = integrate.quad(lambda b: b * density(b), -5.0, 5.0, epsabs=1e-12)[0] / total
+    square = integrate.quad(lambda b: b * b * density(b), -5.0, 5.0, epsabs=1e-12)[0] / total
+    value, found, covariance = marginal(r, x[:, None], np.array([sd]))
+    assert value + 0.5 * (r**2).sum() == pytest.approx(np.log(total), abs=1e-8)
+    assert found[0] == pytest.approx(mean, abs=1e-8)
+    assert covariance[0, 0] == pytest.approx(square - mean**2, abs=1e-8)
+
+
+def test_levels_of_drawn_noise_are_found(rng: np.random.Generator) -> None:
+    """Fitted to drawn noise of 9 runs: white, landings, and slow parts together are right within 1.5, in the median.
+
+    A run's offset and a process as slow as the run cannot be told apart by few runs: their sum counts.
+    """
+    channel = channel_like(rng, runs=9, windows=60)
+    X, sd = rng.standard_normal((len(channel), 2)), np.ones(2)
+    ratios = []
+    for _ in range(10):
+        levels, value = noisy(channel, LEVELS, rng).fitted(X, sd)
+        slow, wanted = np.hypot(levels.slow, levels.offset), np.hypot(LEVELS.slow, LEVELS.offset)
+        ratios.append([levels.white / LEVELS.white, levels.landing / LEVELS.landing, slow / wanted])
+        assert np.isfinite(value)
+    ratio = np.median(ratios, axis=0)
+    assert (ratio > 1.0 / 1.5).all(), ratio
+    assert (ratio < 1.5).all(), ratio
+
+
+def test_fitted_levels_are_as_likely_as_those_of_the_draw(rng: np.random.Generator) -> None:
+    """The levels that noise of 9 runs was drawn with explain it by at most 4 log units more than the fitted ones."""
+    channel = channel_like(rng, runs=9, windows=40)
+    X, sd = rng.standard_normal((len(channel), 2)), np.ones(2)
+    for _ in range(5):
+        drawn = noisy(channel, LEVELS, rng)
+        assert drawn.fitted(X, sd)[1] > drawn.evidence(X, sd, LEVELS) - 4.0
+
+
+@pytest.mark.parametrize("absent", ["landing", "offset"])
+def test_a_part_of_the_noise_that_cannot_be_is_not_fitted(absent: str, rng: np.random.Generator) -> None:
+    """A component has no landings, a campaign's zero no offsets of runs: their levels stay 0."""
+    base = noisy(channel_like(rng), LEVELS, rng)
+    channel = Channel(base.y, base.start, base.fresh, base.step, base.rows, base.run, base.weight,
+                      absent != "landing", absent != "offset")  # fmt: skip
+    levels, _ = channel.fitted(rng.standard_normal((len(base), 1)), np.ones(1))
+    assert getattr(levels, absent) == 0.0
+    assert levels.white > 0.0

@@ -1,0 +1,205 @@
+"""Evidence of trials is that of dense normal distributions, and the threshold is what chance alone passes so often."""
+
+from __future__ import annotations
+
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+from scipy.stats import binom, multivariate_normal
+
+from hexathermal.learn.diagnosis import chance, evidence
+from hexathermal.learn.diagnosis.chance import FALSE_ALARMS, chance_threshold
+from hexathermal.learn.diagnosis.channels import Channel, Levels
+from hexathermal.learn.diagnosis.deciding import LEAST, decided
+from hexathermal.learn.diagnosis.evidence import RHO, Base, Scored, mean_log, relevance, screened, sizes_of, visible
+from hexathermal.learn.diagnosis.search import NONE, Ranked, Search, Step
+from hexathermal.learn.diagnosis.trials import Trial
+from hexathermal.poses import FloatArray
+from tests.learn.diagnosis.noises import LEVELS, channel_like, dense, noisy
+
+LARGEST = 50.0
+
+
+@pytest.fixture
+def channel(rng: np.random.Generator) -> Channel:
+    return channel_like(rng, runs=4, windows=25)
+
+
+@pytest.fixture
+def base(channel: Channel, rng: np.random.Generator) -> Base:
+    return Base(rng.standard_normal((len(channel), 3)), np.array([1.0, 2.0, 0.5]), 2)
+
+
+def density(channel: Channel, X: FloatArray, sd: FloatArray) -> float:
+    return float(multivariate_normal(None, dense(channel, LEVELS) + (X * sd**2) @ X.T).logpdf(channel.y))
+
+
+def test_a_term_is_scored_as_dense_distributions_score_it(
+    channel: Channel, base: Base, rng: np.random.Generator
+) -> None:
+    """The score of one and two columns is the log of the mean over sizes of p(y | law and trial) / p(y | law)."""
+    channel = noisy(channel, LEVELS, rng)
+    for k in (1, 2):
+        trial = Trial("backlash", rng.standard_normal((len(channel), k)))
+        (found,) = screened(channel, base, LEVELS, [trial], LARGEST)
+        size = sizes_of(trial, visible(trial.columns, base.X, channel), LEVELS.rms, LARGEST)
+        X = np.column_stack([base.X, trial.columns])
+        values = np.array([density(channel, X, np.append(base.sd, rho * size)) for rho in RHO])
+        wanted = mean_log(values) - density(channel, base.X, base.sd)
+        assert found.value == pytest.approx(wanted, abs=1e-6)
+        assert found.rho == RHO[int(np.argmax(values))]
+
+
+def test_a_changed_law_is_scored_on_the_same_data(channel: Channel, base: Base, rng: np.random.Generator) -> None:
+    """A swap or a clock replaces the law's columns; its score is p(y | other columns) / p(y | law)."""
+    channel = noisy(channel, LEVELS, rng)
+    other = rng.standard_normal((len(channel), 2))
+    trial = Trial("swapped-sensors", np.zeros((len(channel), 0)), base=other, advantage=1.5)
+    (found,) = screened(channel, base, LEVELS, [trial], LARGEST)
+    changed = np.column_stack([other, base.X[:, 2:]])
+    wanted = density(channel, changed, base.sd) - density(channel, base.X, base.sd) + 1.5
+    assert found.value == pytest.approx(wanted, abs=1e-6)
+
+
+def test_what_the_law_can_carry_says_nothing(channel: Channel, base: Base, rng: np.random.Generator) -> None:
+    """A column that the law has already wins nothing, whatever its size in the data."""
+    channel = noisy(channel, LEVELS, rng)
+    channel = channel.with_y(channel.y + base.X[:, 0])
+    (found,) = screened(channel, base, LEVELS, [Trial("scale-error", base.X[:, :1].copy())], LARGEST)
+    assert found.value < 1.0
+
+
+def test_an_effect_raises_its_own_trial(channel: Channel, base: Base, rng: np.random.Generator) -> None:
+    """Of thirty shapes, the hidden one wins, and what is seen of it is what was hidden within 30 %."""
+    trials = [Trial(f"shape-{k}", rng.standard_normal((len(channel), 1))) for k in range(30)]
+    hidden = noisy(channel, LEVELS, rng)
+    size = 1.0 * LEVELS.rms / visible(trials[7].columns, base.X, channel)[0]
+    hidden = hidden.with_y(hidden.y + size * trials[7].columns[:, 0])
+    best = max(screened(hidden, base, LEVELS, trials, LARGEST), key=lambda one: one.value)
+    assert best.trial is trials[7]
+    assert best.seen == pytest.approx(1.0, rel=0.3)
+
+
+def test_visible_is_the_part_off_the_law_and_the_offsets(channel: Channel, rng: np.random.Generator) -> None:
+    """Columns of the law and constants of runs have nothing visible; others what least squares leaves of them."""
+    X = rng.standard_normal((len(channel), 2))
+    runs = (channel.run[:, None] == np.arange(4)).astype(float)
+    table = np.column_stack([X @ [1.0, -2.0], runs[:, 2], rng.standard_normal(len(channel))])
+    found = visible(table, X, channel)
+    N = np.column_stack([X, runs])
+    left = table[:, 2] - N @ np.linalg.lstsq(N, table[:, 2], rcond=None)[0]
+    np.testing.assert_allclose(found, [0.0, 0.0, np.sqrt((left**2).mean())], atol=1e-10)
+
+
+def test_mean_log_survives_large_evidence() -> None:
+    """The mean of exponentials is taken without overflow; one value is its own mean."""
+    assert mean_log(np.array([2000.0, 2000.0])) == pytest.approx(2000.0)
+    assert mean_log(np.log([1.0, 3.0])) == pytest.approx(np.log(2.0))
+
+
+def test_many_rows_do_not_make_a_trifle_large() -> None:
+    """An effect of a tenth of the noise says at most 2 log units, however many rows tell of it."""
+    trifle = Scored(Trial("creep", np.zeros((1, 1))), 1e4, 0.1, 1.0, np.ones(1))
+    assert trifle.gated == relevance(0.1) == pytest.approx(2.0)
+    assert Scored(trifle.trial, 1.0, 5.0, 1.0, np.ones(1)).gated == 1.0
+
+
+def drawn_maxima(channel: Channel, base: Base, trials: list[Trial], rng: np.random.Generator, count: int) -> FloatArray:
+    """The best mean evidence of a cause in campaigns with nothing but noise and law."""
+    found = []
+    for _ in range(count):
+        drawn = noisy(channel, LEVELS, rng)
+        drawn = drawn.with_y(drawn.y + base.X @ (base.sd * rng.standard_normal(len(base.sd))))
+        scored = screened(drawn, base, LEVELS, trials, LARGEST)
+        causes = sorted({one.trial.cause for one in scored})
+        found.append(
+            max(mean_log(np.array([one.value for one in scored if one.trial.cause == name])) for name in causes)
+        )
+    return np.array(found)
+
+
+def test_chance_passes_the_threshold_as_seldom_as_it_says(
+    channel: Channel, base: Base, rng: np.random.Generator
+) -> None:
+    """Of 400 campaigns with nothing in them the threshold is passed by FALSE_ALARMS of them, no more and not never.
+
+    Bounds hold for a rate between a fifth and three times FALSE_ALARMS; 3 below, chance passes far oftener.
+    """
+    trials = [Trial(f"cause-{k % 8}", rng.standard_normal((len(channel), 1 + k % 2))) for k in range(24)]
+    threshold = chance_threshold(channel, base, LEVELS, trials, LARGEST, 1)
+    maxima = drawn_maxima(channel, base, trials, rng, 400)
+    above = int((maxima > threshold).sum())
+    assert above <= binom.ppf(1.0 - 1e-4, 400, 3.0 * FALSE_ALARMS), above
+    assert int((maxima > threshold - 3.0).sum()) > binom.ppf(1.0 - 1e-4, 400, 3.0 * FALSE_ALARMS)
+
+
+def test_the_threshold_repeats(channel: Channel, base: Base, rng: np.random.Generator) -> None:
+    """The same seed gives the same threshold; no trials need none."""
+    trials = [Trial(f"cause-{k}", rng.standard_normal((len(channel), 1))) for k in range(8)]
+    one, two = (chance_threshold(channel, base, LEVELS, trials, LARGEST, 5) for _ in range(2))
+    assert one == two
+    assert chance_threshold(channel, base, LEVELS, [], LARGEST, 5) == 0.0
+
+
+def ranked(cause: str, value: float, seen: float = 2.0) -> Ranked:
+    """A cause with an evidence, as large as may be seen."""
+    scored = Scored(Trial(cause, np.zeros((1, 1))), value, seen, 1.0, np.ones(1))
+    return Ranked(cause, value, scored, LEVELS)
+
+
+def step(*items: Ranked) -> Step:
+    return Step(tuple(sorted(items, key=lambda one: -one.value)), LEVELS, 0.0)
+
+
+def test_nothing_is_named_below_the_threshold() -> None:
+    """A ranking whose best is below the threshold is 'none', and the likelier the farther below."""
+    weak, weaker = (decided(step(ranked("creep", value), ranked("backlash", -3.0)), LEAST) for value in (5.5, 0.0))
+    assert weak.leader is None
+    assert weaker.leader is None
+    assert weaker.probability > weak.probability
+
+
+def test_a_trifle_is_not_named_for_many_rows() -> None:
+    """Evidence of 1000 for an effect of a tenth of the noise is no name."""
+    assert decided(step(ranked("creep", 1000.0, seen=0.1)), LEAST).leader is None
+
+
+def test_probabilities_sum_to_one_and_equivalents_are_close() -> None:
+    """Hypotheses share one; a second cause with nearly the same evidence is stated, one far behind is not."""
+    decision = decided(step(ranked("creep", 80.0), ranked("backlash", 79.0), ranked("zero-drift", 5.0)), LEAST)
+    assert sum(decision.probabilities.values()) == pytest.approx(1.0)
+    assert decision.leader is not None
+    assert decision.leader.cause == "creep"
+    assert decision.equivalent == ("backlash",)
+    assert decision.probability < 0.95
+
+
+def test_something_nameless_far_ahead_is_unexplained() -> None:
+    """Flexible columns that lead by far leave no name; a cause close behind them keeps its name."""
+    far = decided(step(ranked("follows the displacement", 120.0), ranked("creep", 20.0)), LEAST)
+    near = decided(step(ranked("follows the displacement", 60.0), ranked("creep", 58.0)), LEAST)
+    assert far.leader is not None
+    assert not far.named
+    assert near.named
+
+
+def test_the_null_is_given_every_noise_that_a_leader_is_given(
+    channel: Channel, base: Base, rng: np.random.Generator
+) -> None:
+    """Noise refitted for the leaders is open to the null: on noise alone no cause of ten gains 6 by it, in 20 draws."""
+    wins = 0
+    bench = SimpleNamespace(view=SimpleNamespace(base=(), sensors=()), model=lambda _name: None)
+    for _ in range(20):
+        search = Search(bench, noisy(channel, LEVELS, rng), base, LARGEST)  # type: ignore[arg-type]
+        trials = [Trial(f"cause-{k}", rng.standard_normal((len(channel), 1))) for k in range(10)]
+        wins += search.step(trials).ranking[0].value > LEAST
+    assert wins <= binom.ppf(1.0 - 1e-4, 20, 0.03)
+
+
+def test_names_of_the_verdicts() -> None:
+    """'none' is what nothing is called, and no cause."""
+    assert NONE == "none"
+    assert evidence.TOLERATED < 0.2
+    assert 0.0 < chance.FALSE_ALARMS <= 0.02
+    assert isinstance(LEVELS, Levels)

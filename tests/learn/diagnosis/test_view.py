@@ -1,0 +1,144 @@
+"""Windows of landings, smoothed temperatures, and the columns of shapes in windows."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from hexathermal.learn.diagnosis.view import EDGES_S, LONGEST_S, View, pieces_of, smoothed
+from hexathermal.machine.leg_terms import term_columns
+from tests.learn.diagnosis.campaigns import viewed
+
+MEMORYLESS = {
+    "temperature": lambda view: {"sensor": view.sensors[3], "ratio": 0.4},
+    "square": lambda view: {"sensor": view.base[0], "ratio": 0.4},
+    "position": lambda view: {},
+    "time": lambda view: {},
+}
+REMEMBERING = {
+    "lag": lambda view: {"sensor": view.base[0], "ratio": 0.4, "time_constant_s": 600.0, "order": 2},
+    "stored-heat": lambda view: {"source": "motion", "time_constant_s": 900.0},
+    "direction": lambda view: {},
+    "relaxation": lambda view: {"time_constant_s": 200.0, "kick": "direction"},
+    "room": lambda view: {"time_constant_s": 1800.0},
+}
+
+
+@pytest.fixture(scope="module")
+def view() -> View:
+    """A leg with nothing hidden, rows every few seconds."""
+    return viewed("quiet", 11, (), 1.0)[0]
+
+
+def test_windows_share_out_the_usable_rows(view: View) -> None:
+    """Every usable row is in one window, a window in one landing, and none is longer than `LONGEST_S`."""
+    for rows, piece in zip(view.runs, view.pieces, strict=True):
+        np.testing.assert_array_equal(piece.used, np.flatnonzero(rows.settled))
+        assert piece.rows.sum() == len(piece.used)
+        assert (piece.rows >= 1).all()
+        ends = np.append(piece.edges[1:], len(piece.used)) - 1
+        landing, time = rows.landing[piece.used], rows.signals.time[piece.used]
+        np.testing.assert_array_equal(landing[piece.edges], landing[ends])
+        assert (time[ends] - time[piece.edges]).max() <= LONGEST_S + 1e-6
+
+
+def test_a_landing_begins_with_short_windows(view: View) -> None:
+    """What relaxes, relaxes at first: a landing's windows begin 0, 60, 180 and 420 s after its first row."""
+    rows, piece = view.runs[0], view.pieces[0]
+    time, step = rows.signals.time[piece.used], float(np.median(np.diff(rows.signals.time)))
+    for k in np.unique(piece.landing):
+        own = time[piece.edges[piece.landing == k]] - time[piece.edges[piece.landing == k][0]]
+        for begin, wanted in zip(own, EDGES_S, strict=False):
+            assert wanted - 1e-6 <= begin <= wanted + 3.0 * step
+
+
+def test_windows_do_not_grow_without_end(view: View) -> None:
+    """A run that rests for weeks has no more windows than allowed: they get longer."""
+    rows = view.runs[0]
+    n = 100_000
+    still = np.zeros(n)
+    signals = replace(rows.signals, time=np.arange(n) * 60.0, q=still, dT={"T": still}, air=None, index=None, tilt=None)
+    whole = replace(
+        rows, signals=signals, drift=np.zeros(n), landing=np.zeros(n, dtype=np.int64), settled=np.ones(n, dtype=bool)
+    )
+    assert len(pieces_of(whole).edges) <= 501
+
+
+def test_means_are_means(view: View) -> None:
+    """A window's value is the mean of its rows, for tables as for one column."""
+    rows, piece = view.runs[1], view.pieces[1]
+    table = np.column_stack([rows.drift, rows.signals.time])
+    means = piece.means(table)
+    k = len(piece.edges) // 2
+    own = piece.used[piece.edges[k] : piece.edges[k + 1]]
+    np.testing.assert_allclose(means[k], table[own].mean(axis=0), rtol=1e-12)
+    np.testing.assert_allclose(piece.means(rows.drift), means[:, 0], rtol=1e-12)
+
+
+def test_the_channel_counts_runs_and_landings(view: View) -> None:
+    """One start a run, one fresh window a landing, rows as many as there are."""
+    channel = view.channel
+    assert channel.start.sum() == len(view.runs)
+    assert channel.fresh.sum() == sum(len(np.unique(piece.landing)) for piece in view.pieces)
+    assert channel.rows.sum() == sum(rows.settled.sum() for rows in view.runs)
+    assert (channel.step[channel.start] == 0.0).all()
+    assert (channel.step[~channel.start] > 0.0).all()
+
+
+def test_smoothing_keeps_a_parabola_and_takes_noise(rng: np.random.Generator) -> None:
+    """A parabola in time passes unchanged; white noise of rows every 10 s loses two thirds or more."""
+    time = np.arange(0.0, 6000.0, 10.0)
+    parabola = (2e-7 * time**2 - 1e-3 * time + 3.0)[:, None]
+    np.testing.assert_allclose(smoothed(time, parabola), parabola, atol=1e-9)
+    noise = rng.standard_normal((600, 1))
+    assert smoothed(time, noise).std() < 0.34
+
+
+def test_smoothing_knows_no_direction_of_time(rng: np.random.Generator) -> None:
+    """Smoothed backwards is the smoothed, backwards: it can feign no lag."""
+    time, values = np.arange(0.0, 6000.0, 10.0), rng.standard_normal((600, 2)).cumsum(axis=0)
+    np.testing.assert_allclose(smoothed(time, values[::-1])[::-1], smoothed(time, values), atol=1e-9)
+
+
+@pytest.mark.parametrize("shape", sorted(MEMORYLESS))
+def test_shapes_without_a_memory_need_windows_only(view: View, shape: str) -> None:
+    """From mean signals a shape without a memory is what the mean of its rows is, within 2 % of its size."""
+    parameters = MEMORYLESS[shape](view)
+    quick, slow = view.quick_columns(shape, parameters), view.columns(shape, parameters)
+    assert np.abs(quick - slow).max() < 0.02 * np.abs(slow).max()
+
+
+@pytest.mark.parametrize("shape", sorted(REMEMBERING))
+def test_shapes_with_a_memory_run_over_all_rows(view: View, shape: str) -> None:
+    """A column is the mean over windows of the law's own shape over all rows, moves too, less its value at the zero."""
+    parameters = REMEMBERING[shape](view)
+    found = view.columns(shape, parameters)
+    own = []
+    for signals, piece in zip(view.signals, view.pieces, strict=True):
+        rows = term_columns(shape, signals, parameters)
+        own.append(piece.means(rows - rows[piece.used[0]]))
+    np.testing.assert_allclose(found, np.concatenate(own), rtol=1e-12, atol=1e-18)
+    assert np.ptp(found) > 0.0
+
+
+def test_temperatures_count_from_the_zero(view: View) -> None:
+    """The smoothed temperatures of each run are 0 in its first usable row, so that the law's columns are too."""
+    for signals, piece in zip(view.signals, view.pieces, strict=True):
+        for name in view.sensors:
+            assert abs(signals.dT[name][piece.used[0]]) < 1e-12
+
+
+def test_reading_later_is_a_shift(view: View) -> None:
+    """A sensor read 0 s later is itself; two minutes later, what comes then, less the same at the zero."""
+    name, at = view.base[0], 0
+    np.testing.assert_allclose(view.shifted(name, 0.0), view.temperatures(name), atol=1e-9)
+    moved = view.shifted(name, 120.0)
+    for signals, piece in zip(view.signals, view.pieces, strict=True):
+        time = signals.time
+        later = piece.means(np.interp(time + 120.0, time, signals.dT[name]))
+        own = moved[at : at + len(later)]
+        at += len(later)
+        np.testing.assert_allclose(own - own[0], later - later[0], atol=1e-9)
+        assert np.ptp(own) > 0.0

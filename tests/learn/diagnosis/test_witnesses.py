@@ -1,0 +1,107 @@
+"""Witnesses beside the drift: other thermometers, the order along the leg, temperatures against motion."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from hexathermal.learn.diagnosis.order import Order
+from hexathermal.learn.diagnosis.sensor_model import FEWEST_OTHERS, SensorModel, sensor_model
+from hexathermal.learn.diagnosis.timing import Timing
+from hexathermal.learn.diagnosis.view import View
+from tests.learn.diagnosis.campaigns import viewed
+
+LEGS = ("modal", "finite_volume")
+SEEDS = (3, 4, 5)
+
+
+def altered(view: View, sensor: str, change: object) -> View:
+    """The view with a sensor's readings changed by ``change(run number, signals) -> array``."""
+    runs = []
+    for k, rows in enumerate(view.runs):
+        values = change(k, rows.signals)  # type: ignore[operator]
+        runs.append(replace(rows, signals=replace(rows.signals, dT={**rows.signals.dT, sensor: values})))
+    return replace(view, runs=tuple(runs))
+
+
+@pytest.fixture(scope="module")
+def view() -> View:
+    return viewed("modal", 3, (), 1.0)[0]
+
+
+def test_a_sensor_made_of_the_others_is_foretold(view: View) -> None:
+    """A thermometer that is a mixture of leading profiles is foretold to a hundredth of its range."""
+    name = view.base[0]
+    first = SensorModel(view, name)
+    weights = first.sensor_weights(first.weights())
+    mixed = altered(view, name, lambda _k, s: sum(w * s.dT[other] for other, w in weights.items()))
+    model = SensorModel(mixed, name)
+    for signals, told in zip(mixed.signals, model.foretold(), strict=True):
+        assert np.abs(told - signals.dT[name]).max() < 0.01 * np.ptp(signals.dT[name])
+
+
+def test_few_sensors_foretell_nothing(view: View) -> None:
+    """With fewer than five others there is no model, rather than a bad one."""
+    few = replace(view, sensors=view.sensors[:FEWEST_OTHERS])
+    assert sensor_model(few, few.sensors[0]) is None
+    assert sensor_model(replace(view, sensors=view.sensors[: FEWEST_OTHERS + 1]), view.sensors[0]) is not None
+
+
+def test_a_drift_shows_in_its_own_parity_only(view: View) -> None:
+    """A reading that walks away by 0.3 K an hour raises its parity's evidence by 10; without it, nothing does."""
+    name = view.base[0]
+    drifted = altered(view, name, lambda _k, s: s.dT[name] + 0.3 * s.time / 3600.0)
+
+    def gain(of: View) -> float:
+        model = SensorModel(of, name)
+        hours = model.means([signals.time / 3600.0 for signals in of.signals])
+        return model.gain(hours[:, None], np.array([0.2]))
+
+    assert gain(drifted) > 10.0
+    assert gain(drifted) > gain(view) + 10.0
+
+
+@pytest.mark.parametrize("bench", LEGS)
+def test_the_order_along_the_leg_tells_a_swap(bench: str) -> None:
+    """Of swaps of distant thermometers the order speaks for most, and for none in a leg that is in order."""
+    told = alarms = tried = 0
+    for seed in SEEDS:
+        view, _ = viewed(bench, seed, (), 1.0)
+        placed = sorted((name for name in view.sensors if name in view.positions), key=view.positions.__getitem__)
+        one, other = placed[1], placed[-2]
+        exchanged = [
+            {**rows.signals.dT, one: rows.signals.dT[other], other: rows.signals.dT[one]} for rows in view.runs
+        ]
+        swapped = replace(view, runs=tuple(replace(rows, signals=replace(rows.signals, dT=dT))
+                                           for rows, dT in zip(view.runs, exchanged, strict=True)))  # fmt: skip
+        tried += 1
+        told += Order(swapped).advantage(one, other) > 3.0
+        alarms += Order(view).advantage(one, other) > 3.0
+    assert told >= tried - 1
+    assert alarms == 0
+
+
+def test_without_positions_the_order_is_silent(view: View) -> None:
+    """Where no places are stated, or too few, the order says nothing for or against a swap."""
+    assert Order(replace(view, positions={})).advantage(*view.sensors[:2]) == 0.0
+
+
+@pytest.mark.parametrize("offset", [-480.0, 300.0, 600.0])
+def test_motion_tells_of_a_shifted_clock(view: View, offset: float) -> None:
+    """Temperatures logged with another clock speak for the shift that mends them, and against one the other way."""
+    shifted = view
+    for name in view.sensors:
+        shifted = altered(shifted, name, lambda _k, s, name=name: np.interp(s.time - offset, s.time, s.dT[name]))
+    timing = Timing(shifted)
+    assert timing.advantage(offset) > 3.0
+    assert timing.advantage(-offset) < timing.advantage(offset) - 3.0
+    assert timing.advantage(0.0) == 0.0
+
+
+def test_motion_speaks_for_no_clock_where_there_is_none() -> None:
+    """In legs with clocks alike no offset of two minutes or more wins 3 log units."""
+    for bench in LEGS:
+        timing = Timing(viewed(bench, 3, (), 1.0)[0])
+        assert max(timing.advantage(sign * size) for sign in (-1.0, 1.0) for size in (120.0, 300.0, 900.0)) < 3.0
