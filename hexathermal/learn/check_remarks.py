@@ -13,6 +13,9 @@ from hexathermal.poses import FloatArray
 LARGEST_INFLATION = 30.0
 """Variance inflation from which a sensor says what the others say."""
 
+LEAST_NOISE_K = 1e-3
+"""Noise of a thermometer that is never too much."""
+
 HOUR_S, YEAR_S = 3600.0, 365.25 * 86400.0
 
 SLOWEST_H = 1.0
@@ -97,8 +100,14 @@ def of_noise(sensors: tuple[str, ...], noise: FloatArray) -> list[str]:
     found = []
     usual = float(np.nanmedian(noise)) if np.isfinite(noise).any() else np.nan
     for k, sensor in enumerate(sensors):
-        if noise[k] > 4.0 * usual:
+        if not noise[k] > LEAST_NOISE_K:
+            continue
+        if usual > 0.0 and noise[k] > 4.0 * usual:
             found.append(f"{sensor}: noise {noise[k]:.3f} K, {noise[k] / usual:.0f} times that of the other sensors")
+        # noise below half a step of a channel's resolution reads 0: only the channels that show some can be compared
+        shown = [value for j, value in enumerate(noise) if j != k and value > 0.0]
+        if usual == 0.0 and noise[k] > 4.0 * min(shown, default=0.0):
+            found.append(f"{sensor}: noise {noise[k]:.3f} K, most other sensors show none")
     return found
 
 

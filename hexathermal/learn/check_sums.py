@@ -14,6 +14,9 @@ from hexathermal.poses import FloatArray
 MOST_TRACE = 2048
 """Rows of a run that are kept for plots."""
 
+SINGULAR = 1e-13
+"""Eigenvalues of a correlation, as a part of the largest, up to which sensors say exactly what others say."""
+
 FEWEST_BENDS = 10
 """Second differences within rests that a noise of the drift is taken from."""
 
@@ -179,7 +182,7 @@ def collinearity(sums: Sequence[PairSums], noise: FloatArray) -> tuple[FloatArra
     """Return correlation of the sensors within runs, variance inflation, condition number, and slow deviations [K].
 
     A sensor's slow deviation is what the others do not explain of it, ``1 / (C^-1)_ii``, less its own noise and the
-    noise that the others bring in.
+    noise that the others bring in; 0 where the others say it exactly, its inflation infinite.
     """
     s = len(noise)
     count, scatter = np.zeros((s, s)), np.zeros((s, s))
@@ -197,15 +200,18 @@ def collinearity(sums: Sequence[PairSums], noise: FloatArray) -> tuple[FloatArra
     part = np.clip(0.5 * (part + part.T), -1.0, 1.0)
     np.fill_diagonal(part, 1.0)
     correlation[np.ix_(live, live)] = part
-    values = np.linalg.eigvalsh(part)
-    condition = float(np.sqrt(values[-1] / values[0])) if values[0] > 1e-14 * values[-1] else float("inf")
-    inverse = np.linalg.pinv(part, hermitian=True)
-    own = np.maximum(np.diag(inverse), 1e-300)
-    inflation[live] = np.where(np.isfinite(condition), own, np.inf)
+    values, vectors = np.linalg.eigh(part)
+    lost = values <= SINGULAR * values[-1]
+    condition = float("inf") if lost.any() else float(np.sqrt(values[-1] / values[0]))
+    inverse = (vectors[:, ~lost] / values[~lost]) @ vectors[:, ~lost].T
+    # what the others say exactly has no variance of its own
+    told = np.square(vectors[:, lost]).sum(axis=1) > np.sqrt(SINGULAR)
+    own = np.maximum(np.diag(inverse), 1.0)
+    inflation[live] = np.where(told, np.inf, own)
     weights = -inverse / own[:, None] * spread[live][:, None] / spread[live][None, :]
     np.fill_diagonal(weights, 1.0)
     rest = np.square(spread[live]) / own - np.square(weights) @ np.square(np.nan_to_num(noise[live]))
-    slow[live] = np.sqrt(np.maximum(rest, 0.0))
+    slow[live] = np.where(told, 0.0, np.sqrt(np.maximum(rest, 0.0)))
     return correlation, inflation, condition, slow
 
 

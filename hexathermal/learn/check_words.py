@@ -1,13 +1,13 @@
-"""What the numbers of a check mean, in words: warnings, what can be told apart, cycles of the room; and plain data."""
+"""What the numbers of a check mean, in words: warnings, what can be told apart; and plain data."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
 from hexathermal.learn.check import CampaignCheck, RunCheck
+from hexathermal.learn.check_cycles import cycles
 from hexathermal.learn.check_remarks import Clock, of_clock, of_collinearity, of_fahrenheit, of_noise, of_roles
 from hexathermal.learn.check_sums import Separability
 from hexathermal.learn.cleaning import is_lost
@@ -22,64 +22,11 @@ APART, HARDLY = 0.97, 0.99
 SMALLEST_SPAN_K = 0.5
 """Temperatures that rise by less teach next to nothing."""
 
-CYCLE_SHARE = 0.35
-"""Share of a temperature's swing, trend taken off, that one period must have to be called a cycle."""
-
 SMALLEST_SPAN_M, SMALLEST_SHARE = 1e-5, 0.01
 """A rod that moves by more than the first, and by less than this share of the stroke, moves in another unit."""
 
-CYCLE_NOISES = 5.0
 LARGEST_DRIFT_M = 1e-3
 COMMON_STEPS = ("spike", "beam spike", "drift spike")
-
-
-@dataclass(frozen=True)
-class Cycle:
-    """A temperature that swings: sensor, period [s] and amplitude [K], medians over the runs that show it."""
-
-    sensor: str
-    period: float
-    amplitude: float
-    runs: int
-
-
-def cycles(check: CampaignCheck) -> tuple[Cycle, ...]:
-    """Return the sensors that swing with one period in half of the runs or more, as a room does by its conditioning.
-
-    Each run's temperature less a cubic in time is taken apart by a periodogram; its strongest period counts where it
-    makes up `CYCLE_SHARE` of the variance and fits into the run four times.
-    """
-    found = []
-    for k, sensor in enumerate(check.campaign.sensors):
-        seen = [item for run in check.runs if (item := _cycle(run, k)) is not None]
-        if seen and len(seen) >= 0.5 * len(check.runs):
-            period, amplitude = np.median(np.array(seen), axis=0)
-            if amplitude > CYCLE_NOISES * check.sensor_noise[k]:
-                found.append(Cycle(sensor, float(period), float(amplitude), len(seen)))
-    return tuple(found)
-
-
-def _cycle(run: RunCheck, k: int) -> tuple[float, float] | None:
-    """Return period [s] and amplitude [K] of a sensor's cycle in a run, or None."""
-    from scipy.signal import periodogram
-
-    time, value = run.trace.time, run.trace.dT[:, k]
-    good = np.isfinite(value)
-    if good.sum() < 64:
-        return None
-    even = np.linspace(time[0], time[-1], int(good.sum()))
-    value = np.interp(even, time[good], value[good])
-    scaled = np.linspace(-1.0, 1.0, len(even))
-    value = value - np.polynomial.Polynomial.fit(scaled, value, 3)(scaled)
-    frequency, power = periodogram(value, fs=1.0 / (even[1] - even[0]), window="hann")
-    low = int(np.searchsorted(frequency, 4.0 / (even[-1] - even[0])))
-    if low >= len(power) - 2 or not power.any():
-        return None
-    top = low + int(np.argmax(power[low:]))
-    band = power[max(top - 2, 1) : top + 3].sum()
-    if top <= low or band < CYCLE_SHARE * power[1:].sum():
-        return None
-    return float(1.0 / frequency[top]), float(np.sqrt(2.0 * band * (frequency[1] - frequency[0])))
 
 
 def told_apart(item: Separability, stroke: float | None = None) -> str:
@@ -216,7 +163,8 @@ def as_data(check: CampaignCheck) -> dict[str, Any]:
         ],
         "correlation": check.correlation,
         "condition_number": check.condition,
-        "cycles": [{"sensor": item.sensor, "period_min": item.period / 60.0, "amplitude_K": item.amplitude}
+        "cycles": [{"sensor": item.sensor, "period_min": item.period / 60.0, "amplitude_K": item.amplitude,
+                    "input": item.input or None}
                    for item in cycles(check)],
         "weather": {"temperature_degC": [low[0], high[0]], "pressure_hPa": [low[1] / 100.0, high[1] / 100.0],
                     "humidity_percent": [low[2] * 100.0, high[2] * 100.0],

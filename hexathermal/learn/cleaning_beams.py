@@ -14,7 +14,7 @@ import numpy.typing as npt
 
 from hexathermal.learn.campaign_columns import BEAMS
 from hexathermal.learn.cleaning_beam_scales import BeamScales, against_others, jumps, measured, resting
-from hexathermal.learn.cleaning_channels import PIECE_ROWS
+from hexathermal.learn.cleaning_channels import PIECE_ROWS, near_moves
 from hexathermal.learn.cleaning_channels import SMALLEST_MOVE_M as SMALLEST_MOVE_M
 from hexathermal.learn.cleaning_record import NOTED, REPAIRED, ROW, Ledger
 from hexathermal.learn.cleaning_rules import (
@@ -75,8 +75,9 @@ class BeamRules:
         for sheet, own in with_margins(sheets, PIECE_ROWS, MARGIN):
             apart = against_others(sheet.beams)
             steady = _steady(sheet)[:, None]
-            spikes = spikes_in(apart, self.scales.noise) & steady
-            spikes |= spikes_in(apart, self._restless)
+            strict = np.broadcast_to(near_moves(sheet)[:, None], apart.shape)
+            spikes = spikes_in(apart, self.scales.noise, strict) & steady
+            spikes |= spikes_in(apart, self._restless, strict)
             rows: Flags = np.asarray(spikes.any(axis=1))
             worst = np.argmax(np.where(spikes, np.abs(apart - np.median(apart, axis=0)), 0.0), axis=1)
             for k in np.unique(worst[own][rows[own]]):

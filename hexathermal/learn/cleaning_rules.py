@@ -193,7 +193,9 @@ def _standing_off(values: FloatArray, noise: FloatArray, burst: Flags, strict: F
         size = off[rows, columns]
         sharp = (size > SPIKE_STEPS * usual) | (one_row > SPIKE_LEAP * size) | burst[rows, columns]
         there_and_back = _one_row_each(around, np.sign(over[rows, columns]))
-        returned = (there_and_back > SPIKE_RETURN * size) | ~strict[rows, columns]
+        # at the ends what is mirrored would always leap back
+        inside = (rows >= 3) & (rows < n - 3)
+        returned = ((there_and_back > SPIKE_RETURN * size) & inside) | ~strict[rows, columns]
         found[rows, columns] = (size > allowed) & (one_row > SPIKE_ABRUPT * size) & sharp & returned
     return np.asarray(found)
 

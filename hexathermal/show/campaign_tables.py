@@ -6,7 +6,8 @@ import numpy as np
 from rich.table import Table
 
 from hexathermal.learn.check import CampaignCheck
-from hexathermal.learn.check_words import cycles, hours, told_apart
+from hexathermal.learn.check_cycles import cycles
+from hexathermal.learn.check_words import hours, told_apart
 from hexathermal.poses import FloatArray
 from hexathermal.show.tables import framed
 
@@ -129,7 +130,7 @@ def remarks(check: CampaignCheck) -> str:
         lines.append(f"All sensors together: condition number {check.condition:.0f} (1: independent, 30: collinear).")
     lines += [
         f"{item.sensor} swings with a period of {item.period / 60.0:.0f} min and +-{item.amplitude:.2f} K in "
-        f"{item.runs} of {len(check.runs)} runs: a cycle of the room or of a cooler."
+        f"{item.runs} of {len(check.runs)} runs: {item.cause}."
         for item in cycles(check)
     ]
     if np.isfinite(check.weather).all():

@@ -116,6 +116,8 @@ def test_a_campaign_of_a_whole_machine_is_read(tmp_path: Path) -> None:
     assert "there is no machine file" in messages(tmp_path)[0]
     (tmp_path / "machine").mkdir()
     (tmp_path / "machine" / "hexapod.toml").write_text("")
+    assert "hexapod names a folder" in messages(tmp_path)[0]
+    (tmp_path / "campaign.toml").write_text(text.replace('"machine"', '"machine/hexapod.toml"'))
     campaign = load_campaign(tmp_path)
     assert campaign.sensors == (*(f"leg{k}_T1" for k in range(1, 7)), "platform_T1")
     data = read_run(campaign, "a")

@@ -12,7 +12,8 @@ import pytest
 from hexathermal.cli import main
 from hexathermal.learn.campaign_files import load_campaign
 from hexathermal.learn.check import CampaignCheck, check_campaign
-from hexathermal.learn.check_words import as_data, cycles, told_apart, warnings_of
+from hexathermal.learn.check_cycles import cycles
+from hexathermal.learn.check_words import as_data, told_apart, warnings_of
 
 from .campaign_folders import Q0_M, SENSORS, Table, component_campaign, leg_campaign, leg_table
 
