@@ -15,6 +15,7 @@ import numpy.typing as npt
 
 from hexathermal.errors import ArgumentError, HexathermalError
 from hexathermal.learn.campaign import BeamLayout, Block, Campaign, RunFile, joined
+from hexathermal.learn.campaign_streams import RunTable
 from hexathermal.learn.cleaning import UsableBlocks, Zero
 from hexathermal.learn.cleaning_record import CleaningRecord
 from hexathermal.learn.cleaning_sheets import Sheet, stacked
@@ -90,6 +91,7 @@ def run_rows(campaign: Campaign, run: RunFile | str) -> RunRows:
     assert reader.zero is not None  # a run without a usable row was refused
     sheet = stacked(reader.sheets)
     time = sheet.time[:, 0] - sheet.time[0, 0]
+    begin = 0.0 if campaign.zero == "run" else _begin(campaign, float(sheet.time[0, 0]))
     rows = np.searchsorted(time, block.time - 1e-9)
     drift = np.full(len(time), np.nan)
     landing = np.full(len(time), -1, dtype=np.int64)
@@ -98,7 +100,7 @@ def run_rows(campaign: Campaign, run: RunFile | str) -> RunRows:
     lost = {name: int(np.isnan(heat[:, k]).sum()) for k, name in enumerate(campaign.sensors)}
     dT = {name: _filled(time, heat[:, k]) for k, name in enumerate(campaign.sensors)}
     signals = LegSignals(
-        time,
+        time + begin,
         dT,
         _filled(time, sheet.q[:, 0]) if sheet.q.shape[1] else np.zeros(len(time)),
         campaign.leg.retracted_length if campaign.leg is not None and campaign.kind == "leg" else 1.0,
@@ -108,6 +110,14 @@ def run_rows(campaign: Campaign, run: RunFile | str) -> RunRows:
         {item.name: _filled(time, sheet.inputs[:, k]) for k, item in enumerate(campaign.inputs)},
     )
     return RunRows(reader.run, signals, drift, landing, landing >= 0, _weather(time, sheet.air), lost, reader.record)
+
+
+def _begin(campaign: Campaign, start: float) -> float:
+    """Return when a run begins on the campaign's own clock [s]; 0 where each run's clock begins anew."""
+    for rows in RunTable(campaign, campaign.runs[0]):
+        first = float(np.nanmin(rows.numbers[:, 0]))
+        return max(start - first, 0.0)
+    return 0.0
 
 
 def _filled(time: FloatArray, values: FloatArray) -> FloatArray:

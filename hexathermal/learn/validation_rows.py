@@ -47,7 +47,9 @@ class RowsPredictor:
         name = block.run.name
         if name != self._run:
             signals = run_rows(self.campaign, name).signals
-            self._said, self._time, self._run = law_on_rows(self.law, signals, name), signals.time, name
+            # blocks count from the run's first row, signals perhaps from the campaign's
+            self._said, self._run = law_on_rows(self.law, signals, name), name
+            self._time = signals.time - signals.time[0]
         at = np.searchsorted(self._time, block.time - 1e-9)
         said = Predicted(self._said.dT[at], self._said.drift[at], self._said.variance[at])
         if not np.isfinite(said.drift).all():

@@ -139,8 +139,10 @@ class Channel:
         """
         if begin is not None:
             return self._fitted(X, sd, self.theta(begin), begin.slow_time, most, 0.35)
-        found = [self._fitted(X, sd, np.log([0.7, 0.7, 0.4, 0.5]), time, most, 0.8) for time in SLOW_TIMES]
-        return max(found, key=lambda pair: pair[1])
+        start = np.log([0.7, 0.7, 0.4, 0.5])
+        found = [self._fitted(X, sd, start, time, most // 2, 0.8) for time in SLOW_TIMES]
+        best = max(found, key=lambda pair: pair[1])[0]
+        return self._fitted(X, sd, self.theta(best), best.slow_time, 2 * most, 0.4)
 
     def _fitted(
         self, X: FloatArray, sd: FloatArray, theta: FloatArray, slow_time: float, most: int, spread: float

@@ -20,7 +20,7 @@ NAMED_PRIOR = 0.75
 SHAPE_ERROR = 0.03
 """Part of the leader's evidence that the error of its shape may make."""
 
-LEAST = 6.0
+LEAST = 4.5
 """Log evidence that a name needs in any campaign."""
 
 NAME_LEAD = 3.0

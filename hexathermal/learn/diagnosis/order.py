@@ -6,6 +6,7 @@ from functools import cached_property
 
 import numpy as np
 
+from hexathermal.learn.diagnosis.along_leg import smooth_along
 from hexathermal.learn.diagnosis.view import View
 from hexathermal.poses import FloatArray
 
@@ -42,7 +43,7 @@ class Order:
         rest = np.array([k for k in range(len(x)) if k not in (i, j)])
         total = 0.0
         for values in self.loadings.T:
-            told, spread = _local(x, values, rest, np.array([x[i], x[j]]))
+            told, spread = smooth_along(x, values, rest, np.array([x[i], x[j]]))
             own = _heavy((values[[i, j]] - told) / spread)
             swapped = _heavy((values[[j, i]] - told) / spread)
             total += swapped - own
@@ -52,17 +53,3 @@ class Order:
 def _heavy(z: FloatArray) -> float:
     """Return the log density of standardised values, up to a constant."""
     return float(-0.5 * (HEAVY + 1.0) * np.log1p(z**2 / HEAVY).sum())
-
-
-def _local(x: FloatArray, values: FloatArray, rest: np.ndarray, at: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Return values foretold at places by a parabola through the five nearest of the rest, and their spread."""
-
-    def told(place: float, among: np.ndarray) -> float:
-        near = among[np.argsort(np.abs(x[among] - place))[:5]]
-        scale = max(float(np.ptp(x[near])), 1e-9)
-        design = np.vander((x[near] - place) / scale, 3, increasing=True)
-        return float(np.linalg.lstsq(design, values[near], rcond=None)[0][0])
-
-    left = np.array([values[k] - told(x[k], rest[rest != k]) for k in rest])
-    spread = 1.48 * float(np.median(np.abs(left))) + 1e-3 * float(np.ptp(values)) + 1e-12
-    return np.array([told(place, rest) for place in at]), np.full(len(at), spread)

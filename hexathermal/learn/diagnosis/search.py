@@ -8,7 +8,7 @@ import numpy as np
 
 from hexathermal.learn.diagnosis.causes import catalogue
 from hexathermal.learn.diagnosis.channels import Channel, Levels
-from hexathermal.learn.diagnosis.evidence import Base, Scored, changed_base, mean_log, relevance, screened
+from hexathermal.learn.diagnosis.evidence import RHO, Base, Scored, changed_base, mean_log, relevance, screened
 from hexathermal.learn.diagnosis.trials import Trial, Workbench
 from hexathermal.learn.diagnosis.unexplained import PREFIX, flexible_trials
 from hexathermal.poses import FloatArray
@@ -33,6 +33,8 @@ USUAL = 0.8
 """Quantile of the bystanders that counts as chance."""
 
 MOST_PARITY = 60.0
+FOLLOWED = 5.0
+
 
 TRIFLE = 0.3
 """Log evidence by which new noise must help the null for everything to be screened again."""
@@ -168,12 +170,23 @@ class Search:
         base = self.system(scored)
         return self.channel.evidence(base.X, base.sd, levels)
 
+    def _with_witness(self, trial: Trial, drift: float) -> float:
+        """Return the evidence of a trial in the drift with that of other witnesses.
+
+        A fault of a thermometer must show against the other thermometers too: what the drift says for it counts up to
+        `FOLLOWED` times what they say.
+        """
+        parity = self._parity(trial)
+        if trial.parity is not None and trial.least_parity < 0.0:
+            drift = min(drift, FOLLOWED * max(parity, 0.0))
+        return drift + trial.advantage + parity
+
     def _parity(self, trial: Trial) -> float:
         """Return the log evidence of the parity for a trial, less what other sensors show of the same by chance."""
         if trial.parity is None or trial.target is None:
             return 0.0
         gains = {}
-        for sensor in (trial.target, *self._bystanders(trial.target)):
+        for sensor in (trial.target, *self._bystanders(trial.target)):  # the target first
             model = self.bench.model(sensor)
             if model is not None:
                 gains[sensor] = model.gain(*trial.parity(model))

@@ -11,6 +11,7 @@ from functools import cached_property
 
 import numpy as np
 
+from hexathermal.learn.diagnosis.along_leg import smooth_along
 from hexathermal.learn.diagnosis.channels import Channel, Levels
 from hexathermal.learn.diagnosis.view import View, smoothed
 from hexathermal.poses import FloatArray
@@ -19,6 +20,19 @@ FEWEST_OTHERS = 5
 """Other thermometers that are needed to foretell one."""
 
 MOST_PROFILES = 6
+LOOSE = 10.0
+"""Prior spread of a weight of which nothing is known."""
+
+WIDER = 2.0
+"""Weights may be so much farther from the smooth profile than those of the other thermometers are."""
+
+BIAS_K = 0.05
+"""Slow bias of a thermometer that weights are learnt beside [K]."""
+
+AIR_SHARE = 0.3
+"""Prior size of the air's share in a sound thermometer."""
+
+FEWEST_ROWS = 10
 PARITY_WINDOW_S = 600.0
 SLOW_PARITY_S = 1800.0
 """The parity that goes with the law is smoothed over so long: what is quicker is noise of readings."""
@@ -61,6 +75,23 @@ class SensorModel:
         _w, vectors = np.linalg.eigh(stacked.T @ stacked)
         return np.asarray(vectors[:, ::-1][:, : min(MOST_PROFILES, max(1, len(self.others) // 2))])
 
+    @cached_property
+    def expected(self) -> tuple[FloatArray, FloatArray]:
+        """What the profile along the leg lets expect of the weights, and its spread, shape (k,) each.
+
+        Without stated places nothing is expected: zero, with a spread of all that weights may be.
+        """
+        V, placed = self.basis, self.view.positions
+        known = [name for name in self.others if name in placed]
+        if self.sensor not in placed or len(known) < FEWEST_OTHERS:
+            return np.zeros(V.shape[1]), np.full(V.shape[1], LOOSE)
+        x = np.array([placed[name] for name in known])
+        rest = np.arange(len(known))
+        rows = [self.others.index(name) for name in known]
+        at = np.array([placed[self.sensor]])
+        pairs = [smooth_along(x, column[rows], rest, at) for column in V.T]
+        return np.array([told[0] for told, _ in pairs]), np.array([WIDER * spread[0] for _, spread in pairs])
+
     def weights(self, rows: list[slice] | None = None, nuisance: list[FloatArray] | None = None) -> FloatArray:
         """Return the weights of the leading profiles that foretell the sensor, shape (k,).
 
@@ -74,16 +105,20 @@ class SensorModel:
         chosen = [slice(None)] * len(self.own) if rows is None else rows
         P = np.concatenate([p[part] for p, part in zip(self.profiles, chosen, strict=True)])
         y = np.concatenate([t[part] for t, part in zip(self.own, chosen, strict=True)])
-        if len(y) < 10:
-            return self.weights()
+        centre, spread = self.expected
+        if len(y) < FEWEST_ROWS:
+            return centre if np.all(spread < LOOSE) else self.weights()
         k = P.shape[1]
+        y = y - P @ centre
+        prior = spread
         if nuisance is not None:
             P = np.column_stack([P, np.concatenate([n[part] for n, part in zip(nuisance, chosen, strict=True)])])
-        gram = P.T @ P
-        scale = np.sqrt(np.diag(gram)) + 1e-12
-        gram = gram / np.outer(scale, scale)
-        gram[np.diag_indices_from(gram)] += 1e-6
-        return np.asarray((np.linalg.solve(gram, (P.T @ y) / scale) / scale)[:k])
+            prior = np.concatenate([prior, np.full(P.shape[1] - k, LOOSE)])
+        # neighbouring rows share the slow bias: so many of them count as one
+        step = float(np.median(np.diff(self.view.signals[0].time)))
+        together = max(1.0, PARITY_WINDOW_S / step) * BIAS_K**2
+        M = (P.T @ P) / together + np.diag(1.0 / prior**2)
+        return np.asarray(centre + np.linalg.solve(M, (P.T @ y) / together)[:k])
 
     def sensor_weights(self, weights: FloatArray) -> dict[str, float]:
         """Return what weights of the profiles are for each other sensor."""
@@ -128,7 +163,9 @@ class SensorModel:
         step = np.where(start, 0.0, np.diff(time, prepend=time[:1]))
         run = np.repeat(np.arange(len(self.windows)), [len(edges) for edges in self.windows])
         n = len(start)
-        return Channel(self.means(self.own), start, start, step, np.ones(n), run, np.ones(n), False)
+        told = [p @ self.expected[0] for p in self.profiles]
+        y = self.means(self.own) - self.means(told)
+        return Channel(y, start, start, step, np.ones(n), run, np.ones(n), False)
 
     @cached_property
     def X(self) -> FloatArray:
@@ -139,9 +176,9 @@ class SensorModel:
 
     @cached_property
     def sd(self) -> FloatArray:
-        """Loose priors of the profiles' coefficients."""
-        scale = np.sqrt((self.X**2).mean(axis=0) + 1e-18)
-        return np.asarray(3.0 * self.channel.y.std() / scale + 1e-9)
+        """Priors of the coefficients of `X`: of the profiles as expected, of the air loose."""
+        spread = self.expected[1]
+        return np.concatenate([spread, np.full(self.X.shape[1] - len(spread), AIR_SHARE)])
 
     @cached_property
     def null(self) -> tuple[Levels, float]:

@@ -51,7 +51,8 @@ def trials(bench: Workbench) -> Iterator[Trial]:
             for part in PARTS_OF_RUN:
                 if k == 0 and part == 0.0:
                     continue
-                moment = part * float(rows.signals.time[-1])
+                begin, end = float(rows.signals.time[0]), float(rows.signals.time[-1])
+                moment = begin + part * (end - begin)
                 told = _foretold(model, k, moment)
                 off = (view.channel.run > k) | ((view.channel.run == k) & (view.time >= moment))
                 lost = off * (view.windows_zeroed(told) - own)
