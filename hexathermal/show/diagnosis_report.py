@@ -1,12 +1,66 @@
-"""The report of a diagnosis: a folder with one page, its pictures, and the numbers."""
+"""The report of a diagnosis: a folder with one page for people, its pictures, and the numbers."""
 
 from __future__ import annotations
+
+import json
 from pathlib import Path
 from typing import Any
-from hexathermal.show.commands import Progress
+
 from hexathermal.learn.diagnosis.result import Diagnosis
+from hexathermal.predict.table_writing import written_folder
+from hexathermal.show import diagnosis_album as album
+from hexathermal.show import diagnosis_sections as sections
+from hexathermal.show.commands import Progress
+from hexathermal.show.diagnosis_page import page
+
+PAGE, NUMBERS = "report.html", "diagnosis.json"
+
+
+def report_page(found: Diagnosis, drawn: dict[str, str]) -> str:
+    """Return the page of a diagnosis.
+
+    Parameters
+    ----------
+    found : Diagnosis
+    drawn : dict of str to str
+        HTML of the pictures of each section.
+    """
+    title = found.title or "campaign without a title"
+    return page(
+        f"Diagnosis: {title}", f"Diagnosis of {title}, law of {' + '.join(found.law.sensors)}", found.sentence,
+        sections.opening(found), sections.all_sections(found, drawn),
+        f"In the first sentence, ± is one standard uncertainty. Made by hexathermal; all numbers stand in {NUMBERS}.",
+    )  # fmt: skip
 
 
 def write_report(found: Diagnosis, facts: dict[str, Any], folder: Path, progress: Progress) -> list[Path]:
-    """Write the report."""
-    return []
+    """Write the page, its pictures and the numbers into a folder, all or none; returns the paths.
+
+    Parameters
+    ----------
+    found : Diagnosis
+    facts : dict
+        The diagnosis as plain values, see `hexathermal.show.diagnosis_tables.diagnosis_facts`.
+    folder : Path
+    progress : function
+        Called as ``progress(done, total, label)``.
+
+    Raises
+    ------
+    ArgumentError
+        The folder is none, or cannot be made.
+    """
+    pictures = album.pictures_of(found)
+    total = sum(len(group) for group in pictures.values())
+    with written_folder(folder) as part:
+        files, drawn = [part / PAGE], dict[str, str]()
+        for name, group in pictures.items():
+            drawn[name] = ""
+            for one in group:
+                progress(len(files) - 1, total, "drawing")
+                files.append(part / f"{one.name}.png")
+                drawn[name] += one.drawn(files[-1])
+        files[0].write_text(report_page(found, drawn), encoding="utf-8")
+        files.append(part / NUMBERS)
+        files[-1].write_text(json.dumps(facts, indent=2, allow_nan=False) + "\n", encoding="utf-8")
+    return [folder / file.name for file in files]

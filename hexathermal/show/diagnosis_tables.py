@@ -12,12 +12,13 @@ from rich.table import Table
 from hexathermal.learn.diagnosis.result import Candidate, Diagnosis
 from hexathermal.show.diagnosis_words import (
     how_apart,
-    interval,
     noise_rows,
     odds,
     parameter,
+    rounded,
     settings_words,
-    visible_interval,
+    span,
+    visible_std,
 )
 from hexathermal.show.tables import framed
 
@@ -28,16 +29,18 @@ def ranking_table(found: Diagnosis, pretty: bool) -> Table:
         pretty, "cause", "named", "target", "visible RMS\num>", "evidence\nlog>", "probability>", "at best with"
     )
     for k, one in enumerate(found.candidates):
-        table.add_row(one.cause, "yes" if k < len(found.effects) else "", one.target or "-", visible_words(found, k),
-                      f"{one.evidence:.1f}", probability(one.probability), settings_words(one.settings) or "-")  # fmt: skip
+        named = "yes" if k < len(found.effects) else ""
+        table.add_row(one.cause, named, one.target or "-", visible_words(found, k), f"{one.evidence:.1f}",
+                      probability(one.probability), settings_words(one.settings) or "-")  # fmt: skip
     return table
 
 
 def visible_words(found: Diagnosis, k: int) -> str:
     """Return what stays visible of a candidate [um], with its 95 % interval where it was named."""
     one: Candidate = found.candidates[k]
-    half = visible_interval(found.effects[k]) if k < len(found.effects) else math.nan
-    return interval(one.visible * 1e6, half * 1e6)
+    std = visible_std(found.effects[k]) * 1e6 if k < len(found.effects) else math.nan
+    value = one.visible * 1e6
+    return f"{rounded(value, std)} ({span(value, std)})" if math.isfinite(std) else f"{value:.2g}"
 
 
 def probability(value: float) -> str:
@@ -53,17 +56,17 @@ def probability(value: float) -> str:
 
 def effects_table(found: Diagnosis, pretty: bool) -> Table:
     """Return the causes that were named, with their parameters."""
-    table = framed(pretty, "named", "target", "parameter", "value ± 95 %>", "unit", "probability>", "as likely",
-                   "joins the law")  # fmt: skip
+    table = framed(pretty, "named", "target", "parameter", "value>", "standard\nuncertainty>", "95 % interval", "unit",
+                   "probability>", "as likely", "joins\nthe law")  # fmt: skip
     for one in found.effects:
         shown = [parameter(name, quantity) for name, quantity in one.parameters.items()]
-        rows = [(item.name, interval(item.value, item.half), item.unit) for item in shown]
-        rows += [(name.replace("_", " "), str(value), "") for name, value in one.settings.items()]
-        for k, (name, value, unit) in enumerate(rows or [("-", "-", "")]):
+        rows = [(item.name, *item.cells, item.unit) for item in shown]
+        rows += [(name.replace("_", " "), str(value), "-", "-", "") for name, value in one.settings.items()]
+        for k, row in enumerate(rows or [("-", "-", "-", "-", "")]):
             head = (one.cause, one.target or "-") if k == 0 else ("", "")
             tail = (probability(one.probability), ", ".join(one.equivalent) or "none other",
                     "yes" if one.joined else "no") if k == 0 else ("", "", "")  # fmt: skip
-            table.add_row(*head, name, value, unit, *tail)
+            table.add_row(*head, *row, *tail)
     return table
 
 

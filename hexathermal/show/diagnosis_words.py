@@ -53,20 +53,20 @@ class Shown:
     Attributes
     ----------
     name : str
-    value, half : float
-        Half of the 95 % interval; NaN where none could be told.
+    value, std : float
+        `std` is NaN where none could be told.
     unit : str
     """
 
     name: str
     value: float
-    half: float
+    std: float
     unit: str
 
     @property
-    def words(self) -> str:
-        """Value with its interval and unit, rounded to two digits of the interval."""
-        return f"{interval(self.value, self.half)} {self.unit}".rstrip()
+    def cells(self) -> tuple[str, str, str]:
+        """Value, standard uncertainty and 95 % interval, rounded to two digits of the uncertainty."""
+        return (rounded(self.value, self.std), rounded(self.std, self.std), span(self.value, self.std))
 
 
 def parameter(name: str, quantity: Quantity) -> Shown:
@@ -75,30 +75,47 @@ def parameter(name: str, quantity: Quantity) -> Shown:
     Examples
     --------
     >>> from hexathermal.learn.diagnosis.result import Quantity
-    >>> parameter("pitch_m", Quantity(2e-3, 1e-5, "m")).words
-    '2.000 ± 0.020 mm'
+    >>> parameter("pitch_m", Quantity(2e-3, 1e-5, "m")).cells
+    ('2.000', '0.010', '1.980 to 2.020')
     """
     unit, factor = UNITS.get(quantity.unit, (quantity.unit, 1.0))
     if quantity.unit == "s" and abs(quantity.value) >= 120.0:
         unit, factor = "min", 1.0 / 60.0
     bare = next((name.removesuffix(one) for one in ENDINGS if name.endswith(one)), name)
-    return Shown(bare.replace("_", " "), quantity.value * factor, COVERAGE * quantity.std * factor, unit)
+    return Shown(bare.replace("_", " "), quantity.value * factor, quantity.std * factor, unit)
 
 
-def interval(value: float, half: float) -> str:
-    """Return a value with half of its interval, as many decimals as that has in two digits.
+def rounded(value: float, std: float) -> str:
+    """Return a value with as many decimals as two digits of its uncertainty have; "-" for none.
 
     Examples
     --------
-    >>> interval(-0.14608, 0.01729), interval(960.0, float("nan"))
-    ('-0.146 ± 0.017', '960')
+    >>> rounded(-0.14608, 0.00882), rounded(960.0, float("nan")), rounded(float("nan"), 1.0)
+    ('-0.1461', '960', '-')
     """
-    if not math.isfinite(half) or half <= 0.0:
+    if not math.isfinite(value):
+        return "-"
+    if not math.isfinite(std) or not 1e-6 < std < 1e6:
         return f"{value:.3g}"
-    if not 1e-6 < half < 1e6:
-        return f"{value:.3g} ± {half:.2g}"
-    decimals = max(0, 1 - math.floor(math.log10(half)))
-    return f"{value:.{decimals}f} ± {half:.{decimals}f}"
+    return f"{value:.{max(0, 1 - math.floor(math.log10(std)))}f}"
+
+
+def span(value: float, std: float) -> str:
+    """Return a 95 % interval; "-" where none could be told."""
+    if not math.isfinite(std):
+        return "-"
+    return f"{rounded(value - COVERAGE * std, std)} to {rounded(value + COVERAGE * std, std)}"
+
+
+def percent(part: float) -> str:
+    """Return a part in whole percent.
+
+    Examples
+    --------
+    >>> percent(-0.002), percent(0.207)
+    ('0', '21')
+    """
+    return f"{round(100.0 * part) + 0:d}" if math.isfinite(part) else "-"
 
 
 def settings_words(settings: Mapping[str, Any]) -> str:
@@ -182,11 +199,11 @@ def signal_words(name: str, sensor: str) -> tuple[str, str, float]:
     return words.format(sensor=sensor), unit, factor
 
 
-def visible_interval(effect: Effect) -> float:
-    """Return half of the 95 % interval of what stays visible [m], NaN where it could not be told.
+def visible_std(effect: Effect) -> float:
+    """Return the standard uncertainty of what stays visible [m], NaN where it could not be told.
 
-    The visible part is proportional to the amplitude: it has the same relative uncertainty. Where there are several
-    amplitudes, that of the one which is best known.
+    The visible part is proportional to the amplitude: it has the same relative uncertainty; of several amplitudes, that
+    of the one that is known best.
     """
     from hexathermal.learn.diagnosis.words import UNITS as OF_GRIDS
 
@@ -195,7 +212,7 @@ def visible_interval(effect: Effect) -> float:
         for name, one in effect.parameters.items()
         if name not in OF_GRIDS and math.isfinite(one.std) and one.value
     ]
-    return COVERAGE * effect.visible * min(parts) if parts else math.nan
+    return effect.visible * min(parts) if parts else math.nan
 
 
 def noise_rows(found: Diagnosis) -> list[tuple[str, float, str]]:
@@ -221,8 +238,8 @@ def gain_words(found: Diagnosis) -> str:
         sure = "proven" if found.gain.proven else "not proven: the interval holds 0"
         said = (
             f"On runs never fitted the extended law brings the RMSE from {before:.3f} to {after:.3f} um, "
-            f"{abs(100.0 * part.value):.0f} % {'less' if part.value >= 0.0 else 'more'} (95 %: {100.0 * part.low:.0f} "
-            f"to {100.0 * part.high:.0f} %, {sure})"
+            f"{percent(abs(part.value))} % {'less' if part.value >= 0.0 else 'more'} (95 %: {percent(part.low)} to "
+            f"{percent(part.high)} %, {sure})"
         )
     if found.reachable is not None and math.isfinite(found.reachable):
         said += f"; a free fit of all channels reaches {found.reachable * 1e6:.3f} um"

@@ -1,0 +1,150 @@
+"""The pictures of a diagnosis, each with the words for people who do not see it."""
+
+from __future__ import annotations
+
+import re
+from functools import partial
+
+import numpy as np
+
+from hexathermal.learn.diagnosis.result import Diagnosis, RunResidual
+from hexathermal.show import diagnosis_figures as figures
+from hexathermal.show import diagnosis_run_figures as along
+from hexathermal.show.diagnosis_pictures import Picture
+from hexathermal.show.diagnosis_words import signal_words
+
+MOST_RUNS = 12
+"""Runs that have a picture of their own."""
+
+MOST_PANELS = 24
+"""Runs in the picture of all runs."""
+
+
+def pictures_of(found: Diagnosis) -> dict[str, list[Picture]]:
+    """Return the pictures by section: runs, fitted, signals, ranking, gain, limits, noise."""
+    held = [run for run in found.residuals if run.role == "validation"]
+    fitted = [run for run in found.residuals if run.role != "validation"]
+    names = _file_names(held or fitted)
+    pictures = {
+        "runs": [_run(found, run, names[run.run]) for run in (held or fitted)[:MOST_RUNS]],
+        "fitted": [_runs(found, fitted)] if held and fitted else [],
+        "signals": [_signal(found, name) for name in along.signal_names(found)],
+        "ranking": [_ranking(found)] if found.candidates else [],
+        "gain": [_gain(found)] if found.gain is not None and found.extended.extended else [],
+        "limits": [_limits(found)] if found.limits else [],
+        "noise": [_noise(found)],
+    }
+    return pictures
+
+
+def _file_names(runs: list[RunResidual]) -> dict[str, str]:
+    """Return a file's name for each run: letters that every system takes, each name once."""
+    found: dict[str, str] = {}
+    for k, run in enumerate(runs):
+        name = f"run-{plain(run.run)}"
+        found[run.run] = name if name not in found.values() else f"{name}-{k + 1}"
+    return found
+
+
+def plain(name: str) -> str:
+    """Return a name with letters that every file system and address takes.
+
+    Examples
+    --------
+    >>> plain("warm up/2")
+    'warm_up_2'
+    """
+    return re.sub(r"[^A-Za-z0-9._-]", "_", name)
+
+
+def _rms(values: np.ndarray[tuple[int, ...], np.dtype[np.float64]]) -> str:
+    """Return the RMS of residuals [um] in words."""
+    return f"{1e6 * float(np.sqrt(np.nanmean(values**2))):.3f} µm"
+
+
+def _run(found: Diagnosis, run: RunResidual, name: str) -> Picture:
+    """Return the picture of one run."""
+    fitted = "never fitted" if run.role == "validation" else "fitted"
+    left = _left(found, run)
+    drift = run.measured * 1e6
+    alt = (
+        f"Run {run.run}, {fitted}: over {run.time[-1] / 3600.0:.1f} hours the measured drift goes from "
+        f"{np.nanmin(drift):.2f} to {np.nanmax(drift):.2f} µm. {left}"
+    )
+    caption = f"{run.run} ({fitted}), means of windows. {left}"
+    return Picture(name, alt, caption, partial(along.run_figure, found, run))
+
+
+def _left(found: Diagnosis, run: RunResidual) -> str:
+    """Return what is left of a run: as it was validated, row by row, where it was; else of its windows."""
+    scored = None if found.gain is None else found.gain.runs.get(run.run)
+    if scored is None:
+        before, after, what = _rms(run.before), _rms(run.after), "RMS of the windows"
+    else:
+        before, after, what = f"{scored.rmse_before * 1e6:.3f} µm", f"{scored.rmse_after.value * 1e6:.3f} µm", "RMSE"
+    return f"{what}: law {before}" + (f", extended law {after}." if along.changed(found) else ".")
+
+
+def _runs(found: Diagnosis, runs: list[RunResidual]) -> Picture:
+    """Return the picture of all runs for identification."""
+    shown = runs[:MOST_PANELS]
+    some = f"the first {len(shown)} of {len(runs)}" if len(shown) < len(runs) else f"all {len(runs)}"
+    both = "before and after" if along.changed(found) else "of the law"
+    words = f"Residual {both} in {some} runs for identification, to which the law was fitted; one scale for all."
+    sizes = "; ".join(f"{run.run} {_rms(run.before)}" + (f" to {_rms(run.after)}" if along.changed(found) else "")
+                      for run in shown)  # fmt: skip
+    return Picture("runs-fitted", f"{words} RMS: {sizes}.", words, partial(along.runs_figure, found, shown))
+
+
+def _signal(found: Diagnosis, name: str) -> Picture:
+    """Return the picture of the residual against one signal."""
+    label = signal_words(name, found.law.sensors[0])[0]
+    signal, before, after = along.pooled(found, name)
+    share = 100.0 * along.binned(signal, before)[2]
+    said = f"the means hold {share:.0f} % of the residual's variance"
+    if along.changed(found):
+        said += f"; with the extended law {100.0 * along.binned(signal, after)[2]:.0f} %"
+    caption = f"{label[0].upper()}{label[1:]}: {said}."
+    alt = (
+        f"Residual against the {label}, {len(signal)} windows of all runs, with means of parts of equal count: {said}."
+    )
+    return Picture(f"residual-{plain(name)}", alt, caption, partial(along.signal_figure, found, name))
+
+
+def _ranking(found: Diagnosis) -> Picture:
+    """Return the picture of the ranking."""
+    best = "; ".join(f"{one.cause} {one.evidence:.1f}" for one in found.candidates[:4])
+    alt = f"Evidence of {len(found.candidates)} candidates; a name needs {found.threshold:.1f}. First: {best}."
+    caption = "Evidence of each candidate. What ends left of the dotted line is too weak for a name in this campaign."
+    return Picture("ranking", alt, caption, partial(figures.ranking_figure, found))
+
+
+def _gain(found: Diagnosis) -> Picture:
+    """Return the picture of the gain."""
+    assert found.gain is not None  # the caller asks
+    runs = "; ".join(f"{name} {one.rmse_before * 1e6:.3f} to {one.rmse_after.value * 1e6:.3f} µm"
+                     for name, one in found.gain.runs.items())  # fmt: skip
+    caption = "RMSE of each run for validation: open diamond before, dot after with its 95 % interval."
+    return Picture("gain", f"RMSE before and after: {runs}.", caption, partial(figures.gain_figure, found))
+
+
+def _limits(found: Diagnosis) -> Picture:
+    """Return the picture of the limits of detection."""
+    low, high = (edge(one.whole for one in found.limits) * 1e6 for edge in (min, max))
+    alt = f"Smallest effects that would be named, from {low:.2g} to {high:.2g} µm of whole RMS; the table has all."
+    caption = (
+        "How large an effect of each cause must be in this campaign to be named. Dot: what must stay visible when the "
+        "law is fitted again; diamond: the whole effect, most of which a law may hide in its coefficients."
+    )
+    return Picture("limits", alt, caption, partial(figures.limits_figure, found))
+
+
+def _noise(found: Diagnosis) -> Picture:
+    """Return the picture of the noise budget."""
+    noise = found.noise
+    alt = (
+        f"Noise: white {noise.white * 1e6:.3f}, landings {noise.landing * 1e6:.3f}, slow {noise.slow * 1e6:.3f}, "
+        f"zero of a run {noise.offset * 1e6:.3f} µm."
+    )
+    caption = "Parts of the noise, and what is left on runs for validation: no law can come below the noise."
+    return Picture("noise", alt, caption, partial(figures.noise_figure, found))

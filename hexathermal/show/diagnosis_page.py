@@ -1,0 +1,149 @@
+"""Pieces of a report's page: sections, tables, the page itself with its style; nothing is loaded from elsewhere."""
+
+from __future__ import annotations
+
+import html
+import re
+from collections.abc import Sequence
+
+CSS = """
+:root{color-scheme:light dark;--paper:#fff;--ink:#1a1a1a;--soft:#5c5c5c;--line:#dedede;--panel:#f5f6f8;--accent:#0072b2;
+--warm:#b24a00}
+@media screen and (prefers-color-scheme:dark){:root{--paper:#171b21;--ink:#e8eaed;--soft:#a9b0b9;--line:#343b44;
+--panel:#1f252d;--accent:#5db7ec;--warm:#f28c4e}}
+*{box-sizing:border-box}
+html{-webkit-text-size-adjust:100%;scroll-behavior:smooth}
+@media (prefers-reduced-motion:reduce){html{scroll-behavior:auto}}
+body{margin:0;background:var(--paper);color:var(--ink);font:1rem/1.55 system-ui,-apple-system,"Segoe UI",Roboto,
+"Liberation Sans",sans-serif}
+main,header,footer,nav{max-width:50rem;margin:0 auto;padding:0 1rem}
+header{padding-top:2rem}
+h1{font-size:1.05rem;font-weight:600;color:var(--soft);margin:0 0 .4rem}
+.finding{font-size:1.4rem;line-height:1.35;font-weight:600;margin:0 0 1rem;text-wrap:pretty}
+h2{font-size:1.3rem;margin:2.6rem 0 .5rem;padding-top:.9rem;border-top:1px solid var(--line);scroll-margin-top:.5rem}
+h3{font-size:1.05rem;margin:1.6rem 0 .3rem}
+p{margin:.5rem 0;max-width:44rem}
+a{color:var(--accent)}
+a:focus-visible,[tabindex]:focus-visible{outline:3px solid var(--accent);outline-offset:2px}
+.skip{position:absolute;left:-99rem}
+.skip:focus{left:1rem;top:.5rem;background:var(--paper);padding:.4rem .8rem;z-index:2}
+nav ul{list-style:none;display:flex;flex-wrap:wrap;gap:.3rem 1.1rem;padding:0;margin:1rem 0 0;font-size:.92rem}
+dl.facts{display:grid;grid-template-columns:repeat(auto-fit,minmax(10rem,1fr));gap:.7rem;margin:1.2rem 0}
+dl.facts div{background:var(--panel);border-radius:.5rem;padding:.6rem .8rem}
+dt{font-size:.82rem;color:var(--soft)}
+dd{margin:0;font-size:1.15rem;font-weight:600;font-variant-numeric:tabular-nums}
+dd small{font-size:.82rem;font-weight:400;display:block}
+.scroll{overflow-x:auto;margin:.8rem 0}
+table{border-collapse:collapse;width:100%;font-size:.92rem;font-variant-numeric:tabular-nums}
+caption{text-align:left;color:var(--soft);font-size:.88rem;padding-bottom:.3rem}
+th,td{text-align:left;vertical-align:top;padding:.32rem .9rem .32rem 0;border-bottom:1px solid var(--line)}
+thead th{font-size:.84rem;color:var(--soft);vertical-align:bottom}
+tbody th{font-weight:500;white-space:nowrap}
+td.n,th.n{text-align:right;white-space:nowrap}
+td:last-child:not(.n){min-width:9rem}
+tr.named th,tr.named td{color:var(--warm);font-weight:650}
+figure{margin:1.1rem 0 1.6rem}
+figure img{display:block;width:100%;height:auto}
+figcaption{color:var(--soft);font-size:.9rem;margin-top:.3rem;max-width:44rem}
+.card{background:var(--panel);border-left:4px solid var(--warm);border-radius:0 .5rem .5rem 0;padding:.2rem 1rem .6rem;
+margin:1rem 0}
+.note{background:var(--panel);border-left:4px solid var(--accent);border-radius:0 .5rem .5rem 0;padding:.5rem 1rem;
+margin:.8rem 0}
+ol.next li{margin:.5rem 0}
+ol.next small{display:block;color:var(--soft)}
+footer{color:var(--soft);font-size:.88rem;padding:2rem 1rem 3rem}
+@media (max-width:40rem){.finding{font-size:1.15rem}h2{font-size:1.15rem}table{font-size:.86rem}}
+@media print{:root{color-scheme:light}nav,.skip{display:none}body{font-size:10pt}main,header,footer{max-width:none}
+h2,h3{break-after:avoid}figure,tr,.card,.note{break-inside:avoid}.scroll{overflow:visible}figure img{max-width:17cm}}
+"""
+"""The page's style: one column, the reader's colour scheme, paper."""
+
+
+def text(words: str) -> str:
+    """Return words as they stand on a page: escaped, with the letters that a plain terminal lacks.
+
+    Examples
+    --------
+    >>> text("0.2 um < 1 um/m/K")
+    '0.2 µm &lt; 1 µm/m/K'
+    """
+    return html.escape(re.sub(r"\bK\^2\b", "K²", re.sub(r"\bum\b", "µm", words)))
+
+
+def paragraph(words: str, kind: str = "") -> str:
+    """Return a paragraph."""
+    return f'<p class="{kind}">{text(words)}</p>' if kind else f"<p>{text(words)}</p>"
+
+
+def section(name: str, title: str, *parts: str) -> str:
+    """Return a section with its heading."""
+    return f'<section aria-labelledby="{name}"><h2 id="{name}">{text(title)}</h2>{"".join(parts)}</section>'
+
+
+def table(caption: str, columns: Sequence[str], rows: Sequence[Sequence[str]], named: Sequence[int] = ()) -> str:
+    """Return a table: the first column names its row; a column whose name ends in ``>`` holds numbers.
+
+    Parameters
+    ----------
+    caption : str
+    columns : sequence of str
+    rows : sequence of sequences of str
+    named : sequence of int
+        Rows that stand out.
+    """
+    numbers = [' class="n"' if column.endswith(">") else "" for column in columns]
+    head = "".join(
+        f'<th scope="col"{number}>{text(column.removesuffix(">"))}</th>'
+        for column, number in zip(columns, numbers, strict=True)
+    )
+    body = []
+    for k, row in enumerate(rows):
+        first, *others = row
+        cells = "".join(f"<td{number}>{text(cell)}</td>" for cell, number in zip(others, numbers[1:], strict=True))
+        mark = ' class="named"' if k in named else ""
+        body.append(f'<tr{mark}><th scope="row">{text(first)}</th>{cells}</tr>')
+    return (
+        f'<div class="scroll" role="region" aria-label="{text(caption)}" tabindex="0"><table>'
+        f"<caption>{text(caption)}</caption><thead><tr>{head}</tr></thead><tbody>{''.join(body)}</tbody></table></div>"
+    )
+
+
+def facts(pairs: Sequence[tuple[str, str, str]]) -> str:
+    """Return key figures: what, value, and what stands beside it."""
+    items = "".join(
+        f"<div><dt>{text(what)}</dt><dd>{text(value)}<small>{text(beside)}</small></dd></div>"
+        for what, value, beside in pairs
+    )
+    return f'<dl class="facts">{items}</dl>'
+
+
+def page(
+    title: str, heading: str, finding: str, opening: str, sections: Sequence[tuple[str, str, str]], end: str
+) -> str:
+    """Return the whole page.
+
+    Parameters
+    ----------
+    title : str
+        Of the window.
+    heading : str
+        What the page is about.
+    finding : str
+        The one sentence that stands first.
+    opening : str
+        HTML between the finding and the list of sections.
+    sections : sequence of (name, short title, HTML)
+    end : str
+        The last line.
+    """
+    links = "".join(f'<li><a href="#{name}">{text(short)}</a></li>' for name, short, _body in sections)
+    return (
+        '<!DOCTYPE html>\n<html lang="en"><head><meta charset="utf-8">'
+        '<meta name="viewport" content="width=device-width, initial-scale=1"><meta name="color-scheme" '
+        f'content="light dark"><link rel="icon" href="data:,"><title>{text(title)}</title><style>{CSS}</style></head>'
+        "<body>"
+        f'<a class="skip" href="#content">Skip to the content</a><header><h1>{text(heading)}</h1>'
+        f'<p class="finding">{text(finding)}</p>{opening}</header><nav aria-label="Sections"><ul>{links}</ul></nav>'
+        f'<main id="content">{"".join(body for _name, _short, body in sections)}</main>'
+        f"<footer>{paragraph(end)}</footer></body></html>\n"
+    )

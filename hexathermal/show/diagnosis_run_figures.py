@@ -1,0 +1,196 @@
+"""Figures of a diagnosis along runs: what was measured and predicted, and the residual against each signal."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from hexathermal.learn.diagnosis.result import Diagnosis, RunResidual
+from hexathermal.poses import FloatArray
+from hexathermal.show.diagnosis_pictures import LOOK, NARROW_IN
+from hexathermal.show.diagnosis_words import signal_words
+from hexathermal.show.figures import BLACK, BLUE, GREY, VERMILION
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+BINS = 12
+"""Means are shown of so many parts of a signal, each with as many windows."""
+
+MOST_DOTS = 700
+"""Windows that a panel shows; beyond, every second, third ... one."""
+
+MINUTES = (0, 1, 5, 15, 30, 60, 120, 240, 480, 960)
+"""At the axis of the time since a move, whose scale is that of the square root: most windows come soon after one."""
+
+GAP_STEPS = 8.0
+"""A curve is broken where a step in time is more than so many usual ones."""
+
+
+def changed(found: Diagnosis) -> bool:
+    """Whether something joined the law, so that there is an after."""
+    return found.extended.extended
+
+
+def _style(found: Diagnosis) -> str:
+    """Return the line of the law: dashed where there is another beside it."""
+    return "--" if changed(found) else "-"
+
+
+def run_figure(found: Diagnosis, run: RunResidual, width: float) -> Figure:
+    """Return one run: measured and predicted drift above, what is left of it below.
+
+    Parameters
+    ----------
+    found : Diagnosis
+    run : RunResidual
+    width : float [in]
+    """
+    import matplotlib as mpl
+    from matplotlib.figure import Figure
+
+    with mpl.rc_context(LOOK):
+        figure = Figure(figsize=(width, 4.3 if width > NARROW_IN else 4.6), layout="constrained")
+        top, bottom = figure.subplots(2, 1, sharex=True, height_ratios=[1.15, 1.0])
+        hours = run.time / 3600.0
+        top.plot(hours, run.measured * 1e6, ".", color=BLACK, ms=3.0, label="measured")
+        style = _style(found)
+        top.plot(*_broken(hours, (run.measured - run.before) * 1e6), color=VERMILION, ls=style, lw=1.3, label="law")
+        bottom.axhline(0.0, color=GREY, lw=0.8)
+        bottom.plot(*_broken(hours, run.before * 1e6), color=VERMILION, ls=style, lw=1.1)
+        if changed(found):
+            top.plot(*_broken(hours, (run.measured - run.after) * 1e6), color=BLUE, lw=1.3, label="extended law")
+            bottom.plot(*_broken(hours, run.after * 1e6), color=BLUE, lw=1.2)
+        top.set_ylabel("drift (µm)")
+        bottom.set_ylabel("left over (µm)")
+        bottom.set_xlabel("time since the run began (h)")
+        figure.legend(loc="outside upper left", ncols=3, handlelength=2.4)
+        figure.align_ylabels()
+    return figure
+
+
+def runs_figure(found: Diagnosis, runs: Sequence[RunResidual], width: float) -> Figure:
+    """Return the residual of many runs against time, one panel each, all in one scale."""
+    import matplotlib as mpl
+    from matplotlib.figure import Figure
+
+    columns = 3 if width > NARROW_IN else 1
+    lines = -(-len(runs) // columns)
+    with mpl.rc_context(LOOK):
+        figure = Figure(figsize=(width, 0.75 + 1.25 * lines), layout="constrained")
+        panels = figure.subplots(lines, columns, sharex=True, sharey=True, squeeze=False)
+        for axes, run in zip(panels.ravel(), runs, strict=False):
+            hours = run.time / 3600.0
+            axes.axhline(0.0, color=GREY, lw=0.7)
+            axes.plot(*_broken(hours, run.before * 1e6), color=VERMILION, ls=_style(found), lw=1.0, label="law")
+            if changed(found):
+                axes.plot(*_broken(hours, run.after * 1e6), color=BLUE, lw=1.1, label="extended law")
+            axes.set_title(run.run)
+        for axes in panels.ravel()[len(runs) :]:
+            axes.set_visible(False)
+        for axes in panels.ravel()[: len(runs)][-columns:]:
+            axes.tick_params(labelbottom=True)
+        figure.supxlabel("time since the run began (h)", fontsize=9.0)
+        for axes in panels[:, 0]:
+            axes.set_ylabel("left over (µm)")
+        handles, labels = panels[0, 0].get_legend_handles_labels()
+        figure.legend(handles, labels, loc="outside upper left", ncols=2, handlelength=2.4)
+    return figure
+
+
+def _broken(hours: FloatArray, values: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Return a curve with a gap where windows are missing."""
+    step = np.diff(hours)
+    gaps = np.flatnonzero(step > GAP_STEPS * np.median(step)) + 1 if len(step) else np.array([], dtype=np.int64)
+    return np.insert(hours, gaps, np.nan), np.insert(values, gaps, np.nan)
+
+
+def signal_names(found: Diagnosis) -> list[str]:
+    """Return what the residual can be held against: time first, then what at least one run has and that varies."""
+    names = dict.fromkeys(name for run in found.residuals for name in run.signals)
+    return ["time", *(name for name in names if np.ptp(_finite(pooled(found, name)[0])) > 0.0)]
+
+
+def _finite(values: FloatArray) -> FloatArray:
+    """Return values that are numbers; a zero where there are none."""
+    kept = values[np.isfinite(values)]
+    return kept if len(kept) else np.zeros(1)
+
+
+def pooled(found: Diagnosis, name: str) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Return a signal and the residual before and after [m] in all windows of all runs that have it."""
+    runs = [run for run in found.residuals if name == "time" or name in run.signals]
+    signal = np.concatenate([run.time if name == "time" else run.signals[name] for run in runs])
+    before = np.concatenate([run.before for run in runs])
+    after = np.concatenate([run.after for run in runs])
+    if name == "direction":
+        signal = np.round(signal)  # a window may hold a reversal
+    known = np.isfinite(signal) & np.isfinite(before) & np.isfinite(after)
+    return signal[known], before[known], after[known]
+
+
+def binned(signal: FloatArray, values: FloatArray) -> tuple[FloatArray, FloatArray, float]:
+    """Return means of a signal and of values in parts of equal count, and the share of the variance they hold.
+
+    A signal with few values, as a direction, has one part for each.
+    """
+    levels = np.unique(signal)
+    if len(levels) <= 3:
+        part = np.searchsorted(levels, signal)
+    else:
+        edges = np.unique(np.quantile(signal, np.linspace(0.0, 1.0, BINS + 1)))
+        part = np.clip(np.searchsorted(edges, signal, side="right") - 1, 0, max(len(edges) - 2, 0))
+    count = np.bincount(part)
+    kept = count > 0
+    x = np.bincount(part, signal)[kept] / count[kept]
+    y = np.bincount(part, values)[kept] / count[kept]
+    spread = float(values.var())
+    between = float(np.average((y - values.mean()) ** 2, weights=count[kept]))
+    return x, y, between / spread if spread > 0.0 else 0.0
+
+
+def signal_figure(found: Diagnosis, name: str, width: float) -> Figure:
+    """Return the residual against one signal, before and, where something joined the law, after."""
+    import matplotlib as mpl
+    from matplotlib.figure import Figure
+
+    label, unit, factor = signal_words(name, found.law.sensors[0])
+    signal, before, after = pooled(found, name)
+    both = [("law", before, VERMILION)] + ([("extended law", after, BLUE)] if changed(found) else [])
+    with mpl.rc_context(LOOK):
+        figure = Figure(figsize=(width, 2.5 if width > NARROW_IN else 2.7), layout="constrained")
+        panels = figure.subplots(1, len(both), sharex=True, sharey=True, squeeze=False)[0]
+        for axes, (what, values, colour) in zip(panels, both, strict=True):
+            _cloud(axes, signal * factor, values * 1e6, colour, name)
+            axes.set_title(what)
+        panels[0].set_ylabel("left over (µm)")
+        figure.supxlabel(f"{label} ({unit})" if unit else label, fontsize=9.0)
+    return figure
+
+
+def _root(values: FloatArray) -> FloatArray:
+    """Return square roots; of what a margin puts below zero, zero."""
+    return np.asarray(np.sqrt(np.maximum(values, 0.0)))
+
+
+def _cloud(axes: Axes, x: FloatArray, y: FloatArray, colour: str, name: str) -> None:
+    """Draw windows as dots, and means of parts over them."""
+    sided = name == "direction"
+    axes.axhline(0.0, color=GREY, lw=0.8)
+    thin = slice(None, None, -(-len(x) // MOST_DOTS))
+    spread: Any = 0.0
+    if sided:
+        # dots of a direction would stand on one line: each is moved aside by the golden ratio's fractions
+        spread = 0.5 * ((0.618034 * np.arange(len(x))) % 1.0 - 0.5)
+        still = [0.0] if (x == 0.0).any() else []
+        axes.set_xticks([-1.0, *still, 1.0], ["inward", *["not yet"] * len(still), "outward"])
+        axes.set_xlim(-1.6, 1.6)
+    if name == "since_move":
+        axes.set_xscale("function", functions=(_root, np.square))
+        axes.set_xticks([minute for minute in MINUTES if minute <= 1.05 * float(x.max())])
+    axes.plot((x + spread)[thin], y[thin], "o", color=colour, ms=2.2, mec="none", alpha=0.45)
+    middle, mean, _share = binned(x, y)
+    axes.plot(middle, mean, "-" if not sided else "", color=BLACK, lw=1.2, marker="o", ms=4.0)

@@ -1,0 +1,237 @@
+"""Sections of a diagnosis' report: words and tables around the pictures, for a test engineer."""
+
+from __future__ import annotations
+
+from hexathermal.learn.diagnosis.causes import catalogue
+from hexathermal.learn.diagnosis.result import Diagnosis, Effect
+from hexathermal.learn.validation_scores import Figure
+from hexathermal.show.diagnosis_album import MOST_RUNS
+from hexathermal.show.diagnosis_page import facts, paragraph, section, table, text
+from hexathermal.show.diagnosis_tables import probability, visible_words
+from hexathermal.show.diagnosis_words import (
+    VERDICTS,
+    gain_words,
+    how_apart,
+    noise_rows,
+    odds,
+    parameter,
+    percent,
+    settings_words,
+)
+
+
+def opening(found: Diagnosis) -> str:
+    """Return the key figures."""
+    pairs = [("Verdict", VERDICTS[found.verdict], f"probability {probability(found.probability)}")]
+    if found.gain is not None:
+        one = found.gain.total
+        before = f"{one.rmse_before * 1e6:.3f}"
+        if found.extended.extended:
+            part = one.rmse_gain
+            less = f"{percent(part.value)} % less (95 %: {percent(part.low)} to {percent(part.high)} %)"
+            pairs.append(("RMSE on runs never fitted", f"{before} → {one.rmse_after.value * 1e6:.3f} µm", less))
+        else:
+            pairs.append(("RMSE on runs never fitted", f"{before} µm", "nothing joined the law"))
+    pairs.append(("Noise", f"{found.noise.rms * 1e6:.3f} µm", "beside the zero of a run"))
+    roles = [run.role for run in found.residuals]
+    pairs.append(("Runs", f"{len(roles)}", f"{roles.count('identification')} fitted, {roles.count('validation')} not"))
+    notes = "".join(paragraph(f"Note: {note}.", "note") for note in found.notes)
+    return facts(pairs) + notes
+
+
+def all_sections(found: Diagnosis, drawn: dict[str, str]) -> list[tuple[str, str, str]]:
+    """Return the sections: name, short title, HTML.
+
+    Parameters
+    ----------
+    found : Diagnosis
+    drawn : dict of str to str
+        HTML of the pictures of each section.
+    """
+    parts = [
+        ("finding", "Finding", "What was found", _finding(found)),
+        (
+            "predicted",
+            "Predicted and measured",
+            "What the law predicts, and what was measured",
+            _predicted(found, drawn),
+        ),
+        ("gain", "Before and after", "Before and after, on runs never fitted", _gain(found, drawn)),
+        ("follows", "What the residual follows", "What the residual follows", _signals(found, drawn)),
+        ("ranking", "Ranking", "Every cause that was tried", _ranking(found, drawn)),
+        ("next", "Next experiments", "What to measure next", _next(found)),
+        ("confused", "Confusions", "What these data cannot tell apart", _confused(found)),
+        ("limits", "Detection limits", "How small an effect would have been named", _limits(found, drawn)),
+        ("noise", "Noise", "Noise budget", _noise(found, drawn)),
+    ]
+    return [(f"s-{name}", short, section(f"s-{name}", title, body)) for name, short, title, body in parts]
+
+
+def _finding(found: Diagnosis) -> str:
+    """Return what was named, or what it means that nothing was."""
+    if found.effects:
+        left = (
+            [paragraph(f"Besides, something without a name is left: it {found.follows}.", "note")]
+            if found.follows
+            else []
+        )
+        return "".join([*(_effect(one) for one in found.effects), *left])
+    if found.verdict == "none":
+        return paragraph(
+            "Every cause of the catalogue was tried, and none explains these measurements better than chance could. "
+            "That is no proof that there is none: how small an effect can hide is told below, cause by cause."
+        )
+    return paragraph(
+        f"What is left {found.follows} more than chance could make it, but none of the seventeen causes of the "
+        "catalogue explains that. Look at the pictures of that signal, and at what changes with it on the bench: it is real, and "
+        "it is not noise. The law was left as it is."
+    )
+
+
+def _effect(one: Effect) -> str:
+    """Return one cause that was named."""
+    cause = catalogue()[one.cause].CAUSE
+    shown = [parameter(name, quantity) for name, quantity in one.parameters.items()]
+    rows = [(item.name, *item.cells, item.unit or "-") for item in shown]
+    rows += [(name.replace("_", " "), str(value), "-", "-", "-") for name, value in one.settings.items()]
+    head = ("parameter", "value>", "standard uncertainty>", "95 % interval", "unit")
+    where = f", {one.target}" if one.target else ""
+    alike = (
+        f"These data cannot tell it from {', '.join(one.equivalent)}: an experiment must decide, see below."
+        if one.equivalent
+        else "No other cause of the catalogue explains these data as well."
+    )
+    joined = (
+        "It joined the law, since it foretells runs left out of the fit."
+        if one.joined
+        else "It did not join the law: on runs left out of the fit it does not pay."
+    )
+    return (
+        f'<div class="card"><h3>{text(one.cause + where)}</h3>{paragraph(cause.physics)}'
+        + (table(f"Size of {one.cause}", head, rows) if rows else "")
+        + paragraph(f"How it shows: {cause.signature} {one.visible * 1e6:.2g} um of it stay visible.")
+        + paragraph(f"Probability of the name: {probability(one.probability)}. {alike} {joined}")
+        + "</div>"
+    )
+
+
+def _predicted(found: Diagnosis, drawn: dict[str, str]) -> str:
+    """Return the runs."""
+    held = sum(run.role == "validation" for run in found.residuals)
+    count = held or len(found.residuals)
+    lines = [paragraph(
+        "Runs for validation: no law was fitted to them." if held else
+        "There are no runs for validation: these were all fitted, and prove nothing about new ones."
+    )]  # fmt: skip
+    if count > MOST_RUNS:
+        lines.append(paragraph(f"The first {MOST_RUNS} of {count} runs are drawn.", "note"))
+    lines.append(drawn["runs"])
+    if drawn["fitted"]:
+        lines.append(paragraph("Runs for identification:") + drawn["fitted"])
+    return "".join(lines)
+
+
+def _gain(found: Diagnosis, drawn: dict[str, str]) -> str:
+    """Return the gain on runs for validation."""
+    lines = [paragraph(gain_words(found))]
+    if found.gain is None:
+        return lines[0]
+    if found.extended.extended:
+        rows = [
+            (name, f"{one.rmse_before * 1e6:.3f}", _with_interval(one.rmse_after),
+             f"{percent(one.rmse_gain.value)} % ({percent(one.rmse_gain.low)} to {percent(one.rmse_gain.high)})",
+             f"{one.linf_before * 1e6:.2f} → {one.linf_after.value * 1e6:.2f}")
+            for name, one in (*found.gain.runs.items(), ("all", found.gain.total))
+        ]  # fmt: skip
+        head = ("run", "RMSE before, um>", "RMSE after, um (95 %)>", "less by (95 %)>", "largest, um>")  # fmt: skip
+        lines += [drawn["gain"], table("The law and the extended law, run by run", head, rows, [len(rows) - 1])]
+    else:
+        plain = [(name, f"{one.rmse_before * 1e6:.3f}", f"{one.linf_before * 1e6:.2f}")
+                 for name, one in (*found.gain.runs.items(), ("all", found.gain.total))]  # fmt: skip
+        lines.append(table("The law, run by run", ("run", "RMSE, um>", "largest, um>"), plain))
+    lines.append(paragraph(
+        "The free fit uses all temperatures and flexible curves at once. It is no law, since it says nothing of why; "
+        "it shows what these channels could give."
+    ))  # fmt: skip
+    return "".join(lines)
+
+
+def _with_interval(one: Figure) -> str:
+    """Return metres with their interval [um]."""
+    return f"{one.value * 1e6:.3f} ({one.low * 1e6:.3f} to {one.high * 1e6:.3f})"
+
+
+def _signals(found: Diagnosis, drawn: dict[str, str]) -> str:
+    """Return the residual against each signal."""
+    return (
+        paragraph(
+            "Each dot is a window of a run, black points are means of parts of equal count. Signals move together in "
+            "any campaign: a leg that moves warms, and time runs on. A residual that follows one of them here does not yet "
+            "make that its cause; the ranking weighs all of them against each other on the same data."
+        )
+        + drawn["signals"]
+    )
+
+
+def _ranking(found: Diagnosis, drawn: dict[str, str]) -> str:
+    """Return the ranking."""
+    head = ("cause", "target", "visible RMS, um (95 %)>", "evidence>", "probability>", "at best with")
+    rows = [
+        (one.cause, one.target or "-", visible_words(found, k), f"{one.evidence:.1f}",
+         probability(one.probability), settings_words(one.settings) or "-")
+        for k, one in enumerate(found.candidates)
+    ]  # fmt: skip
+    return (
+        paragraph(
+            "Evidence is the logarithm of how much more probable these data are with the cause than without, its "
+            "unknown size and parameters taken into account: 2.3 is 10 to 1, 7 is 1000 to 1. A name needed "
+            f"{found.threshold:.1f} in this campaign, which chance alone reaches at most once in a hundred. Names that "
+            "begin with “follows” are no causes: they stand for something real without a name."
+        )
+        + drawn["ranking"]
+        + table("Candidates, best first", head, rows, range(len(found.effects)))
+    )
+
+
+def _next(found: Diagnosis) -> str:
+    """Return the next experiments."""
+    if not found.experiments:
+        return paragraph("No experiment is proposed.")
+    items = "".join(
+        f"<li>{text(one.words)}<small>{text('Tells apart: ' + ', '.join(one.causes))}; promised separation "
+        f"{one.separation:.1f} of log evidence, odds {odds(one.separation)}.</small></li>"
+        for one in found.experiments
+    )
+    return (
+        paragraph("The separation is what one more campaign of this size and noise promises.")
+        + f'<ol class="next">{items}</ol>'
+    )
+
+
+def _confused(found: Diagnosis) -> str:
+    """Return pairs that these data confuse."""
+    if not found.confusions:
+        return paragraph(
+            "This campaign tells all causes of the catalogue apart, at twice the size that would be named."
+        )
+    rows = [(*one.causes, how_apart(one.separation), f"{max(one.separation, 0.0):.1f}") for one in found.confusions]
+    return paragraph(
+        "If one of these causes were at work, twice as large as needed to be named, the other could be named in its "
+        "place."
+    ) + table("Causes that look alike in these data", ("cause", "and", "told apart", "evidence apart>"), rows)
+
+
+def _limits(found: Diagnosis, drawn: dict[str, str]) -> str:
+    """Return limits of detection."""
+    if not found.limits:
+        return paragraph("No limit could be told.")
+    rows = [(one.cause, f"{one.visible * 1e6:.2g}", f"{one.whole * 1e6:.2g}", catalogue()[one.cause].CAUSE.signature)
+            for one in sorted(found.limits, key=lambda item: (item.whole, item.cause))]  # fmt: skip
+    head = ("cause", "visible RMS, um>", "whole RMS, um>", "how it would show")
+    return drawn["limits"] + table("Smallest effect that would be named", head, rows)
+
+
+def _noise(found: Diagnosis, drawn: dict[str, str]) -> str:
+    """Return the noise budget."""
+    rows = [(name, f"{value * 1e6:.3f}", words) for name, value, words in noise_rows(found)]
+    return drawn["noise"] + table("Parts of the noise", ("noise", "standard deviation, um>", "what it is"), rows)
