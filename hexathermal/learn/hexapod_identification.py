@@ -89,11 +89,11 @@ class HexapodIdentification:
         for leg in range(6):
             which = np.array([2 * s * leg + s * symbol + place for symbol in (0, 1) for place in at])
             own = covariance[np.ix_(which, which)]
-            if self.chosen == "common":
-                own = own + np.diag(np.nan_to_num(self.spread) ** 2)
+            spread = np.nan_to_num(self.spread) if self.chosen == "common" else np.zeros(len(which))
+            own = own + np.diag(spread**2)
             known = own if own.any() else None
             A, B = fit.b[which[: len(at)]], fit.b[which[len(at) :]]
-            laws.append(LegLaw(self.sensors, A, B, known, title))
+            laws.append(LegLaw(self.sensors, A, B, known, title, spread=spread if spread.any() else None))
         return tuple(laws)
 
     def hexapod(self, title: str = "", legs: tuple[LegLaw, ...] | None = None) -> Hexapod:

@@ -30,7 +30,7 @@ TABLES: dict[str, dict[str, str]] = {
     "thermal": {"reference_temperature_degC": "number+!", "valid_degC": "number(2)", "leg": "table", "legs": "tables",
                 "platform": "table", "base": "table"},
     "thermal.leg": {"sensors": "texts!", "A_per_K": "number+!", "B_per_K": "number+!", "covariance_per_K2": "matrix",
-                    "campaign": "text", "terms": "tables"},
+                    "spread_per_K": "number+", "campaign": "text", "terms": "tables"},
     "thermal.plate": {"expansion_per_K": "number!", "sensor": "text"},
     "limits": {"convention": "text", "x_mm": "mm(2)!", "y_mm": "mm(2)!", "z_mm": "mm(2)!", "rx_deg": "deg(2)!",
                "ry_deg": "deg(2)!", "rz_deg": "deg(2)!"},
@@ -123,14 +123,19 @@ def _leg(form: Form, data: Any, path: Where) -> LegLaw | None:
                 f"{dotted(place)} has {leg[key].size} values; "
                 f"expected 1 value for each of the sensors: {', '.join(sensors)}",
             )
-    covariance = leg.get("covariance_per_K2")
+    covariance, spread = leg.get("covariance_per_K2"), leg.get("spread_per_K")
     if covariance is not None and sensors is not None:
         place, zeros = (*path, "covariance_per_K2"), np.zeros(len(sensors))
         if covariance.shape == (2 * zeros.size, 2 * zeros.size):
-            form.build(place, lambda: LegLaw(sensors, zeros, zeros, covariance))
+            sound = form.build(place, lambda: LegLaw(sensors, zeros, zeros, covariance))
+            if sound is not None and spread is not None:
+                form.build((*path, "spread_per_K"), lambda: LegLaw(sensors, zeros, zeros, covariance, spread=spread))
         else:
             wanted = f"{2 * zeros.size} rows and columns, [A, B] for each of the sensors: {', '.join(sensors)}"
             form.complain(place, f"{dotted(place)} has shape {covariance.shape}; expected {wanted}")
+    if spread is not None and covariance is None:
+        place = (*path, "spread_per_K")
+        form.complain(place, f"{dotted(place)} is part of covariance_per_K2, which is not there")
     terms = read_terms(form, leg.get("terms", ()), (*path, "terms"))
     if sensors is None or len(form.problems) > before:
         return None
@@ -139,7 +144,7 @@ def _leg(form: Form, data: Any, path: Where) -> LegLaw | None:
     if len(form.problems) > before:
         return None
     A, B, campaign = leg["A_per_K"], leg["B_per_K"], leg.get("campaign", "")
-    return form.build(path, lambda: LegLaw(sensors, A, B, covariance, campaign, terms))
+    return form.build(path, lambda: LegLaw(sensors, A, B, covariance, campaign, terms, spread))
 
 
 def _plate(form: Form, thermal: dict[str, Any], part: str) -> PlateLaw | None:

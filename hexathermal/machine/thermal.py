@@ -81,6 +81,9 @@ class LegLaw:
         Where the coefficients come from.
     terms : sequence of LegTerm
         That extend the law, of these sensors; what belongs to the bench is no term of a leg.
+    spread : array, shape (2 s,) [1/K], optional
+        Standard deviation of each coefficient between the legs that share this law, which `covariance` holds on its
+        diagonal: it is independent from leg to leg, the rest of the covariance is common to them.
     """
 
     sensors: tuple[str, ...]
@@ -89,6 +92,7 @@ class LegLaw:
     covariance: FloatArray | None = None
     campaign: str = ""
     terms: tuple[LegTerm, ...] = ()
+    spread: FloatArray | None = None
 
     def __init__(
         self,
@@ -98,6 +102,7 @@ class LegLaw:
         covariance: npt.ArrayLike | None = None,
         campaign: str = "",
         terms: Sequence[LegTerm] = (),
+        spread: npt.ArrayLike | None = None,
     ) -> None:
         set_ = object.__setattr__
         names: tuple[str, ...] = (sensors,) if isinstance(sensors, str) else _tuple(sensors)
@@ -119,6 +124,7 @@ class LegLaw:
             if np.linalg.eigvalsh(matrix).min() < -1e-9 * abs(np.diag(matrix)).max():
                 raise ArgumentError("covariance has a negative eigenvalue: it is no covariance")
             set_(self, "covariance", frozen(matrix))
+        set_(self, "spread", None if spread is None else _spread(spread, self.covariance))
 
     def __eq__(self, other: object) -> bool:
         if not isinstance(other, LegLaw):
@@ -131,6 +137,8 @@ class LegLaw:
             and (self.covariance is None or np.array_equal(self.covariance, other.covariance))  # type: ignore[arg-type]
             and self.campaign == other.campaign
             and self.terms == other.terms
+            and (self.spread is None) == (other.spread is None)
+            and (self.spread is None or np.array_equal(self.spread, other.spread))  # type: ignore[arg-type]
         )
 
     __hash__ = None  # type: ignore[assignment]
@@ -150,7 +158,19 @@ class LegLaw:
     def without_states(self) -> LegLaw:
         """Return the law without the terms of `states`: that of a machine which has long been at rest."""
         left = tuple(term for term in self.terms if term not in self.states)
-        return LegLaw(self.sensors, self.A, self.B, self.covariance, self.campaign, left)
+        return LegLaw(self.sensors, self.A, self.B, self.covariance, self.campaign, left, self.spread)
+
+
+def _spread(values: npt.ArrayLike, covariance: FloatArray | None) -> FloatArray:
+    """Return a spread between legs, checked against the covariance that holds it."""
+    if covariance is None:
+        raise ArgumentError("spread needs a covariance that holds it")
+    array = finite_array(values, (len(covariance),), "spread")
+    if array.ndim != 1:
+        raise ArgumentError(f"spread has shape {array.shape}; expected one value for each coefficient of [A, B]")
+    if (array < 0.0).any() or (np.square(array) > np.diag(covariance) * (1.0 + 1e-9)).any():
+        raise ArgumentError("spread must be 0 or more, and no larger than the covariance, which holds it, says")
+    return frozen(array)
 
 
 def _terms_of_leg(terms: Sequence[LegTerm], sensors: tuple[str, ...]) -> tuple[LegTerm, ...]:

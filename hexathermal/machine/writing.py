@@ -151,6 +151,8 @@ def _leg(law: LegLaw) -> dict[str, Any]:
     }
     if law.covariance is not None:
         table["covariance_per_K2"] = _numbers(law.covariance, same)
+    if law.spread is not None:
+        table["spread_per_K"] = _numbers(law.spread, same)
     if law.campaign:
         table["campaign"] = law.campaign
     if law.terms:

@@ -87,11 +87,7 @@ def _laws(hexapod: Hexapod) -> tuple[Source, ...]:
     stated = [law.covariance is not None for law in model.legs]
     sources = [_coefficients(model.legs, all(stated), "common" if shared else "independent"), *_terms(model)]
     if shared:
-        spread = np.concatenate([np.abs(model.legs[0].A), np.abs(model.legs[0].B)]) * LEG_TO_LEG
-        sources.append(
-            Source("leg to leg", "coefficients", spread,
-                   basis=f"engineering value: legs of one law differ by {100 * LEG_TO_LEG:g} % of it")
-        )  # fmt: skip
+        sources.append(_leg_to_leg(model.legs[0]))
     sources += [
         Source("law residual", "length", 0.35e-6,
                basis="published: mean residual 0.28 um in runs left out (Robert et al.), as that of a normal one"),
@@ -110,7 +106,28 @@ def _coefficients(laws: tuple[LegLaw, ...], stated: bool, correlation: str) -> S
         return Source("coefficients", "coefficients", whole, correlation=correlation,
                       basis=f"engineering value: {100 * RELATIVE_COEFFICIENTS:g} % of each, as the law states no "
                             "covariance")  # fmt: skip
-    return _stated("coefficients", "coefficients", [np.asarray(law.covariance) for law in laws], correlation)
+    covariances = [np.asarray(law.covariance) for law in laws]
+    if correlation == "common" and laws[0].spread is not None:
+        # the spread is no error that legs have in common: `leg to leg` counts it
+        covariances = [_without(covariances[0], laws[0].spread)]
+    return _stated("coefficients", "coefficients", covariances, correlation)
+
+
+def _without(covariance: FloatArray, spread: FloatArray) -> FloatArray:
+    """Return a covariance less the spread that it holds; what numbers of few digits make negative is 0."""
+    values, vectors = np.linalg.eigh(covariance - np.diag(np.square(spread)))
+    return np.asarray((vectors * np.maximum(values, 0.0)) @ vectors.T)
+
+
+def _leg_to_leg(law: LegLaw) -> Source:
+    """Return by how much legs that share a law differ: what the law tells, else a part of its coefficients."""
+    usual = np.concatenate([np.abs(law.A), np.abs(law.B)]) * LEG_TO_LEG
+    basis = f"engineering value: legs of one law differ by {100 * LEG_TO_LEG:g} % of it"
+    if law.spread is None:
+        return Source("leg to leg", "coefficients", usual, basis=basis)
+    told = law.spread > 0.0
+    basis = "spread between legs of the law" + f"; where it tells none, {basis}" * bool(not told.all())
+    return Source("leg to leg", "coefficients", np.where(told, law.spread, usual), basis=basis)
 
 
 def _terms(model: ThermalModel) -> list[Source]:

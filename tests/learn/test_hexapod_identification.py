@@ -243,6 +243,9 @@ def test_one_law_for_legs_that_differ_says_so_in_its_covariance() -> None:
         covariance = found.fits["common"].full_covariance
         for leg, law in enumerate(made):
             assert law.covariance is not None
+            assert law.spread is not None
+            own = covariance[2 * leg : 2 * leg + 2, 2 * leg : 2 * leg + 2]
+            assert np.allclose(law.covariance - np.diag(law.spread**2), own, rtol=1e-9, atol=1e-22)
             off = abs(law.A[0] - laws[leg, 0])
             wide.append(off < 1.96 * np.sqrt(law.covariance[0, 0]))
             narrow.append(off < 1.96 * np.sqrt(covariance[2 * leg, 2 * leg]))

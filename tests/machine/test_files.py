@@ -46,7 +46,8 @@ def test_files_keep_every_bit(
         base_cone=rng.uniform(1, 1.5, 6),
         thermal=ht.ThermalModel(
             tuple(ht.LegLaw(("T1", "T2"), rng.normal(0, 1e-6, 2), rng.normal(0, 1e-6, 2),
-                            np.diag(rng.uniform(1, 2, 4)) * 1e-15, f"campaign {k}") for k in range(6)),
+                            np.diag(rng.uniform(1, 2, 4)) * 1e-15, f"campaign {k}",
+                            spread=rng.uniform(0, 1e-8, 4)) for k in range(6)),
             ht.PlateLaw(1.1e-5, "T1"), None, rng.uniform(19, 21, 13), (-10.0, 60.0)),
     )  # fmt: skip
     for machine in (hexapod, two_plates, six):
@@ -195,6 +196,11 @@ def test_values_that_make_no_machine_are_all_reported_at_their_keys(tmp_path: Pa
         ("= 20.0", "= [20.0, 21.0]", "reference_temp", "1 value for each of the sensors: leg1_T1"),
         ("campaign", "covariance_per_K2 = [[1]]\nzz = 1\ncampaign", "covariance", "2 rows and columns"),
         ("campaign", "covariance_per_K2 = [[1, 2], [3, 4]]\nzz = 1\ncampaign", "covariance", "symmetric"),
+        ("campaign", "spread_per_K = [1e-8, 1e-8]\nzz = 1\ncampaign", "spread", "is part of covariance_per_K2"),
+        ("campaign", "covariance_per_K2 = [[1e-18, 0], [0, 1e-18]]\nspread_per_K = [1e-9]\nzz = 1\ncampaign", "spread",
+         "expected"),
+        ("campaign", "covariance_per_K2 = [[1e-18, 0], [0, 1e-18]]\nspread_per_K = [2e-9, 0]\nzz = 1\ncampaign", "spread",
+         "no larger"),
         ("expansion_per_K = 1.6e-06\n", 'expansion_per_K = 1.6e-06\nsensor = ""\n', "sensor =", "must be a name"),
         ("leg_body_diameter_mm = 80.0", "leg_body_diameter_mm = 80.0\nzz = 1", "zz", "unknown key"),
         ("[192.836, -229.813, 0.0],", "[300],", "[300]", "different length"),

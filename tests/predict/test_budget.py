@@ -243,9 +243,34 @@ def test_covariance_of_a_law_enters(reference: ht.Hexapod) -> None:
     assert sources["coefficients"].basis == "covariance of the law"
 
 
+@pytest.mark.parametrize("digits", [17, 3])
+def test_a_spread_between_legs_that_the_law_tells_is_counted_once(reference: ht.Hexapod, digits: int) -> None:
+    """What legs of one law have in common and what they differ by add up to the covariance, which holds both.
+
+    The default of 2 % stands only where the law tells no spread.
+    """
+    common, spread = np.array([[4e-16, -3e-16], [-3e-16, 9e-16]]), np.array([5e-8, 0.0])
+    whole = np.array([[float(f"{value:.{digits}g}") for value in row] for row in common + np.diag(spread**2)])
+
+    def sources(law: ht.LegLaw) -> Sources:
+        return default_sources(dataclasses.replace(reference, thermal=dataclasses.replace(reference.thermal,
+                                                                                          legs=(law,) * 6)))  # fmt: skip
+
+    told = sources(ht.LegLaw("T1", 1.99e-6, 1.09e-6, whole, spread=spread))
+    untold = sources(ht.LegLaw("T1", 1.99e-6, 1.09e-6, whole))
+    assert told["coefficients"].correlation == "common"
+    assert told["leg to leg"].correlation == "independent"
+    assert np.allclose(told["coefficients"].standard ** 2, np.diag(common), rtol=10.0 ** (2 - digits), atol=1e-17)
+    assert np.allclose(told["leg to leg"].standard, [5e-8, 0.02 * 1.09e-6])
+    assert np.allclose(untold["leg to leg"].standard, 0.02 * np.array([1.99e-6, 1.09e-6]))
+    assert np.allclose(untold["coefficients"].standard ** 2, np.diag(whole))
+
+
 @pytest.mark.parametrize(
     ("make", "kind", "words"),
     [
+        (lambda: ht.LegLaw("T", 1e-6, 0.0, spread=[1e-8, 0.0]), ArgumentError, "needs a covariance"),
+        (lambda: ht.LegLaw("T", 1e-6, 0.0, np.eye(2) * 1e-18, spread=[2e-9, 0.0]), ArgumentError, "no larger"),
         (lambda: Source("", "length", 1.0), ArgumentError, "label"),
         (lambda: Source("a", "lenght", 1.0), UnknownNameError, "not known"),
         (lambda: Source("a", "length", -1.0), ArgumentError, "0 or more"),
