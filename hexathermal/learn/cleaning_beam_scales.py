@@ -41,8 +41,8 @@ class BeamScales:
     ----------
     noise, between : array, shape (3,) [m]
         Of each beam against the others, from row to row of all rows, and of rows that do not rest with both neighbours.
-    jump : array, shape (3,) [m]
-        Of the medians of five rows behind and before.
+    jump, calm : array, shape (3,) [m]
+        Of the medians of five rows behind and before: of all rows, and of those of one rest.
     at_rest, drift_between : float [m]
         Noise of the mean drift within rests, and over all rows.
     tilts : Tilts
@@ -51,6 +51,7 @@ class BeamScales:
     noise: FloatArray
     between: FloatArray
     jump: FloatArray
+    calm: FloatArray
     at_rest: float
     drift_between: float
     tilts: Tilts
@@ -87,22 +88,30 @@ def beam_scales(sheet: Sheet, rest: Flags) -> BeamScales:
     at_rest = TO_SIGMA * float(np.median(np.abs(bend[within]))) / np.sqrt(1.5) if within.sum() >= FEWEST else between
     if not sheet.beams.shape[1]:
         none = np.zeros(0)
-        return BeamScales(none, none, none, at_rest, between, Tilts(none, none, none))
+        return BeamScales(none, none, none, none, at_rest, between, Tilts(none, none, none))
     apart = against_others(sheet.beams)
     jump = jumps(apart)
     usual = TO_SIGMA * np.median(np.abs(jump), axis=0) if len(jump) else np.zeros(apart.shape[1])
+    held = _held(rest)
+    calm = TO_SIGMA * np.median(np.abs(jump[held]), axis=0) if held.sum() >= FEWEST else usual
     noise = np.nan_to_num(noise_of(apart)) if len(apart) > 2 else np.zeros(apart.shape[1])
     moving = noise
     if (~within).sum() >= FEWEST:
         bends = np.abs(apart[1:-1] - 0.5 * (apart[:-2] + apart[2:]))[~within]
         moving = np.maximum(noise, TO_SIGMA * np.median(bends, axis=0) / np.sqrt(1.5))
-    return BeamScales(noise, moving, usual, at_rest, between, _tilts(sheet, rest, jump))
+    return BeamScales(noise, moving, usual, calm, at_rest, between, _tilts(sheet, rest, jump))
 
 
 def _tilts(sheet: Sheet, rest: Flags, jump: FloatArray) -> Tilts:
     """Return how far the beams part where the rod moves."""
     rows = np.flatnonzero(~rest)
     return Tilts(sheet.time[rows, 0], reaches(sheet.q[:, 0])[rows], np.abs(jump[rows]).max(axis=1))
+
+
+def _held(rest: Flags) -> Flags:
+    """Return the rows with five rows before and five from it on in one rest."""
+    windows = np.lib.stride_tricks.sliding_window_view(np.pad(rest, (4, 4)), 9)
+    return np.asarray(windows.all(axis=1))
 
 
 def reaches(q: FloatArray) -> FloatArray:

@@ -81,9 +81,10 @@ def steps_in(sheet: Sheet, own: slice, scales: BeamScales) -> list[Step]:
         return []
     apart = against_others(sheet.beams)
     jump = jumps(apart)[:n]
-    limit = np.maximum(STEP_SCALES * scales.jump, SMALLEST_STEP_M)
-    worst = (np.abs(jump) / limit).max(axis=1)
     rest, reach = resting(sheet), reaches(sheet.q[:, 0])
+    calm = np.maximum(STEP_SCALES * scales.calm, SMALLEST_STEP_M)
+    limit = np.where(_within(rest)[:, None], calm, np.maximum(STEP_SCALES * scales.jump, SMALLEST_STEP_M))
+    worst = (np.abs(jump) / limit).max(axis=1)
     found: list[Step] = []
     for row in np.flatnonzero(worst > 1.0):
         near = worst[max(0, row - 4) : row + 5]
@@ -97,8 +98,8 @@ def steps_in(sheet: Sheet, own: slice, scales: BeamScales) -> list[Step]:
         size = float(np.median(apart[behind, k]) - np.median(apart[before, k]))
         why = "" if _alone(sheet, k, before, behind, size, scales.at_rest) else NOT_ALONE
         if within and not why:
-            once = abs(apart[sharp, k] - apart[sharp - 1, k]) >= ONE_ROW * abs(size) > ONE_ROW * limit[k]
-            why = _doubt(scales.jump[k]) if once else NOT_SHARP
+            once = abs(apart[sharp, k] - apart[sharp - 1, k]) >= ONE_ROW * abs(size) > ONE_ROW * calm[k]
+            why = _doubt(float(scales.calm[k])) if once else NOT_SHARP
         elif not why:
             why = _at_movement(sheet, sharp, float(reach[sharp]), abs(size), k, scales)
         found.append(Step(sharp, k, size, why))
@@ -120,6 +121,12 @@ def _beside(rest: Flags, sharp: int) -> tuple[slice, slice, bool]:
     if sharp - begun >= REST_ROWS and left - sharp >= REST_ROWS:
         return slice(max(begun, sharp - 5), sharp), slice(sharp, min(left, sharp + 5)), True
     return slice(max(0, sharp - 5), sharp), slice(sharp, sharp + 5), False
+
+
+def _within(rest: Flags) -> Flags:
+    """Return the rows with `REST_ROWS` rows of their rest before and from it on."""
+    windows = np.lib.stride_tricks.sliding_window_view(np.pad(rest, REST_ROWS - 1), 2 * REST_ROWS - 1)
+    return np.asarray(windows.all(axis=1))
 
 
 def _alone(sheet: Sheet, k: int, before: slice, behind: slice, size: float, noise: float) -> bool:
