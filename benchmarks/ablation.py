@@ -1,0 +1,128 @@
+"""Ingredients of the diagnosis, each taken off in turn: what it is worth, on the same draws.
+
+A switch replaces one function or constant of `hexathermal.learn.diagnosis` while draws are diagnosed; nothing else
+changes. A name that is gone from the package is an error, so that no row of the table measures nothing.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from contextlib import ExitStack, contextmanager
+from functools import cached_property
+from typing import Any
+from unittest.mock import patch
+
+
+def _constant(value: Any) -> Callable[..., Any]:
+    """Return a function of anything that returns a value."""
+    return lambda *_arguments, **_named: value
+
+
+def _exact_thermometers() -> list[Any]:
+    """The law's thermometers without errors, and no sensor's parity."""
+    from hexathermal.learn.diagnosis.evidence import Base
+    from hexathermal.learn.diagnosis.search import Search
+    from hexathermal.learn.diagnosis.stage import Stage
+
+    def plain(stage: Stage) -> Base:
+        X, sd = stage._plain
+        return Base(X, sd, X.shape[1])
+
+    law_alone = cached_property(plain)
+    law_alone.__set_name__(Stage, "base")
+    return [patch.object(Stage, "base", law_alone), patch.object(Search, "_parity", _constant(0.0))]
+
+
+def _no_parity() -> list[Any]:
+    """What the other thermometers say of one is not asked."""
+    from hexathermal.learn.diagnosis.search import Search
+
+    return [patch.object(Search, "_parity", _constant(0.0))]
+
+
+def _noise_of_the_null() -> list[Any]:
+    """Every leader is scored at the noise that was fitted without it."""
+    from hexathermal.learn.diagnosis.search import Search
+
+    return [patch.object(Search, "_fit", lambda _search, _scored, begin: (begin, 0.0))]
+
+
+def _no_tolerance() -> list[Any]:
+    """The null tolerates no misfit: many rows make any trifle large."""
+    from hexathermal.learn.diagnosis import evidence
+
+    return [patch.object(evidence, "TOLERATED", 1e-6)]
+
+
+def _no_timing() -> list[Any]:
+    """Temperatures are not held against motion."""
+    from hexathermal.learn.diagnosis.timing import Timing
+
+    return [patch.object(Timing, "advantage", _constant(0.0))]
+
+
+def _no_order() -> list[Any]:
+    """The order of temperatures along the leg is not looked at."""
+    from hexathermal.learn.diagnosis.order import Order
+
+    return [patch.object(Order, "advantage", _constant(0.0))]
+
+
+def _no_threshold() -> list[Any]:
+    """A name needs better odds than nothing has, and no more."""
+    from hexathermal.learn.diagnosis import course
+
+    return [patch.object(course, "chance_threshold", _constant(0.0)), patch.object(course, "LEAST", 0.0)]
+
+
+def _white_noise() -> list[Any]:
+    """Windows are independent: no scatter of landings, no slow process, no offsets."""
+    from dataclasses import replace
+
+    from hexathermal.learn.diagnosis.channels import Channel
+
+    fitted = Channel.levels
+
+    def white(channel: Channel, theta: Any, slow_time: float) -> Any:
+        return replace(fitted(channel, theta, slow_time), landing=0.0, slow=0.0, offset=0.0)
+
+    return [patch.object(Channel, "levels", white)]
+
+
+def _no_strangers() -> list[Any]:
+    """There is nothing without a name: each misfit is a cause of the catalogue."""
+    from hexathermal.learn.diagnosis import search
+
+    return [patch.object(search, "flexible_trials", _constant(()))]
+
+
+def _no_gain_gate() -> list[Any]:
+    """A further name need not pay on runs left out."""
+    from hexathermal.learn.diagnosis import course
+
+    return [patch.object(course, "LEAST_SHARE", -float("inf"))]
+
+
+SWITCHES: dict[str, Callable[[], list[Any]]] = {
+    "the whole method": list,
+    "thermometers taken as exact": _exact_thermometers,
+    "no parity of the sensors": _no_parity,
+    "noise not fitted again for leaders": _noise_of_the_null,
+    "null without tolerance": _no_tolerance,
+    "no clocks against motion": _no_timing,
+    "no order along the leg": _no_order,
+    "no threshold by chance": _no_threshold,
+    "windows as independent": _white_noise,
+    "nothing nameless": _no_strangers,
+    "no gain gate": _no_gain_gate,
+}
+"""What is taken off, and how."""
+
+
+@contextmanager
+def without(name: str) -> Iterator[None]:
+    """Take an ingredient off for a while."""
+    with ExitStack() as stack:
+        for one in SWITCHES[name]():
+            stack.enter_context(one)
+        yield

@@ -1,0 +1,165 @@
+"""``python -m benchmarks.diagnosis``: hide effects, diagnose the folders, write what came of it into a page.
+
+Each draw is a line of the records' file; a run that was stopped goes on where it stood. ``--ablation`` diagnoses the
+first draws again with each ingredient of the method off in turn.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import os
+import platform
+import secrets
+import sys
+from collections.abc import Iterator, Sequence
+from multiprocessing import get_context
+from pathlib import Path
+
+from rich.console import Console
+from rich.progress import track
+
+from benchmarks import hidden_rates as rates
+from benchmarks.ablation import SWITCHES, without
+from benchmarks.hidden_effects import CLEAN, ONE, OUTSIDE, Outcome, outcome_of, plan
+from benchmarks.hidden_timing import Timed, timed
+
+WHOLE = next(iter(SWITCHES))
+Job = tuple[str, str, int]
+"""What is taken off, the bench, the seed."""
+
+
+def _options(arguments: Sequence[str] | None) -> argparse.Namespace:
+    parser = argparse.ArgumentParser(prog="python -m benchmarks.diagnosis", description=__doc__)
+    parser.add_argument("--draws", type=int, default=500, metavar="N", help="how many (default 500)")
+    parser.add_argument("--seed", type=int, metavar="S", help="of the draws; default: fresh, or the records' own")
+    parser.add_argument("--ablation", type=int, default=0, metavar="N", help="draws for each ingredient (default none)")
+    parser.add_argument("--processes", type=int, default=2, metavar="N", help="(default 2)")
+    parser.add_argument("--records", type=Path, default=Path("build/diagnosis.jsonl"), metavar="FILE",
+                        help="one line a draw (default build/diagnosis.jsonl)")  # fmt: skip
+    parser.add_argument("--page", type=Path, metavar="FILE", help="write the tables, as docs/diagnosis-figures.md")
+    parser.add_argument("--no-timing", action="store_true", help="leave the seconds a campaign out")
+    return parser.parse_args(arguments)
+
+
+def _judged(job: Job) -> tuple[str, Outcome]:
+    """Return the outcome of a draw with an ingredient taken off."""
+    name, bench, seed = job
+    with without(name):
+        return name, outcome_of(bench, seed)
+
+
+def recorded(file: Path) -> tuple[int | None, dict[Job, Outcome]]:
+    """Return the seed and the outcomes of a records' file; a last line that was cut off is left out."""
+    seed, found = None, {}
+    for line in file.read_text(encoding="utf-8").splitlines() if file.exists() else ():
+        try:
+            data = json.loads(line)
+        except ValueError:
+            continue
+        if "seed_of_all" in data:
+            seed = int(data["seed_of_all"])
+            continue
+        outcome = Outcome(**data["outcome"])
+        found[(str(data["without"]), outcome.bench, outcome.seed)] = outcome
+    return seed, found
+
+
+def _run(jobs: Sequence[Job], processes: int, file: Path, console: Console) -> Iterator[tuple[Job, Outcome]]:
+    """Diagnose draws that are not recorded yet, writing each as it comes."""
+    os.environ["OMP_NUM_THREADS"] = "1"
+    with get_context("spawn").Pool(processes) as pool, file.open("a", encoding="utf-8") as log:
+        told = track(pool.imap_unordered(_judged, jobs), "draws", len(jobs), console=console)
+        for name, outcome in told:
+            log.write(json.dumps({"without": name, "outcome": outcome.to_dict()}) + "\n")
+            log.flush()
+            yield (name, outcome.bench, outcome.seed), outcome
+
+
+def ablated(found: dict[Job, Outcome], count: int, draws: Sequence[tuple[str, int]]) -> str:
+    """Return the table of ingredients: what the first draws come to without each."""
+    rows = []
+    for name in SWITCHES:
+        own = [found[(name, *draw)] for draw in draws[:count] if (name, *draw) in found]
+        single, plain = rates.of_kind(own, ONE), rates.stronger(rates.of_kind(own, ONE), 0.707)
+        clean, strange = rates.of_kind(own, CLEAN), rates.of_kind(own, OUTSIDE)
+        cells = [rates.rate(single, lambda one: one.right_or_equivalent),
+                 rates.rate(plain, lambda one: one.right_or_equivalent), rates.rate(single, lambda one: one.wrong),
+                 rates.rate(clean, lambda one: bool(one.names)), rates.rate(strange, lambda one: bool(one.names)),
+                 rates.rate(strange, lambda one: one.right), rates.gain_ratio(own),
+                 rates.calibration_error(own)]  # fmt: skip
+        rows.append([name, str(len(own)), *(f"{value:.2f}" if value == value else "-" for value in cells)])
+    head = ("", "draws", "right or equivalent", "the same from 0.7", "wrong name", "named on clean", "named outside",
+            "`unexplained` outside", "gain / oracle's", "calibration error")  # fmt: skip
+    return rates.table(head, rows)
+
+
+ABOUT = """\
+# The diagnosis on hidden effects, measured
+
+{count} draws of `hexathermal.simulate.hidden`, five benches in turn, seed {seed}; only `modal` was looked at while the
+diagnosis was made. Causes, strengths (log-uniform 0.25 to 2), noise, bias of the sensors and the number of effects are
+drawn. Each campaign is a folder, diagnosed from its files with the sensors of the base law; the answer is read
+afterwards. [How it is done](diagnosis.md). Repeat:
+
+```text
+python -m benchmarks.diagnosis --draws {count} --seed {seed} --page docs/diagnosis-figures.md
+```
+
+- *Strength*: RMS of what stays visible of the effect after the law is fitted again, over the RMS of the noise.
+- *Right*: the first name is hidden. *Equivalent*: it is among the names that the diagnosis states as equivalent.
+  *Wrong*: neither.
+- *Gain*: part of the RMSE on validation runs that the extension takes away. The oracle knows the effect's shape and
+  fits its size; sums over draws in which it gains {gain:.0%} or more.
+- Intervals hold 90 %.
+"""
+
+
+def page(outcomes: Sequence[Outcome], seed: int, ablation: str, times: Sequence[Timed]) -> str:
+    """Return the page of figures."""
+    parts = [ABOUT.format(count=len(outcomes), seed=seed, gain=rates.GAIN)]
+    parts += ["## One effect, by strength\n", rates.by_strength(outcomes)]
+    parts += ["## One effect, by cause\n\nFirst name right / draws at each strength.\n", rates.by_cause(outcomes)]
+    parts += ["## By bench\n", rates.by_bench(outcomes)]
+    parts += ["## Nothing, strangers, two effects\n", rates.others(outcomes), rates.outside(outcomes)]
+    parts += ["## What a probability means\n", rates.calibration(outcomes)]
+    if ablation:
+        parts += ["## Each ingredient off in turn\n\nThe same draws for every row.\n", ablation]
+    if times:
+        rows = [
+            [one.label, str(one.rows), f"{one.seconds:.1f}", f"{1e6 * one.seconds / one.rows:.0f}"] for one in times
+        ]
+        parts += [f"## Seconds\n\nProcessor time of one core ({platform.machine()}), reading the files included.\n"]
+        parts += [rates.table(("campaign", "rows", "s", "µs a row"), rows)]
+    parts += ["## Draws that went wrong\n\nWrong or superfluous names, alarms on clean data, misses from 0.7 on; "
+              "`campaign_of(bench, seed)` of `hexathermal.simulate.hidden.drawing` repeats one.\n"]  # fmt: skip
+    return "\n".join([*parts, rates.failures(outcomes)])
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Run the draws that are missing, and write the page."""
+    options = _options(arguments)
+    console = Console(stderr=True)
+    options.records.parent.mkdir(parents=True, exist_ok=True)
+    known, found = recorded(options.records)
+    seed = next(one for one in (options.seed, known, secrets.randbits(32)) if one is not None)
+    if known is not None and seed != known:
+        console.print(f"{options.records} holds draws of seed {known}: name another file, or take it away")
+        return 1
+    if known is None:
+        options.records.write_text(json.dumps({"seed_of_all": seed}) + "\n", encoding="utf-8")
+    draws = plan(options.draws, seed)
+    jobs: list[Job] = [(WHOLE, *draw) for draw in draws]
+    jobs += [(name, *draw) for draw in draws[: options.ablation] for name in SWITCHES if name != WHOLE]
+    found |= dict(_run([job for job in jobs if job not in found], options.processes, options.records, console))
+    outcomes = [found[(WHOLE, *draw)] for draw in draws]
+    table = ablated(found, options.ablation, draws) if options.ablation else ""
+    text = page(outcomes, seed, table, () if options.no_timing else timed())
+    if options.page:
+        options.page.write_text(text, encoding="utf-8")
+    sys.stdout.write(text)
+    return int(any(one.failed for one in outcomes))
+
+
+if __name__ == "__main__":
+    sys.exit(main())
