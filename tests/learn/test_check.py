@@ -13,6 +13,8 @@ from hexathermal.cli import main
 from hexathermal.learn.campaign_files import load_campaign
 from hexathermal.learn.check import CampaignCheck, check_campaign
 from hexathermal.learn.check_cycles import cycles
+from hexathermal.learn.check_remarks import of_noise
+from hexathermal.learn.check_sums import PairSums, collinearity
 from hexathermal.learn.check_words import as_data, told_apart, warnings_of
 
 from .campaign_folders import Q0_M, SENSORS, Table, component_campaign, leg_campaign, leg_table
@@ -128,6 +130,53 @@ def test_a_cycle_of_the_room_is_seen(tmp_path: Path) -> None:
     assert found.sensor == "T1"
     assert abs(found.period - 1200.0) < 100.0
     assert abs(found.amplitude - 1.0) < 0.1
+
+
+@pytest.mark.parametrize(("driver", "period"), [("spindle_speed_rpm", 3600.0), ("", 4200.0)])
+def test_a_rhythm_of_an_input_is_no_cycle_of_the_room(tmp_path: Path, driver: str, period: float) -> None:
+    """A thermometer that follows a spindle switched on and off every hour is put down to it; one that follows a room
+    with a rhythm near the spindle's is not.
+    """
+    folder = component_campaign(tmp_path, rows=2400)
+    for run, name in enumerate(("a", "b")):
+        file = folder / "runs" / f"{name}.csv"
+        head, *lines = file.read_text().splitlines()
+        names = head.split(",")
+        rows = np.array([[float(value) for value in line.split(",")] for line in lines])
+        rng, time = np.random.default_rng(run), rows[:, 0] + 1000.0 * run
+        turning = (time % 3600.0 < 1700.0) * 5000.0
+        heat = np.sin(2.0 * np.pi * (time / period + rng.uniform()))
+        for k in range(1, len(rows) if driver else 0):
+            heat[k] = heat[k - 1] + (turning[k] / 1000.0 - heat[k - 1]) * (time[k] - time[k - 1]) / 1500.0
+        rows[:, names.index("T1_degC")] = 20.0 + heat + 0.01 * rng.standard_normal(len(rows))
+        rows[:, names.index("spindle_speed_rpm")] = turning
+        file.write_text("\n".join([head, *(",".join(map(repr, row)) for row in rows.tolist())]) + "\n")
+    (found,) = cycles(check_campaign(load_campaign(folder)))
+    assert found.input == driver
+    assert ("no cycle of the room" in found.cause) == bool(driver)
+    assert abs(found.period - period) < 0.1 * period
+
+
+def test_thermometers_without_noise_are_checked_without_a_fault() -> None:
+    """Two exact thermometers of which one is twice the other: their inflation is infinite and nothing slow is left of
+    them, the others keep finite numbers; a noisy one among exact ones is named without a factor.
+    """
+    time = np.arange(600)
+    warm = 5.0 * (1.0 - np.exp(-time / 400.0))
+    total = PairSums(4)
+    total.add_heat(np.column_stack([warm, 2.0 * warm, 4.0 * np.sin(time / 100.0), np.cos(time / 37.0)]))
+    correlation, inflation, condition, slow = collinearity([total], np.zeros(4))
+    assert np.isinf(condition)
+    assert np.isinf(inflation[:2]).all()
+    assert np.isfinite(inflation[2:]).all()
+    assert (inflation[2:] >= 1.0).all()
+    assert (slow[:2] == 0.0).all()
+    assert slow[2] > 0.1
+    assert correlation[0, 1] == pytest.approx(1.0)
+    said = of_noise(("T1", "T2", "T3"), np.array([0.0, 0.0, 0.2]))
+    assert said == ["T3: noise 0.200 K, most other sensors show none"]
+    assert of_noise(("T1", "T2", "T3"), np.array([0.0, 0.0, 5e-4])) == []
+    assert of_noise(("T1", "T2", "T3", "T4", "T5"), np.array([0.0, 0.0, 0.0, 0.05, 0.06])) == []
 
 
 def milliseconds(table: Table) -> None:
