@@ -253,8 +253,8 @@ def test_a_spread_between_legs_that_the_law_tells_is_counted_once(reference: ht.
     whole = np.array([[float(f"{value:.{digits}g}") for value in row] for row in common + np.diag(spread**2)])
 
     def sources(law: ht.LegLaw) -> Sources:
-        return default_sources(dataclasses.replace(reference, thermal=dataclasses.replace(reference.thermal,
-                                                                                          legs=(law,) * 6)))  # fmt: skip
+        thermal = dataclasses.replace(reference.thermal, legs=(law,) * 6)
+        return default_sources(dataclasses.replace(reference, thermal=thermal))
 
     told = sources(ht.LegLaw("T1", 1.99e-6, 1.09e-6, whole, spread=spread))
     untold = sources(ht.LegLaw("T1", 1.99e-6, 1.09e-6, whole))
