@@ -18,6 +18,15 @@ def _constant(value: Any) -> Callable[..., Any]:
     return lambda *_arguments, **_named: value
 
 
+def _without_parity(search: Any) -> list[Any]:
+    """The drift alone speaks, with order and clocks."""
+
+    def drift_alone(_search: Any, trial: Any, drift: float) -> float:
+        return float(drift + trial.advantage)
+
+    return [patch.object(search, "_parity", _constant(0.0)), patch.object(search, "_with_witness", drift_alone)]
+
+
 def _exact_thermometers() -> list[Any]:
     """The law's thermometers without errors, and no sensor's parity."""
     from hexathermal.learn.diagnosis.evidence import Base
@@ -30,14 +39,14 @@ def _exact_thermometers() -> list[Any]:
 
     law_alone = cached_property(plain)
     law_alone.__set_name__(Stage, "base")
-    return [patch.object(Stage, "base", law_alone), patch.object(Search, "_parity", _constant(0.0))]
+    return [patch.object(Stage, "base", law_alone), *_without_parity(Search)]
 
 
 def _no_parity() -> list[Any]:
     """What the other thermometers say of one is not asked."""
     from hexathermal.learn.diagnosis.search import Search
 
-    return [patch.object(Search, "_parity", _constant(0.0))]
+    return _without_parity(Search)
 
 
 def _noise_of_the_null() -> list[Any]:

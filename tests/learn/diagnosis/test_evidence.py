@@ -154,7 +154,9 @@ def step(*items: Ranked) -> Step:
 
 def test_nothing_is_named_below_the_threshold() -> None:
     """A ranking whose best is below the threshold is 'none', and the likelier the farther below."""
-    weak, weaker = (decided(step(ranked("creep", value), ranked("backlash", -3.0)), LEAST) for value in (5.5, 0.0))
+    weak, weaker = (
+        decided(step(ranked("creep", value), ranked("backlash", -3.0)), LEAST) for value in (LEAST - 0.5, 0.0)
+    )
     assert weak.leader is None
     assert weaker.leader is None
     assert weaker.probability > weak.probability

@@ -1,0 +1,128 @@
+"""The benchmark of the diagnosis: judges as it says, goes on where it stopped, and switches really switch."""
+
+from __future__ import annotations
+
+import json
+import sys
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+sys.path.insert(0, str(Path(__file__).parents[1]))
+
+from benchmarks import diagnosis, hidden_rates
+from benchmarks.ablation import SWITCHES, without
+from benchmarks.hidden_effects import BENCHES, CLEAN, ONE, OUTSIDE, TWO, Outcome, plan
+from benchmarks.hidden_timing import finer, longer
+from hexathermal.simulate.hidden import benches
+from hexathermal.simulate.hidden.drawing import campaign_of
+
+CREEP = Outcome("quiet", 1, ["creep"], [1.0], "effect", ["creep"], [], 0.99, 0.4, 0.3, 0.4, 0.28, 0.27, 5.0, 1000, 6.0)
+CLEARED = replace(CREEP, causes=[], strengths=[], verdict="none", names=[], after=0.4, oracle_after=0.4)
+
+
+def test_all_benches_take_turns() -> None:
+    """A plan holds every bench of the generator, equally often, and repeats for its seed."""
+    assert set(BENCHES) == set(benches.found())
+    draws = plan(50, 7)
+    assert draws == plan(50, 7)
+    assert draws[:20] == plan(20, 7)
+    assert {name: [bench for bench, _ in draws].count(name) for name in BENCHES} == dict.fromkeys(BENCHES, 10)
+    assert len({seed for _, seed in draws}) == 50
+
+
+def test_outcomes_are_judged_as_they_are() -> None:
+    """Right, wrong, equivalent, pair, a name too many: each is told from the others."""
+    assert (CREEP.kind, CREEP.right, CREEP.wrong, CREEP.pair, CREEP.extra) == (ONE, True, False, True, False)
+    other = replace(CREEP, names=["backlash"])
+    assert (other.right, other.right_or_equivalent, other.wrong, other.extra) == (False, False, True, True)
+    stated = replace(other, equivalent=["creep"])
+    assert (stated.right, stated.right_or_equivalent, stated.wrong) == (False, True, False)
+    more = replace(CREEP, names=["creep", "zero-jump"])
+    assert (more.right, more.wrong, more.pair, more.extra) == (True, False, False, True)
+    two = replace(CREEP, causes=["backlash", "creep"], strengths=[1.0, 0.5])
+    assert (two.kind, two.right, two.pair, two.strength) == (TWO, True, False, 0.5)
+    assert replace(two, names=["creep", "backlash"]).pair
+    stranger = replace(CREEP, causes=["outside: kink"])
+    assert (stranger.kind, stranger.right, stranger.wrong) == (OUTSIDE, False, True)
+    assert replace(stranger, verdict="unexplained", names=[]).right
+    assert (CLEARED.kind, CLEARED.right, replace(CLEARED, verdict="unexplained").right) == (CLEAN, True, False)
+
+
+def test_gain_is_held_against_the_oracle() -> None:
+    """A quarter of 0.4 um gained where the truth gains 0.3 of it is 0.83 of the oracle's; clean draws do not count."""
+    assert hidden_rates.gain_ratio([CREEP, CLEARED]) == pytest.approx(0.25 / 0.3)
+    assert not hidden_rates.worse(CREEP)
+    assert hidden_rates.worse(replace(CREEP, after=0.41))
+
+
+def test_calibration_is_the_distance_to_the_rate() -> None:
+    """Three of four right at 0.99 is an error of 0.24; all right at 1.0 is none."""
+    draws = [CREEP] * 3 + [replace(CREEP, names=["backlash"])]
+    assert hidden_rates.calibration_error(draws) == pytest.approx(0.24)
+    assert hidden_rates.calibration_error([replace(CREEP, probability=1.0)] * 5) == 0.0
+
+
+def test_the_page_tells_failures_with_their_seed() -> None:
+    """A wrong name, an alarm and an error stand in the page with bench and seed; a right name does not."""
+    wrong = replace(CREEP, seed=111, names=["backlash"])
+    alarm = replace(CLEARED, seed=222, verdict="effect", names=["zero-drift"])
+    broken = replace(CREEP, seed=333, verdict="failed", names=[], failed="ArgumentError: no")
+    text = diagnosis.page([CREEP, wrong, alarm, broken], 5, "", ())
+    told = text.split("## Draws that went wrong")[1]
+    assert all(f"quiet {seed}" in told for seed in (111, 222, 333))
+    assert "quiet 1:" not in told
+    assert "nan" not in text
+
+
+def test_records_go_on_where_they_stopped(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Draws on record are not diagnosed again, a line cut off is, and another seed is refused."""
+    file, page = tmp_path / "records.jsonl", tmp_path / "page.md"
+    draws = plan(4, 9)
+    lines = [json.dumps({"seed_of_all": 9})]
+    lines += [json.dumps({"without": diagnosis.WHOLE, "outcome": replace(CREEP, bench=bench, seed=seed).to_dict()})
+              for bench, seed in draws[:2]]  # fmt: skip
+    file.write_text("\n".join(lines) + '\n{"without": "the wh', encoding="utf-8")
+    asked: list[diagnosis.Job] = []
+
+    def instead(jobs: list[diagnosis.Job], *_rest: object) -> list[tuple[diagnosis.Job, Outcome]]:
+        asked.extend(jobs)
+        return [(job, replace(CREEP, bench=job[1], seed=job[2])) for job in jobs]
+
+    monkeypatch.setattr(diagnosis, "_run", instead)
+    words = ["--draws", "4", "--records", str(file), "--page", str(page), "--no-timing"]
+    assert diagnosis.main(words) == 0
+    assert [job[1:] for job in asked] == draws[2:]
+    assert "4 draws" in page.read_text(encoding="utf-8")
+    assert diagnosis.main([*words, "--seed", "10"]) == 1
+
+
+@pytest.mark.parametrize("name", sorted(SWITCHES))
+def test_switches_replace_what_is_there_and_put_it_back(name: str) -> None:
+    """Every switch but the first changes a function or a constant of the package, and leaves it as it was."""
+    from hexathermal.learn.diagnosis import course, deciding, evidence, search, stage, timing
+    from hexathermal.learn.diagnosis.channels import Channel
+    from hexathermal.learn.diagnosis.order import Order
+
+    def state() -> list[object]:
+        places = (course, deciding, evidence, search, search.Search, stage.Stage, timing.Timing, Order, Channel)
+        return [dict(vars(place)) for place in places]
+
+    before = state()
+    with without(name):
+        assert (state() == before) == (name == diagnosis.WHOLE)
+    assert state() == before
+
+
+def test_finer_and_longer_campaigns_are_the_same_physics() -> None:
+    """Four times the rows keep start, end, and every fourth row; twice the runs have twice the names."""
+    truth, _ = campaign_of("rough", 3, causes=())
+    fine, long = finer(truth, 4), longer(truth, 2)
+    for one, other in zip(truth.runs, fine.runs, strict=True):
+        assert len(other.time) == 4 * (len(one.time) - 1) + 1
+        np.testing.assert_allclose(other.time[::4], one.time, atol=1e-9)
+        np.testing.assert_allclose(other.temperatures[::4], one.temperatures, atol=1e-9)
+        assert other.inputs.shape == (len(other.time), one.inputs.shape[1])
+    assert len({run.name for run in long.runs}) == 2 * len(truth.runs)

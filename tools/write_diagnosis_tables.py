@@ -1,0 +1,76 @@
+"""Write the tables of docs/diagnosis.md from the code: ``python tools/write_diagnosis_tables.py``."""
+
+from __future__ import annotations
+
+import sys
+from importlib import import_module
+from pathlib import Path
+
+from hexathermal.learn.diagnosis.causes import catalogue
+
+PAGE = Path(__file__).resolve().parents[1] / "docs" / "diagnosis.md"
+
+CONSTANTS = {
+    "view": ("EDGES_S", "LONGEST_S", "SMOOTHED_S", "LONGER_S", "MOST_WINDOWS"),
+    "channels": ("SLOW_TIMES", "LOWEST", "SPREAD"),
+    "sensor_model": (
+        "FEWEST_OTHERS",
+        "MOST_PROFILES",
+        "BIAS_K",
+        "AIR_SHARE",
+        "WIDER",
+        "PARITY_WINDOW_S",
+        "SLOW_PARITY_S",
+    ),
+    "search": ("LEADERS", "BYSTANDERS", "USUAL", "MOST_PARITY", "FOLLOWED"),
+    "evidence": ("RHO", "TOLERATED"),
+    "order": ("PROFILES", "FEWEST", "HEAVY", "MOST"),
+    "timing": ("TIMES_S", "GRID_S", "PROFILES", "SHARE", "TOLERANCE_S", "MOST"),
+    "chance": ("DRAWS", "FALSE_ALARMS"),
+    "deciding": ("NAMED_PRIOR", "SHAPE_ERROR", "LEAST", "NAME_LEAD", "NAME_SHARE", "EQUIVALENT"),
+    "course": ("MOST_EFFECTS", "LEAST_SHARE", "FEWEST_WINDOWS", "FEWEST_RUNS"),
+    "stage": ("LARGEST",),
+    "limits": ("CLOSE",),
+}
+"""Numbers of the method that a reader may want to know, by their module."""
+
+
+def _told(value: object) -> str:
+    """Return a number, or several."""
+    items = list(value) if hasattr(value, "__iter__") else [value]
+    return ", ".join(f"{item:g}" for item in items)
+
+
+def constants_table() -> str:
+    """Return the numbers of the method."""
+    lines = ["| module | numbers |", "|---|---|"]
+    for name, wanted in CONSTANTS.items():
+        module = import_module(f"hexathermal.learn.diagnosis.{name}")
+        lines.append(f"| `{name}` | " + " · ".join(f"`{one}` {_told(getattr(module, one))}" for one in wanted) + " |")
+    return "\n".join(lines) + "\n"
+
+
+def catalogue_table() -> str:
+    """Return the catalogue: physics, signature, parameters, what it is confused with, and the experiment."""
+    lines = ["| cause | physics | signature | parameters: what is known before | confused with | what decides |",
+             "|---|---|---|---|---|---|"]  # fmt: skip
+    for name, module in catalogue().items():
+        cause = module.CAUSE
+        known = "; ".join(f"`{one.name}` [{one.unit}]: {one.prior}" for one in cause.parameters)
+        alike = ", ".join(cause.confused_with)
+        lines.append(f"| `{name}` | {cause.physics} | {cause.signature} | {known} | {alike} | {cause.experiment} |")
+    return "\n".join(lines) + "\n"
+
+
+def written(text: str) -> str:
+    """Return the page with its tables as the code has them."""
+    for name, table in (("catalogue", catalogue_table()), ("constants", constants_table())):
+        begin, end = f"<!-- {name}: tools/write_diagnosis_tables.py -->\n", f"<!-- end of {name} -->"
+        before, rest = text.split(begin, 1)
+        text = f"{before}{begin}{table}{end}{rest.split(end, 1)[1]}"
+    return text
+
+
+if __name__ == "__main__":
+    PAGE.write_text(written(PAGE.read_text(encoding="utf-8")), encoding="utf-8")
+    sys.stdout.write(f"{PAGE} written\n")
