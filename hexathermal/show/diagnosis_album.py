@@ -68,7 +68,7 @@ def _run(found: Diagnosis, run: RunResidual, name: str) -> Picture:
     left = _left(found, run)
     drift = run.measured * 1e6
     alt = (
-        f"Run {run.run}, {fitted}: over {run.time[-1] / 3600.0:.1f} hours the measured drift goes from "
+        f"Run {run.run}, {fitted}: over {np.ptp(run.time) / 3600.0:.1f} hours the measured drift goes from "
         f"{np.nanmin(drift):.2f} to {np.nanmax(drift):.2f} µm. {left}"
     )
     caption = f"{run.run} ({fitted}), means of windows. {left}"
@@ -98,7 +98,7 @@ def _runs(found: Diagnosis, runs: list[RunResidual]) -> Picture:
 
 def _signal(found: Diagnosis, name: str) -> Picture:
     """Return the picture of the residual against one signal."""
-    label = signal_words(name, found.law.sensors[0])[0]
+    label = signal_words(name, found.law)[0]
     signal, before, after = along.pooled(found, name)
     share = 100.0 * along.binned(signal, before)[2]
     said = f"the means hold {share:.0f} % of the residual's variance"
@@ -146,5 +146,5 @@ def _noise(found: Diagnosis) -> Picture:
         f"Noise: white {noise.white * 1e6:.3f}, landings {noise.landing * 1e6:.3f}, slow {noise.slow * 1e6:.3f}, "
         f"zero of a run {noise.offset * 1e6:.3f} µm."
     )
-    caption = "Parts of the noise, and what is left on runs for validation: no law can come below the noise."
+    caption = "Parts of the noise, and what is left on runs for validation. A law that leaves only noise is done."
     return Picture("noise", alt, caption, partial(figures.noise_figure, found))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from textwrap import fill
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -33,7 +34,8 @@ def ranking_figure(found: Diagnosis, width: float) -> Figure:
 
     shown = found.candidates
     with mpl.rc_context(LOOK):
-        figure, axes = _lying(width, len(shown))
+        names = [_wrapped(one.cause, one.target, width) for one in shown]
+        figure, axes = _lying(width, len(shown), 0.36 if any("\n" in name for name in names) else 0.27)
         for k, one in enumerate(shown):
             named = k < len(found.effects)
             axes.barh(k, max(one.evidence, 0.0), height=0.62, color=VERMILION if named else GREY)
@@ -43,8 +45,9 @@ def ranking_figure(found: Diagnosis, width: float) -> Figure:
         axes.axvline(found.threshold, color=BLACK, ls=":", lw=1.2)
         axes.annotate(f"a name needs {found.threshold:.1f}", (found.threshold, 1.0), (3, 3), va="bottom", fontsize=8.0,
                       xycoords=("data", "axes fraction"), textcoords="offset points")  # fmt: skip
-        axes.set_yticks(range(len(shown)), [_wrapped(one.cause, one.target, width) for one in shown])
-        axes.set_xlim(0.0, 1.22 * max(found.threshold, *(one.evidence for one in shown)))
+        axes.set_yticks(range(len(shown)), names)
+        room = 1.22 if width > NARROW_IN else 1.55
+        axes.set_xlim(0.0, room * max(found.threshold, *(one.evidence for one in shown)))
         axes.set_xlabel("evidence (natural logarithm)")
     return figure
 
@@ -55,10 +58,9 @@ def _beyond(evidence: float, threshold: float) -> float:
 
 
 def _wrapped(cause: str, target: str | None, width: float) -> str:
-    """Return a cause with its target, short enough for a phone."""
+    """Return a cause with its target, in lines that leave room for the bars."""
     text = cause if target is None or target in cause else f"{cause}, {target}"
-    longest = 40 if width > NARROW_IN else 24
-    return text if len(text) <= longest else f"{text[: longest - 1]}…"
+    return fill(text, 42 if width > NARROW_IN else 22, break_on_hyphens=False)
 
 
 def gain_figure(found: Diagnosis, width: float) -> Figure:

@@ -12,6 +12,7 @@ from hexathermal.show import diagnosis_album as album
 from hexathermal.show import diagnosis_sections as sections
 from hexathermal.show.commands import Progress
 from hexathermal.show.diagnosis_page import page
+from hexathermal.show.diagnosis_words import sentences
 
 PAGE, NUMBERS = "report.html", "diagnosis.json"
 
@@ -27,9 +28,9 @@ def report_page(found: Diagnosis, drawn: dict[str, str]) -> str:
     """
     title = found.title or "campaign without a title"
     return page(
-        f"Diagnosis: {title}", f"Diagnosis of {title}, law of {' + '.join(found.law.sensors)}", found.sentence,
+        f"Diagnosis: {title}", f"Diagnosis of {title}, law of {' + '.join(found.law.sensors)}", sentences(found)[0],
         sections.opening(found), sections.all_sections(found, drawn),
-        f"In the first sentence, ± is one standard uncertainty. Made by hexathermal; all numbers stand in {NUMBERS}.",
+        f"In the sentences at the top, ± is one standard uncertainty. All numbers stand in {NUMBERS}, by hexathermal.",
     )  # fmt: skip
 
 

@@ -35,6 +35,12 @@ def changed(found: Diagnosis) -> bool:
     return found.extended.extended
 
 
+def _hours(found: Diagnosis, run: RunResidual) -> FloatArray:
+    """Return hours since the run began: the times of a campaign with one zero count from its first run."""
+    begin = 0.0 if found.law.zero == "run" else float(run.time[0])
+    return np.asarray((run.time - begin) / 3600.0)
+
+
 def _style(found: Diagnosis) -> str:
     """Return the line of the law: dashed where there is another beside it."""
     return "--" if changed(found) else "-"
@@ -55,7 +61,7 @@ def run_figure(found: Diagnosis, run: RunResidual, width: float) -> Figure:
     with mpl.rc_context(LOOK):
         figure = Figure(figsize=(width, 4.3 if width > NARROW_IN else 4.6), layout="constrained")
         top, bottom = figure.subplots(2, 1, sharex=True, height_ratios=[1.15, 1.0])
-        hours = run.time / 3600.0
+        hours = _hours(found, run)
         top.plot(hours, run.measured * 1e6, ".", color=BLACK, ms=3.0, label="measured")
         style = _style(found)
         top.plot(*_broken(hours, (run.measured - run.before) * 1e6), color=VERMILION, ls=style, lw=1.3, label="law")
@@ -83,7 +89,7 @@ def runs_figure(found: Diagnosis, runs: Sequence[RunResidual], width: float) -> 
         figure = Figure(figsize=(width, 0.75 + 1.25 * lines), layout="constrained")
         panels = figure.subplots(lines, columns, sharex=True, sharey=True, squeeze=False)
         for axes, run in zip(panels.ravel(), runs, strict=False):
-            hours = run.time / 3600.0
+            hours = _hours(found, run)
             axes.axhline(0.0, color=GREY, lw=0.7)
             axes.plot(*_broken(hours, run.before * 1e6), color=VERMILION, ls=_style(found), lw=1.0, label="law")
             if changed(found):
@@ -157,7 +163,7 @@ def signal_figure(found: Diagnosis, name: str, width: float) -> Figure:
     import matplotlib as mpl
     from matplotlib.figure import Figure
 
-    label, unit, factor = signal_words(name, found.law.sensors[0])
+    label, unit, factor = signal_words(name, found.law)
     signal, before, after = pooled(found, name)
     both = [("law", before, VERMILION)] + ([("extended law", after, BLUE)] if changed(found) else [])
     with mpl.rc_context(LOOK):
@@ -191,6 +197,7 @@ def _cloud(axes: Axes, x: FloatArray, y: FloatArray, colour: str, name: str) -> 
     if name == "since_move":
         axes.set_xscale("function", functions=(_root, np.square))
         axes.set_xticks([minute for minute in MINUTES if minute <= 1.05 * float(x.max())])
+        axes.set_xlim(0.0, 1.05 * float(x.max()))
     axes.plot((x + spread)[thin], y[thin], "o", color=colour, ms=2.2, mec="none", alpha=0.45)
     middle, mean, _share = binned(x, y)
-    axes.plot(middle, mean, "-" if not sided else "", color=BLACK, lw=1.2, marker="o", ms=4.0)
+    axes.plot(middle, mean, ls="none" if sided else "-", color=BLACK, lw=1.2, marker="o", ms=4.5 if sided else 4.0)

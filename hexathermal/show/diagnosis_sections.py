@@ -10,18 +10,19 @@ from hexathermal.show.diagnosis_page import facts, paragraph, section, table, te
 from hexathermal.show.diagnosis_tables import probability, visible_words
 from hexathermal.show.diagnosis_words import (
     VERDICTS,
+    effect_rows,
     gain_words,
     how_apart,
     noise_rows,
     odds,
-    parameter,
     percent,
+    sentences,
     settings_words,
 )
 
 
 def opening(found: Diagnosis) -> str:
-    """Return the key figures."""
+    """Return what stands under the first sentence: further causes, key figures, notes."""
     pairs = [("Verdict", VERDICTS[found.verdict], f"probability {probability(found.probability)}")]
     if found.gain is not None:
         one = found.gain.total
@@ -36,7 +37,8 @@ def opening(found: Diagnosis) -> str:
     roles = [run.role for run in found.residuals]
     pairs.append(("Runs", f"{len(roles)}", f"{roles.count('identification')} fitted, {roles.count('validation')} not"))
     notes = "".join(paragraph(f"Note: {note}.", "note") for note in found.notes)
-    return facts(pairs) + notes
+    others = "".join(paragraph(words) for words in sentences(found)[1:])
+    return others + facts(pairs) + notes
 
 
 def all_sections(found: Diagnosis, drawn: dict[str, str]) -> list[tuple[str, str, str]]:
@@ -75,7 +77,7 @@ def _finding(found: Diagnosis) -> str:
             if found.follows
             else []
         )
-        return "".join([*(_effect(one) for one in found.effects), *left])
+        return "".join([*(_effect(one, found.law.kind) for one in found.effects), *left])
     if found.verdict == "none":
         return paragraph(
             "Every cause of the catalogue was tried, and none explains these measurements better than chance could. "
@@ -83,17 +85,15 @@ def _finding(found: Diagnosis) -> str:
         )
     return paragraph(
         f"What is left {found.follows} more than chance could make it, but none of the seventeen causes of the "
-        "catalogue explains that. Look at the pictures of that signal, and at what changes with it on the bench: it is real, and "
-        "it is not noise. The law was left as it is."
+        "catalogue explains that. Look at the pictures of that signal, and at what changes with it on the bench: it is "
+        "real, and it is not noise. The law was left as it is."
     )
 
 
-def _effect(one: Effect) -> str:
+def _effect(one: Effect, kind: str) -> str:
     """Return one cause that was named."""
     cause = catalogue()[one.cause].CAUSE
-    shown = [parameter(name, quantity) for name, quantity in one.parameters.items()]
-    rows = [(item.name, *item.cells, item.unit or "-") for item in shown]
-    rows += [(name.replace("_", " "), str(value), "-", "-", "-") for name, value in one.settings.items()]
+    rows = effect_rows(one, kind)
     head = ("parameter", "value>", "standard uncertainty>", "95 % interval", "unit")
     where = f", {one.target}" if one.target else ""
     alike = (
@@ -166,8 +166,8 @@ def _signals(found: Diagnosis, drawn: dict[str, str]) -> str:
     return (
         paragraph(
             "Each dot is a window of a run, black points are means of parts of equal count. Signals move together in "
-            "any campaign: a leg that moves warms, and time runs on. A residual that follows one of them here does not yet "
-            "make that its cause; the ranking weighs all of them against each other on the same data."
+            "any campaign: a leg that moves warms, and time runs on. A residual that follows one of them here does "
+            "not yet make that its cause; the ranking weighs all of them against each other on the same data."
         )
         + drawn["signals"]
     )
@@ -198,8 +198,8 @@ def _next(found: Diagnosis) -> str:
     if not found.experiments:
         return paragraph("No experiment is proposed.")
     items = "".join(
-        f"<li>{text(one.words)}<small>{text('Tells apart: ' + ', '.join(one.causes))}; promised separation "
-        f"{one.separation:.1f} of log evidence, odds {odds(one.separation)}.</small></li>"
+        f"<li>{text(one.words)}<small>Tells apart: {text(', '.join(dict.fromkeys(one.causes)))}; promised "
+        f"separation {one.separation:.1f} of log evidence, odds {odds(one.separation)}.</small></li>"
         for one in found.experiments
     )
     return (

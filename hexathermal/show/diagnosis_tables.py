@@ -11,10 +11,10 @@ from rich.table import Table
 
 from hexathermal.learn.diagnosis.result import Candidate, Diagnosis
 from hexathermal.show.diagnosis_words import (
+    effect_rows,
     how_apart,
     noise_rows,
     odds,
-    parameter,
     rounded,
     settings_words,
     span,
@@ -59,10 +59,7 @@ def effects_table(found: Diagnosis, pretty: bool) -> Table:
     table = framed(pretty, "named", "target", "parameter", "value>", "standard\nuncertainty>", "95 % interval", "unit",
                    "probability>", "as likely", "joins\nthe law")  # fmt: skip
     for one in found.effects:
-        shown = [parameter(name, quantity) for name, quantity in one.parameters.items()]
-        rows = [(item.name, *item.cells, item.unit) for item in shown]
-        rows += [(name.replace("_", " "), str(value), "-", "-", "") for name, value in one.settings.items()]
-        for k, row in enumerate(rows or [("-", "-", "-", "-", "")]):
+        for k, row in enumerate(effect_rows(one, found.law.kind) or [("-",) * 5]):
             head = (one.cause, one.target or "-") if k == 0 else ("", "")
             tail = (probability(one.probability), ", ".join(one.equivalent) or "none other",
                     "yes" if one.joined else "no") if k == 0 else ("", "", "")  # fmt: skip
@@ -90,7 +87,9 @@ def experiments_table(found: Diagnosis, pretty: bool) -> Table:
     """Return what to measure next and what it promises."""
     table = framed(pretty, "next", "experiment", "tells apart", "promised\nlog>", "odds")
     for k, one in enumerate(found.experiments):
-        table.add_row(f"{k + 1}", one.words, ", ".join(one.causes), f"{one.separation:.1f}", odds(one.separation))
+        table.add_row(
+            f"{k + 1}", one.words, ", ".join(dict.fromkeys(one.causes)), f"{one.separation:.1f}", odds(one.separation)
+        )
     return table
 
 

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from hexathermal.learn.diagnosis.result import Diagnosis, Effect, Quantity
+    from hexathermal.learn.law import IdentifiedLaw
 
 COVERAGE = 1.96
 """Half of a 95 % interval over the standard uncertainty."""
@@ -27,7 +28,7 @@ ENDINGS = ("_per_K2", "_um_per_K", "_um_per_h", "_K_per_h", "_per_K", "_um", "_m
 """Of a parameter's name: the unit, which is shown apart."""
 
 SIGNALS = {
-    "time": ("time since the run began", "h", 1.0 / 3600.0),
+    "time": ("time since the {zero} began", "h", 1.0 / 3600.0),
     "q": ("displacement of the rod", "mm", 1e3),
     "direction": ("direction of the last move", "", 1.0),
     "dT": ("temperature of {sensor} since the zero", "K", 1.0),
@@ -69,8 +70,10 @@ class Shown:
         return (rounded(self.value, self.std), rounded(self.std, self.std), span(self.value, self.std))
 
 
-def parameter(name: str, quantity: Quantity) -> Shown:
+def parameter(name: str, quantity: Quantity, kind: str = "leg") -> Shown:
     """Return a parameter in a unit that people measure in.
+
+    A part without a stroke has no length that a temperature acts on: its coefficients are lengths for a kelvin.
 
     Examples
     --------
@@ -79,6 +82,8 @@ def parameter(name: str, quantity: Quantity) -> Shown:
     ('2.000', '0.010', '1.980 to 2.020')
     """
     unit, factor = UNITS.get(quantity.unit, (quantity.unit, 1.0))
+    if kind != "leg":
+        unit = unit.replace("/m/K", "/K")
     if quantity.unit == "s" and abs(quantity.value) >= 120.0:
         unit, factor = "min", 1.0 / 60.0
     bare = next((name.removesuffix(one) for one in ENDINGS if name.endswith(one)), name)
@@ -116,6 +121,14 @@ def percent(part: float) -> str:
     ('0', '21')
     """
     return f"{round(100.0 * part) + 0:d}" if math.isfinite(part) else "-"
+
+
+def effect_rows(effect: Effect, kind: str) -> list[tuple[str, ...]]:
+    """Return the parameters of a cause: name, value, standard uncertainty, 95 % interval, unit."""
+    shown = [parameter(name, quantity, kind) for name, quantity in effect.parameters.items()]
+    rows: list[tuple[str, ...]] = [(one.name, *one.cells, one.unit or "-") for one in shown]
+    kept = {name: value for name, value in effect.settings.items() if name not in HIDDEN}
+    return rows + [(name.replace("_", " "), str(value), "-", "-", "-") for name, value in kept.items()]
 
 
 def settings_words(settings: Mapping[str, Any]) -> str:
@@ -193,10 +206,10 @@ def how_apart(separation: float) -> str:
     return "not at all" if separation < 1.0 else "barely" if separation < 3.0 else "weakly"
 
 
-def signal_words(name: str, sensor: str) -> tuple[str, str, float]:
+def signal_words(name: str, law: IdentifiedLaw) -> tuple[str, str, float]:
     """Return what a signal of a residual is called, its unit and its factor; others are recorded inputs."""
     words, unit, factor = SIGNALS.get(name, (f"recorded input {name}", "", 1.0))
-    return words.format(sensor=sensor), unit, factor
+    return words.format(sensor=law.sensors[0], zero=law.zero), unit, factor
 
 
 def visible_std(effect: Effect) -> float:
@@ -224,6 +237,11 @@ def noise_rows(found: Diagnosis) -> list[tuple[str, float, str]]:
         ("slow", noise.slow, f"wanders within about {duration(noise.slow_time)}"),
         ("zero of a run", noise.offset, "shifts a whole run, from the noise of its first row"),
     ]
+
+
+def sentences(found: Diagnosis) -> list[str]:
+    """Return the finding: one sentence, and one for each further cause."""
+    return [one.sentence for one in found.effects] or [found.sentence]
 
 
 def gain_words(found: Diagnosis) -> str:

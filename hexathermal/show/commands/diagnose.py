@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 from hexathermal.errors import ArgumentError
 from hexathermal.show.commands import Answer, Progress, add_json
 from hexathermal.show.commands.identify import free
+from hexathermal.show.hexapod_answers import is_hexapod_campaign
 from hexathermal.show.options import EXIT_CODES, STYLE, path
 from hexathermal.show.outputs import protect
 
@@ -81,6 +82,11 @@ def run(arguments: argparse.Namespace, progress: Progress) -> Answer:
     from hexathermal.predict.table_writing import refuse_no_place
     from hexathermal.show.diagnosis_tables import diagnosis_facts
 
+    if is_hexapod_campaign(arguments.campaign):
+        raise ArgumentError(
+            "this campaign is of kind 'hexapod'; one leg or component is diagnosed so far, not six legs together: "
+            "diagnose the bench campaign of each leg, and see 'hexathermal validate' for the whole machine"
+        )
     names = _names(arguments)
     if arguments.report is not None:
         refuse_no_place(arguments.report)
@@ -132,12 +138,7 @@ def _refuse_extended(arguments: argparse.Namespace) -> None:
 
 
 def _refuse_other_kind(campaign: Campaign, law: IdentifiedLaw | None) -> None:
-    """Refuse a campaign that cannot be diagnosed, and a law of another kind."""
-    if campaign.kind not in ("leg", "component"):
-        raise ArgumentError(
-            f"this campaign is of kind {campaign.kind!r}; one leg or component is diagnosed so far, not six legs "
-            "together: diagnose the bench campaign of each leg, and see 'hexathermal validate' for the whole machine"
-        )
+    """Refuse a law of another kind."""
     if law is not None and law.kind != campaign.kind:
         raise ArgumentError(
             f"the law is of kind {law.kind!r}, the campaign of kind {campaign.kind!r}; give a law of this campaign, or "
@@ -148,10 +149,10 @@ def _refuse_other_kind(campaign: Campaign, law: IdentifiedLaw | None) -> None:
 def _shown(found: Diagnosis) -> list[Any]:
     """Return texts and tables, the finding first."""
     from hexathermal.show import diagnosis_tables as tables
-    from hexathermal.show.diagnosis_words import gain_words
+    from hexathermal.show.diagnosis_words import gain_words, sentences
     from hexathermal.show.identification_tables import gain_table
 
-    texts: list[Any] = [found.sentence, _summary(found)]
+    texts: list[Any] = ["\n".join(sentences(found)), _summary(found)]
     if found.effects:
         texts.append(lambda pretty, _: tables.effects_table(found, pretty))
     texts.append(lambda pretty, _: tables.ranking_table(found, pretty))

@@ -1,0 +1,231 @@
+"""The report of a diagnosis: one file, nothing from elsewhere, said in words too, in both colour schemes."""
+
+from __future__ import annotations
+
+import base64
+import json
+import re
+import shutil
+from collections.abc import Iterator
+from html.parser import HTMLParser
+from itertools import pairwise
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from hexathermal.learn.diagnosis.result import Diagnosis
+from hexathermal.show.diagnosis_album import pictures_of
+from hexathermal.show.diagnosis_pictures import BLACK, DARK, PAPER, WIDE_IN, themed_svg
+from hexathermal.show.diagnosis_report import report_page, write_report
+from hexathermal.show.diagnosis_run_figures import binned, runs_figure
+from hexathermal.show.diagnosis_tables import diagnosis_facts
+from tests.show.drawn_diagnoses import drawn
+
+CASES: dict[str, Any] = {
+    "effect": {}, "none": {"verdict": "none"}, "unexplained": {"verdict": "unexplained", "kind": "component"},
+    "no proof": {"held": False},
+    "bare": {"verdict": "unexplained", "held": False, "limits": (), "confusions": (), "experiments": (), "notes": (),
+             "title": ""},
+}  # fmt: skip
+
+
+class Page(HTMLParser):
+    """Collects tags, headings and what a page says; refuses tags that are not closed."""
+
+    VOID = ("meta", "link", "img", "source", "br")
+
+    def __init__(self, text: str) -> None:
+        super().__init__()
+        self.open: list[str] = []
+        self.tags: list[tuple[str, dict[str, str | None]]] = []
+        self.said: list[tuple[str, str]] = []
+        self.feed(text)
+        assert not self.open
+
+    def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
+        self.tags.append((tag, dict(attrs)))
+        if tag not in self.VOID:
+            self.open.append(tag)
+
+    def handle_endtag(self, tag: str) -> None:
+        assert self.open.pop() == tag
+
+    def handle_data(self, data: str) -> None:
+        if self.open and data.strip():
+            self.said.append((self.open[-1], data))
+
+    def of(self, *names: str) -> list[dict[str, str | None]]:
+        return [attributes for tag, attributes in self.tags if tag in names]
+
+
+def words_only(found: Diagnosis) -> str:
+    """Return the page with a stand-in for each group of pictures."""
+    return report_page(found, {name: f"<i>{name}</i>" if group else "" for name, group in pictures_of(found).items()})
+
+
+@pytest.fixture(scope="module")
+def report(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Path]:
+    """The folder of a report with an effect."""
+    folder = tmp_path_factory.mktemp("report") / "diagnosis"
+    found = drawn()
+    write_report(found, diagnosis_facts(found), folder, lambda *_: None)
+    yield folder
+    shutil.rmtree(folder)
+
+
+@pytest.mark.parametrize("case", CASES)
+def test_every_verdict_makes_a_sound_page(case: str) -> None:
+    """Each verdict, with and without runs for validation: tags close, headings step down by one, links lead to ids."""
+    found = drawn(**CASES[case])
+    page = Page(words_only(found))
+    levels = [int(tag[1]) for tag, _ in page.tags if re.fullmatch(r"h\d", tag)]
+    assert levels[0] == 1
+    assert levels.count(1) == 1
+    assert all(after - before <= 1 for before, after in pairwise(levels))
+    ids = [attributes["id"] for _, attributes in page.tags if "id" in attributes]
+    assert len(ids) == len(set(ids))
+    assert {str(link["href"])[1:] for link in page.of("a")} <= set(ids)
+    assert all("scope" in head for head in page.of("th"))
+    assert len(page.of("caption")) == len(page.of("table"))
+    assert page.of("html") == [{"lang": "en"}]
+    assert not re.search(r"\bnan\b|None|\binf\b", " ".join(text for tag, text in page.said if tag != "style"))
+
+
+def test_the_finding_stands_first() -> None:
+    """Before any other paragraph the page says the sentence of the diagnosis."""
+    page = Page(words_only(drawn()))
+    assert next(text for tag, text in page.said if tag == "p") == "The residual is backlash of 0.31 ± 0.01 µm."
+
+
+def test_names_of_runs_cannot_become_tags() -> None:
+    """A title and a run with angle brackets are shown as they are, in words and in alternative texts."""
+    found = drawn()
+    page = Page(words_only(found))
+    assert not page.of("b")
+    assert any(text == 'Diagnosis of bench <1> & "more", law of T07' for _, text in page.said)
+    assert Page(pictures_of(found)["fitted"][0].drawn(Path("/dev/null"))).of("b") == []
+
+
+def test_nothing_is_loaded_from_elsewhere(report: Path) -> None:
+    """Pictures are inside the page, no script and no address of a network."""
+    page = Page((report / "report.html").read_text(encoding="utf-8"))
+    assert not page.of("script", "iframe", "object")
+    for attributes in page.of("img", "source", "link"):
+        for name in ("src", "srcset", "href"):
+            assert (attributes.get(name) or "data:").startswith("data:")
+    assert not re.search(r"url\(|@import", " ".join(text for tag, text in page.said if tag == "style"))
+
+
+def test_every_picture_says_what_it_shows(report: Path) -> None:
+    """Each has an alternative text with numbers, a caption, a narrow variant, and its PNG beside the page."""
+    page = Page((report / "report.html").read_text(encoding="utf-8"))
+    pictures, names = page.of("img"), [str(one["id"]) for one in page.of("figure")]
+    assert len(pictures) == len(names) == len(page.of("figcaption")) == len(page.of("source"))
+    assert all(re.search(r"\d", str(one["alt"])) and len(str(one["alt"])) > 40 for one in pictures)
+    assert sorted(file.name for file in report.glob("*.png")) == sorted(f"{name}.png" for name in names)
+    assert all((report / f"{name}.png").read_bytes().startswith(b"\x89PNG") for name in names)
+    assert {"residual-direction", "residual-q", "residual-since_move", "ranking", "gain", "limits"} <= set(names)
+    assert "residual-pressure" not in names  # it did not vary
+
+
+def test_pictures_follow_the_colour_scheme(report: Path) -> None:
+    """Each picture has colours for light and dark, and none of the house's colours is fixed."""
+    page = Page((report / "report.html").read_text(encoding="utf-8"))
+    for attributes in page.of("img"):
+        svg = base64.b64decode(str(attributes["src"]).split(",")[1]).decode()
+        rules, drawing = svg.split("</style>", 1)
+        assert "prefers-color-scheme:dark" in rules
+        assert DARK[BLACK] in rules
+        assert DARK[PAPER] in rules
+        assert not [colour for colour in DARK if colour.lower() in drawing]
+        assert "#000000" not in drawing.replace("stroke: #000000; stroke-opacity: 0", "")  # an edge that is not drawn
+
+
+def _luminance(colour: str) -> float:
+    """Return the relative luminance of a colour as WCAG 2 defines it."""
+    parts = np.array([int(colour[k : k + 2], 16) for k in (1, 3, 5)]) / 255.0
+    linear = np.where(parts <= 0.04045, parts / 12.92, ((parts + 0.055) / 1.055) ** 2.4)
+    return float(linear @ [0.2126, 0.7152, 0.0722])
+
+
+def test_lines_stand_out_in_both_schemes() -> None:
+    """Curves have a contrast of 3 : 1 against the paper, letters 4.5 : 1 (WCAG 2, 1.4.11 and 1.4.3)."""
+    for scheme in (dict(zip(DARK, DARK, strict=True)), DARK):
+        paper = _luminance(scheme[PAPER])
+        for colour, shown in scheme.items():
+            if colour in (PAPER, "#E4E4E4"):
+                continue
+            high, low = sorted((paper, _luminance(shown)), reverse=True)
+            assert (high + 0.05) / (low + 0.05) > (4.5 if colour == BLACK else 3.0), colour
+
+
+def test_the_numbers_stand_beside_the_page(report: Path) -> None:
+    """diagnosis.json is the diagnosis: numbers that are none are null, numbers of NumPy are numbers."""
+    facts = json.loads((report / "diagnosis.json").read_text())
+    assert facts["format"] == "hexathermal-diagnosis/1"
+    assert facts["parameters"]["pitch_m"] == {"value": 2e-3, "std": None, "unit": "m"}
+    assert facts["candidates"][2]["settings"] == {"bumps": 6}
+
+
+def test_a_failed_report_leaves_nothing(tmp_path: Path) -> None:
+    """Where a picture cannot be drawn, no half-made folder stays."""
+    found = drawn()
+
+    def stop(done: int, _total: int, _label: str) -> None:
+        if done == 2:
+            raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        write_report(found, {}, tmp_path / "report", stop)
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_runs_with_names_alike_have_files_of_their_own(report: Path) -> None:
+    """'proof & test' and 'proof + test' become two files."""
+    assert len(list(report.glob("run-proof___test*.png"))) == 2
+
+
+def test_the_same_picture_gives_the_same_bytes() -> None:
+    """A report is reproducible: drawing twice gives one text."""
+    found = drawn()
+    first, second = (themed_svg(runs_figure(found, found.residuals, WIDE_IN), "x") for _ in range(2))
+    assert first == second
+
+
+def test_means_of_parts_hold_what_they_should(rng: np.random.Generator) -> None:
+    """A step with direction is held whole by the means of directions; noise by no more than its number of parts."""
+    direction = np.where(rng.random(600) < 0.5, -1.0, 1.0)
+    x, y, share = binned(direction, 3.0 * direction)
+    assert x.tolist() == [-1.0, 1.0]
+    assert y == pytest.approx([-3.0, 3.0])
+    assert share == pytest.approx(1.0)
+    assert binned(rng.random(600), rng.standard_normal(600))[2] < 0.08
+    assert binned(direction, np.zeros(600))[2] == 0.0
+
+
+def test_a_browser_shows_it_without_a_word_of_complaint(report: Path) -> None:
+    """Chromium at desk and phone width, light and dark: nothing is missing, nothing runs over the edge."""
+    playwright = pytest.importorskip("playwright.sync_api", reason="playwright is not installed")
+    chromium = next(
+        (shutil.which(name) for name in ("chromium", "google-chrome", "chrome") if shutil.which(name)), None
+    )
+    with playwright.sync_playwright() as play:
+        try:
+            browser = play.chromium.launch(executable_path=chromium, args=["--no-sandbox"])
+        except playwright.Error as error:
+            pytest.skip(f"there is no browser: {str(error).splitlines()[0]}")
+        for width in (1200, 360):
+            for scheme in ("light", "dark"):
+                view = browser.new_context(viewport={"width": width, "height": 800}, color_scheme=scheme)
+                page, said = view.new_page(), list[str]()
+                page.on("console", lambda message, said=said: said.append(message.text))
+                page.on("requestfailed", lambda request, said=said: said.append(request.url[:80]))
+                page.goto((report / "report.html").as_uri())
+                assert said == []
+                assert page.evaluate("document.documentElement.scrollWidth") <= width
+                assert page.evaluate("[...document.images].every(one => one.complete && one.naturalWidth > 300)")
+                shown = page.evaluate("getComputedStyle(document.body).backgroundColor")
+                assert shown == ("rgb(255, 255, 255)" if scheme == "light" else "rgb(23, 27, 33)")
+        browser.close()

@@ -1,0 +1,215 @@
+"""``hexathermal diagnose`` as a user meets it: the finding first, tables, files, clear errors."""
+
+from __future__ import annotations
+
+import contextlib
+import io
+import json
+import re
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+import hexathermal as ht
+from hexathermal.cli import main
+from hexathermal.learn.diagnosis.result import Diagnosis
+from hexathermal.simulate.hidden.drawing import campaign_of
+from hexathermal.simulate.hidden.writing import write_campaign
+from tests.learn.campaign_folders import component_campaign, leg_campaign
+from tests.show.drawn_diagnoses import drawn
+
+SEED = 5
+
+
+@dataclass
+class Ran:
+    """The command on a leg with backlash: where its campaign and files are, and what it said."""
+
+    campaign: Path
+    files: Path
+    out: str
+    err: str
+    facts: dict[str, Any]
+
+
+@pytest.fixture(scope="module")
+def ran(tmp_path_factory: pytest.TempPathFactory) -> Ran:
+    """The command, run once with every option that writes."""
+    place = tmp_path_factory.mktemp("diagnose")
+    truth, answer = campaign_of("rough", SEED, causes=("backlash",), strength=1.5)
+    roles = {role: [run for run in truth.runs if run.role == role] for role in ("identification", "validation")}
+    truth = replace(truth, runs=(*roles["identification"][:5], *roles["validation"][:2]))
+    write_campaign(place / "campaign", truth, answer)
+    out, err = io.StringIO(), io.StringIO()
+    words = ["diagnose", str(place / "campaign"), "--sensors", ",".join(answer.base)]
+    for option, name in (("--report", "report"), ("--extend", "extended.toml"), ("--json", "a.json")):
+        words += [option, str(place / name)]
+    with contextlib.redirect_stdout(out), contextlib.redirect_stderr(err):
+        assert main(words) == 0
+    return Ran(place / "campaign", place, out.getvalue(), err.getvalue(), json.loads((place / "a.json").read_text()))
+
+
+def test_the_finding_is_the_first_line(ran: Ran) -> None:
+    """One sentence with name and size stands first; every table of the issue follows."""
+    first = ran.out.splitlines()[0]
+    assert first == ran.facts["effects"][0]["sentence"]
+    assert first.startswith("The residual is backlash")
+    for words in ("probability", "evidence log", "95 % interval", "RMSE before um", "would be named from", "next"):
+        assert words in ran.out
+    assert ran.err == ""
+
+
+def test_json_and_tables_say_the_same(ran: Ran) -> None:
+    """The step in the table is that of the JSON, its interval 1.96 standard uncertainties wide on each side."""
+    step = ran.facts["parameters"]["step_um"]
+    row = next(line for line in ran.out.splitlines() if re.match(r"backlash +- +step", line))
+    value, std, low, high = map(float, re.findall(r"-?\d+\.\d+", row)[:4])
+    assert value == pytest.approx(step["value"], abs=2 * std)
+    assert std == pytest.approx(step["std"], rel=0.06)
+    assert (high - low) / 2 == pytest.approx(1.96 * step["std"], rel=0.1)
+    assert low < value < high
+
+
+def test_the_extended_law_is_used_like_any_other(ran: Ran, capsys: pytest.CaptureFixture[str]) -> None:
+    """It holds the term, and `validate` finds the same RMSE on the runs never fitted."""
+    law = ht.read_leg_law(ran.files / "extended.toml")
+    assert [term.cause for term in law.terms] == ["backlash"]
+    assert main(["validate", str(ran.files / "extended.toml"), str(ran.campaign), "--json", "-"]) == 0
+    total = json.loads(capsys.readouterr().out)["total"]
+    assert total["rmse_um"]["value"] == pytest.approx(ran.facts["gain"]["rmse_after_um"], rel=1e-9)
+
+
+def test_every_file_that_is_named_is_there(ran: Ran) -> None:
+    """Page, pictures, numbers and law: as `written` says, as the terminal says, and no others."""
+    named = {Path(file) for file in ran.facts["written"]}
+    assert named == {*(ran.files / "report").iterdir(), ran.files / "extended.toml"}
+    assert all(str(file) in ran.out for file in named)
+    page = (ran.files / "report" / "report.html").read_text(encoding="utf-8")
+    assert "The residual is backlash" in page
+    inside = json.loads((ran.files / "report" / "diagnosis.json").read_text())
+    assert inside == {name: value for name, value in ran.facts.items() if name != "written"}
+
+
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        (["--sensors", "T99"], ["T99", "T01"]),
+        (["--sensors", "T0l"], ["did you mean 'T0", "'T0l'"]),
+        (["--sensors", ","], ["names no sensor"]),
+        (["--law", "no.toml"], ["no law at no.toml"]),
+        (["--law", "EXTENDED", "--sensors", "T01"], ["not both"]),
+        (["--law", "COMPONENT"], ["kind 'component'", "kind 'leg'"]),
+        (["--extend", "EXTENDED"], ["exists already", "--force"]),
+        (["--extend", "INSIDE"], ["--extend", "lies inside", "read"]),
+        (["--extend", "EXTENDED", "--law", "EXTENDED", "--force"], ["--extend", "is one of the files that are read"]),
+        (["--extend", "nowhere/law.toml"], ["there is no folder"]),
+        (["--report", "EXTENDED"], ["no folder"]),
+        (["--report", "CAMPAIGN"], ["--report", "lies inside", "read"]),
+    ],
+)  # fmt: skip
+def test_wrong_usage_is_said_in_one_message(
+    ran: Ran, words: list[str], said: list[str], capsys: pytest.CaptureFixture[str], tmp_path: Path
+) -> None:
+    """Each mistake: exit code 2, what is wrong and what to try, no traceback, nothing written."""
+    from hexathermal.learn.leg_law_files import write_leg_law
+    from tests.show.drawn_diagnoses import plain_law
+
+    component = write_leg_law(plain_law("component"), tmp_path / "component.toml")
+    stand_for = {"EXTENDED": ran.files / "extended.toml", "INSIDE": ran.campaign / "law.toml", "COMPONENT": component,
+                 "CAMPAIGN": ran.campaign / "report"}  # fmt: skip
+    before = {file: file.stat().st_mtime_ns for file in ran.files.rglob("*")}
+    assert main(["diagnose", str(ran.campaign), *(str(stand_for.get(word, word)) for word in words)]) == 2
+    shown = capsys.readouterr()
+    assert all(text in shown.err for text in said)
+    assert "Traceback" not in shown.err
+    assert not shown.out
+    assert {file: file.stat().st_mtime_ns for file in ran.files.rglob("*")} == before
+
+
+def test_too_little_data_is_answered_as_such(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """A part measured for a few hours: the message says what there is and what it needs."""
+    assert main(["diagnose", str(component_campaign(tmp_path / "short")), "--sensors", "T1"]) == 2
+    shown = capsys.readouterr()
+    assert "too little data" in shown.err
+    assert not shown.out
+
+
+def test_a_damaged_campaign_is_an_error_of_its_table(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """A column that is cut off is reported with file and line, exit code 3."""
+    folder = leg_campaign(tmp_path / "leg")
+    file = next(folder.rglob("*.csv"))
+    lines = file.read_text().splitlines()
+    lines[7] = lines[7].rsplit(",", 3)[0]
+    file.write_text("\n".join(lines) + "\n")
+    assert main(["diagnose", str(folder), "--sensors", "T01"]) == 3
+    shown = capsys.readouterr()
+    assert file.name in shown.err
+    assert "8" in shown.err
+    assert "Traceback" not in shown.err
+
+
+def test_six_legs_are_refused_with_the_way_on(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """A whole hexapod is not one leg: the message names the kind and says what to do instead."""
+    (tmp_path / "campaign.toml").write_text('format = "hexathermal-campaign/1"\nkind = "hexapod"\n')
+    assert main(["diagnose", str(tmp_path)]) == 2
+    shown = capsys.readouterr()
+    assert "kind 'hexapod'" in shown.err
+    assert "each leg" in shown.err
+
+
+@pytest.fixture
+def found(monkeypatch: pytest.MonkeyPatch, request: pytest.FixtureRequest) -> Diagnosis:
+    """A diagnosis made by hand in the place of the search."""
+    import hexathermal.learn.diagnosis as diagnosis
+
+    given: Diagnosis = drawn(**request.param)
+    monkeypatch.setattr(diagnosis, "diagnose", lambda *_args, **_more: given)
+    return given
+
+
+@pytest.mark.parametrize("found", [{"verdict": "none"}], indirect=True)
+def test_where_nothing_joins_the_law_is_written_and_said(
+    found: Diagnosis, ran: Ran, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """--extend gives a law that can be used in any case; that it holds no term is a warning."""
+    out = tmp_path / "law.toml"
+    assert main(["diagnose", str(ran.campaign), "--extend", str(out)]) == 0
+    shown = capsys.readouterr()
+    assert shown.out.startswith("No effect of the catalogue stands above 0.02 um")
+    assert "nothing joined the law" in shown.err
+    assert ht.read_leg_law(out).coefficients.tolist() == found.law.coefficients.tolist()
+    assert not ht.read_leg_law(out).extended
+    assert "RMSE after" not in shown.out
+
+
+@pytest.mark.parametrize("found", [{"verdict": "unexplained"}, {"held": False}], indirect=True)
+def test_what_is_not_known_is_said(found: Diagnosis, ran: Ran, capsys: pytest.CaptureFixture[str]) -> None:
+    """What something nameless follows; and that without runs for validation no gain is known."""
+    assert main(["diagnose", str(ran.campaign)]) == 0
+    out = capsys.readouterr().out
+    assert ("no runs for validation" in out) == (found.gain is None)
+    assert out.startswith("Something real is left that follows the humidity" if found.follows else "The residual is")
+    assert "nan" not in out.replace("unexplained", "")
+
+
+@pytest.mark.parametrize("found", [{"kind": "component"}], indirect=True)
+def test_json_to_stdout_is_nothing_else(found: Diagnosis, ran: Ran, capsys: pytest.CaptureFixture[str]) -> None:
+    """With --json - stdout is one JSON document with the ranking and limits."""
+    assert main(["diagnose", str(ran.campaign), "--json", "-"]) == 0
+    facts = json.loads(capsys.readouterr().out)
+    assert facts["format"] == "hexathermal-diagnosis/1"
+    assert facts["cause"] == found.cause == "backlash"
+    assert [one["cause"] for one in facts["candidates"]][:2] == ["backlash", "creep"]
+
+
+def test_help_teaches(capsys: pytest.CaptureFixture[str]) -> None:
+    """--help names every cause of the catalogue, what evidence means, the files, and examples."""
+    from hexathermal.learn.diagnosis.causes import catalogue
+
+    assert main(["diagnose", "--help"]) == 0
+    text = capsys.readouterr().out
+    assert all(name in text for name in catalogue())
+    for words in ("--sensors", "--law", "--extend", "--report", "--json", "examples:", "evidence", "report.html"):
+        assert words in text
