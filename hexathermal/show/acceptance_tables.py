@@ -93,7 +93,8 @@ def verdict_lines(acceptance: Acceptance) -> str:
     """Return the verdict in words."""
     verdicts = [result.decision.verdict for result in acceptance.results]
     counts = ", ".join(f"{verdicts.count(kind)} {kind}" for kind in CODES if kind in verdicts)
-    line = f"{acceptance.verdict.upper()}: {acceptance.specification.title} ({len(verdicts)} decisions: {counts})"
+    made = f"{len(verdicts)} decision{'s' * (len(verdicts) != 1)}"
+    line = f"{acceptance.verdict.upper()}: {acceptance.specification.title} ({made}: {counts})"
     if acceptance.probability is not None:
         line += f"\nprobability that all limits are met: {_between(acceptance.probability)}"
     largest: dict[Limit, Result] = {}

@@ -52,6 +52,45 @@ def test_the_tool_and_the_users_axes(tmp_path: Path) -> None:
     np.testing.assert_allclose(values(judged(tmp_path, table, spec, frames=turned_axes)), [1, 0, 0], atol=1e-6)
 
 
+def test_a_tool_is_as_uncertain_as_turns_make_it(tmp_path: Path) -> None:
+    """At the end of an arm of 500 mm, 0.3 um and 0.8 urad are 0.5 um: what passed at the platform is not decided there.
+
+    Axes that are turned, or a user frame that is set elsewhere, change no uncertainty.
+    """
+    header = f"{HEADER},u_position_um,u_rotation_urad"
+    table = visits(*(("A", "0,0,0,0,0,0", f"{x},0,0,0,0,0", "0.3", "0.8") for x in ("0.001", "0.001")), header=header)
+    spec = "[limits]\nAP_um = 1.6\n"
+
+    def said(frames: Frames | None) -> tuple[float, str]:
+        decision = judged(tmp_path, table, spec, frames=frames).results[0].decision
+        return round((decision.uncertainty or 0.0) * 1e6, 9), decision.verdict
+
+    assert said(None) == (0.3, "pass")
+    assert said(Frames(user=[100, 20, 0, 0, 30, 0], object=[0, 0, 0, 10, 20, 30])) == (0.3, "pass")
+    assert said(Frames(object=[0, 300, 400, 0, 0, 0])) == (0.5, "not decided")
+
+
+@pytest.mark.parametrize(
+    ("header", "rest", "missing"),
+    [
+        (HEADER.replace(",measured_rx_deg,measured_ry_deg,measured_rz_deg", ""), (), "measured_rx_deg"),
+        (f"{HEADER},u_position_um", ("0,0,0", "0.3"), "u_rotation_urad"),
+    ],
+    ids=["turns", "uncertainty of turns"],
+)
+def test_a_tool_needs_the_turns_that_move_it(tmp_path: Path, header: str, rest: tuple[str, ...], missing: str) -> None:
+    """Without measured turns, or their uncertainty, nothing is said about a point that they move; the column is named.
+
+    At the measured point itself, and seen in other axes, the same table is judged.
+    """
+    one = ",".join(("0.001,0,0", *rest))
+    table = visits(("A", "0,0,0,0,0,0", one), ("A", "0,0,0,0,0,0", one), header=header)
+    spec = "[uncertainty]\nposition_um = 0.2\n[limits]\nAP_um = 2.0\n"
+    with pytest.raises(ArgumentError, match=missing):
+        judged(tmp_path, table, spec, frames=Frames(object=[0, 0, 100, 0, 0, 0]))
+    assert judged(tmp_path, table, spec, frames=Frames(user=[1, 2, 3, 0, 0, 90])).verdict == "pass"
+
+
 def test_parquet_is_the_same(tmp_path: Path) -> None:
     """A Parquet file with the same columns gives the same values, whole numbers as names too."""
     table = visits(*[("7", "0,0,0,0,0,0", f"0.00{k},0,0,0,0,0") for k in (1, 3)])

@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from hexathermal.errors import FileFormatError, Problem
+from hexathermal.errors import ArgumentError, FileFormatError, Problem
 from hexathermal.poses import FloatArray, Frames, pose_from_coordinates
 from hexathermal.predict.table_streams import TableStream, open_table
 from hexathermal.predict.trajectory import POSE_COLUMNS
@@ -40,7 +40,7 @@ class MeasuredPoses:
     time : array, shape (n,) [s], or None
     temperatures : dict of str to array, shape (n,) [degC]
     u_position, u_rotation : array, shape (n,) [m], [rad], or None
-        Standard uncertainty of each measured coordinate.
+        Standard uncertainty of each measured coordinate, of the point that is judged: turns carry a tool along.
     turns : bool
         Whether rotations were measured; otherwise the measured poses carry the commanded rotations.
     unused : tuple of str
@@ -117,11 +117,14 @@ def read_measured_poses(path: str | Path, convention: str = "fixed-xyz", frames:
     Raises
     ------
     ArgumentError, UnknownNameError
-        There is no such file, or no such convention.
+        There is no such file, or no such convention; or the object is away from the point that was measured, and turns
+        (or, beside that of positions, their uncertainty) were not.
     FileFormatError
         Lists what is wrong with line and column.
     """
     wanted, turns = _wanted(path)
+    arm = 0.0 if frames is None else float(np.linalg.norm(frames.object[:3])) * 1e-3
+    _check_arm(path, arm, wanted, turns)
     numbers, times, labels, stream = _read(path, wanted)
     column = dict(zip(wanted, numbers.T, strict=True))
     commands = numbers[:, :6]
@@ -135,7 +138,9 @@ def read_measured_poses(path: str | Path, convention: str = "fixed-xyz", frames:
     commanded, measured = (pose_from_coordinates(six, convention) for six in (commands, answers))
     if frames is not None:
         commanded, measured = frames.user_pose(commanded), frames.user_pose(measured)
-    u_position, u_rotation = (column.get(name) for name in UNCERTAINTIES)
+    u_position, u_rotation = (None if (u := column.get(name)) is None else u * 1e-6 for name in UNCERTAINTIES)
+    if arm and u_position is not None and u_rotation is not None:
+        u_position = np.hypot(u_position, arm * u_rotation)
     return MeasuredPoses(
         path=stream.path,
         commanded=commanded,
@@ -144,8 +149,8 @@ def read_measured_poses(path: str | Path, convention: str = "fixed-xyz", frames:
         groups=tuple(groups),
         time=times,
         temperatures={name.removesuffix("_degC"): column[name] for name in wanted if name.endswith("_degC")},
-        u_position=None if u_position is None else u_position * 1e-6,
-        u_rotation=None if u_rotation is None else u_rotation * 1e-6,
+        u_position=u_position,
+        u_rotation=u_rotation,
         turns=turns,
         unused=tuple(name for name in stream.header.extras if name not in LABELS),
         convention=convention,
@@ -161,6 +166,21 @@ def _wanted(path: str | Path) -> tuple[tuple[str, ...], bool]:
     turns = any(name in extras for name in angles)
     optional = [name for name in extras if name in UNCERTAINTIES or name.endswith("_degC")]
     return (*POSE_COLUMNS, *shifts, *(angles if turns else ()), *optional), turns
+
+
+def _check_arm(path: str | Path, arm: float, wanted: tuple[str, ...], turns: bool) -> None:
+    """Refuse to tell of a point away from that which was measured, where what turns do to it is not known."""
+    position, rotation = UNCERTAINTIES
+    if arm and not turns:
+        raise ArgumentError(
+            f"{path}: the object is {arm * 1e3:g} mm away from the point that was measured, and turns that were not "
+            "measured move it; add measured_rx_deg, measured_ry_deg and measured_rz_deg, or measure the object itself"
+        )
+    if arm and position in wanted and rotation not in wanted:
+        raise ArgumentError(
+            f"{path}: the object is {arm * 1e3:g} mm away from the point that was measured, and is as uncertain as "
+            f"turns make it; add the column {rotation} beside {position}"
+        )
 
 
 def _read(
