@@ -8,8 +8,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from hexathermal.learn.campaign import Block
 from hexathermal.learn.campaign_faults import CampaignError
 from hexathermal.learn.campaign_files import load_campaign
+from hexathermal.learn.cleaning import used_run
+from hexathermal.learn.cleaning_record import CleaningRecord
 
 SENSORS = ("T01", "T02", "T03", "T04")
 A_PER_K, B_PER_K, Q0_M = 2e-6, 1.1e-6, 0.6
@@ -103,6 +106,11 @@ def component_campaign(folder: Path, rows: int = 400) -> Path:
     text += '[[runs]]\nname = "b"\nfile = "runs/b.csv"\nrole = "validation"\n'
     (folder / "campaign.toml").write_text(text, encoding="utf-8")
     return folder
+
+
+def cleaned(folder: Path, edit: Callable[[Table], Table | None] = lambda table: None) -> tuple[Block, CleaningRecord]:
+    """Return the first run of a campaign whose first table was altered."""
+    return used_run(load_campaign(leg_campaign(folder, edit=edit)), "a")
 
 
 def messages(folder: Path, **options: tuple[str, ...]) -> list[str]:

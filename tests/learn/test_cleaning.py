@@ -2,24 +2,23 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
 import pytest
 
 from hexathermal.errors import ArgumentError
-from hexathermal.learn.campaign import Block, joined
+from hexathermal.learn.campaign import joined
 from hexathermal.learn.campaign_faults import CampaignError
 from hexathermal.learn.campaign_files import load_campaign
 from hexathermal.learn.cleaning import usable_blocks, used_run
-from hexathermal.learn.cleaning_record import CleaningRecord
 
 from .campaign_folders import (
     A_PER_K,
     B_PER_K,
     Q0_M,
     Table,
+    cleaned,
     component_campaign,
     leg_campaign,
     leg_table,
@@ -27,11 +26,6 @@ from .campaign_folders import (
 )
 
 SHARED = Path(__file__).resolve().parents[3] / "shared"
-
-
-def cleaned(folder: Path, edit: Callable[[Table], Table | None] = lambda table: None) -> tuple[Block, CleaningRecord]:
-    """Return the first run of a campaign whose first table was altered."""
-    return used_run(load_campaign(leg_campaign(folder, edit=edit)), "a")
 
 
 def test_a_sound_run_loses_only_rows_that_are_not_settled(tmp_path: Path) -> None:
@@ -131,112 +125,6 @@ def test_channels_are_cleaned_one_by_one(tmp_path: Path) -> None:
     assert set(times[lost[:, 0]]) == {100.0, 101.0, 400.0} & set(times)
     assert np.array_equal(np.where(lost, 0.0, block.dT[:, :3]), np.where(lost, 0.0, clean.dT[:, :3]))
     assert np.array_equal(block.drift, clean.drift)
-
-
-@pytest.mark.parametrize("size_um", [2.0, 30.0, 1000.0, -7.0])
-@pytest.mark.parametrize("row", [110, 330, 402])
-def test_a_beam_that_loses_count_is_put_back(tmp_path: Path, size_um: float, row: int) -> None:
-    """A step of one beam, at rest or during a movement, is found once and the drift is right behind it."""
-
-    def edit(table: Table) -> None:
-        table["beam2_mm"][row:] += size_um * 1e-3
-
-    block, record = cleaned(tmp_path, edit)
-    clean, _ = cleaned(tmp_path / "clean")
-    assert record.count("beam step", "beam2_mm") == 1
-    assert record.used == 554
-    assert np.abs(block.drift - clean.drift).max() < 0.05e-6
-
-
-def test_a_tilt_is_no_step_of_a_beam(tmp_path: Path) -> None:
-    """A lasting tilt moves one beam one way and the others the other: it is noted, not taken back."""
-
-    def edit(table: Table) -> None:
-        table["beam1_mm"][330:] += 0.004
-        table["beam2_mm"][330:] -= 0.002
-        table["beam3_mm"][330:] -= 0.002
-
-    block, record = cleaned(tmp_path, edit)
-    clean, _ = cleaned(tmp_path / "clean")
-    assert record.count("beam step") == 0
-    assert record.count("tilt or step") == 1
-    assert np.allclose(block.drift, clean.drift, atol=1e-12)
-
-
-@pytest.mark.parametrize("source", ["place", "heat"])
-@pytest.mark.parametrize("single", [True, False])
-def test_tilt_that_goes_with_the_rod_or_with_heat_is_never_taken_back(
-    tmp_path: Path, source: str, single: bool
-) -> None:
-    """Tilt of 40 urad with the place of the rod or with a temperature, beams 25 mm off centre: it moves one beam nearly
-    alone at every move, and shifts the mean; no step is taken back, no row left out, and the drift is as measured.
-    """
-
-    def edit(table: Table) -> None:
-        turn = np.sin(table["q_mm"] / 40.0) if source == "place" else (table["T01_degC"] - 20.0) / 5.0
-        lever = np.array([85.0, -5.0, -5.0]) if single else np.array([5.0, 59.0, -25.0])
-        for k in range(3):
-            table[f"beam{k + 1}_mm"] += 40e-6 * lever[k] * (turn - turn[0])
-
-    kept: dict[str, Table] = {}
-    block, record = cleaned(tmp_path, lambda table: kept.setdefault("table", (edit(table), table)[1]))
-    table = kept["table"]
-    settled = table["settled"] == 1.0
-    assert {step.step for step in record.steps} <= {"not settled", "tilt or step"}
-    beams = np.mean([table[f"beam{k}_mm"] for k in (1, 2, 3)], axis=0)
-    assert np.allclose(block.drift, 1e-3 * (beams - (table["q_mm"] - table["q_mm"][0]))[settled], atol=1e-15)
-
-
-def test_a_lost_count_is_found_beside_tilt(tmp_path: Path) -> None:
-    """Within a rest a beam that loses count is put back though tilt moves the beams by twice as much at every move."""
-
-    def tilt(table: Table) -> None:
-        turn = np.sin(table["q_mm"] / 40.0)
-        for k, lever in enumerate((85.0, -5.0, -5.0)):
-            table[f"beam{k + 1}_mm"] += 40e-6 * lever * (turn - turn[0])
-
-    def edit(table: Table) -> None:
-        tilt(table)
-        table["beam1_mm"][310:] += 1.5e-3
-
-    block, record = cleaned(tmp_path, edit)
-    clean, _ = cleaned(tmp_path / "clean", tilt)
-    assert [step.count for step in record.steps if step.step == "beam step"] == [1]
-    assert np.abs(block.drift - clean.drift).max() < 0.05e-6
-
-
-def test_a_jump_of_the_zero_is_never_taken_back(tmp_path: Path) -> None:
-    """A step of all beams within some minutes, of any height up to 20 um, is in the drift as it was measured."""
-    for height in (0.5, 3.0, 20.0):
-
-        def edit(table: Table, height: float = height) -> None:
-            ramp = np.clip((np.arange(600) - 260) / 6.0, 0.0, 1.0)
-            for beam in (1, 2, 3):
-                table[f"beam{beam}_mm"] += 1e-3 * height * ramp
-
-        block, record = cleaned(tmp_path / f"{height}", edit)
-        clean, _ = cleaned(tmp_path / "clean")
-        assert {step.step for step in record.steps} <= {"not settled", "drift step"}
-        assert abs((block.drift - clean.drift)[-1] - 1e-6 * height) < 1e-9
-
-
-def test_bad_rows_of_the_beams_are_left_out(tmp_path: Path) -> None:
-    """A spike of one beam, of all, a missing reading: that row goes, the others stay; all beams lost end the run."""
-
-    def edit(table: Table) -> None:
-        table["beam1_mm"][111] += 0.003
-        for beam in (1, 2, 3):
-            table[f"beam{beam}_mm"][212] += 0.004
-            table[f"beam{beam}_mm"][510:] += 1.0
-        table["beam2_mm"][313] = np.nan
-
-    block, record = cleaned(tmp_path, edit)
-    assert record.count("beam spike", "beam1_mm") == 1
-    assert record.count("drift spike") == 1
-    assert record.count("no drift") == 1
-    assert record.count("beams lost") > 50
-    assert block.time[-1] == 20.0 * 509
-    assert not {111.0, 212.0, 313.0} & set(block.time / 20.0)
 
 
 def test_the_clock_is_put_in_order(tmp_path: Path) -> None:
