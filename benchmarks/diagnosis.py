@@ -98,9 +98,10 @@ ABOUT = """\
 # The diagnosis on hidden effects, measured
 
 {count} draws of `hexathermal.simulate.hidden`, five benches in turn, seed {seed}. The generator shares no code with the
-diagnosis; rates of its benches were looked at while the diagnosis was made, the draws of a new seed were not. Causes, strengths (log-uniform 0.25 to 2), noise, bias of the sensors and the number of effects are
-drawn. Each campaign is a folder, diagnosed from its files with the sensors of the base law; the answer is read
-afterwards. [How it is done](diagnosis.md). Repeat:
+diagnosis; rates of its benches were looked at while the diagnosis was made, the draws of a new seed were not. Causes,
+strengths (log-uniform 0.25 to 2), noise, bias of the sensors and the number of effects are drawn. Each campaign is a
+folder, diagnosed from its files with the sensors of the base law; the answer is read afterwards.
+[How it is done](diagnosis.md). Repeat:
 
 ```text
 python -m benchmarks.diagnosis --draws {count} --seed {seed} --page docs/diagnosis-figures.md

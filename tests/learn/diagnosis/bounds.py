@@ -86,6 +86,7 @@ BOUNDS = (
     Bound("plain effect outside the catalogue, unexplained", 0.45, True, _plain(OUTSIDE), _found),
     Bound("outside the catalogue, something named", 0.40, False, _all(OUTSIDE), _named),
     Bound("two effects, first name right", 0.55, True, _all(TWO), _found),
+    Bound("any effects, first name right", 0.60, True, lambda draws: of_kind(draws, ONE, TWO), _found),
     Bound("worse than the law on runs never fitted", 0.15, False, list, lambda one: (one.gain or 0.0) < -0.02),
 )
 

@@ -1,7 +1,8 @@
-"""Effects hidden in campaigns by a generator that the diagnosis has never seen are found, from files alone.
+"""Effects hidden in campaigns by a generator that shares no code with the diagnosis are found, from files.
 
 Causes, strengths, noise, sensors and their bias, and the number of effects are drawn from fresh entropy at each run of
-the tests, over benches of five physics, samplings and kinds of noise. Bounds follow from stated rates, so that a diagnosis that has them breaks one at most once in a thousand runs; blind ones break them.
+the tests, over benches of five physics, samplings and kinds of noise. Bounds follow from stated rates, so that a
+diagnosis that has them breaks one at most once in a thousand runs; blind ones break them.
 """
 
 from __future__ import annotations
