@@ -44,7 +44,7 @@ def chance_threshold(
     draws = np.random.default_rng(seed).standard_normal((len(channel), DRAWS))
     G = Z.T @ (draws - Xs @ linalg.cho_solve(factor, Xs.T @ draws))
     HZ = half @ Z
-    left = visible(columns, base.X, channel)
+    left = visible(columns, base.X)
     families: dict[str, list[FloatArray]] = {}
     at = 0
     for trial in terms:

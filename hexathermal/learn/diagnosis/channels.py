@@ -22,6 +22,9 @@ SLOW_TIMES = (900.0, 2400.0, 7200.0)
 LOWEST = 1e-3
 """Least level of a part of the noise, as a part of the whole."""
 
+OFFSET_SPREAD = 0.3
+"""Standard deviation of the logarithm of a run's offset over the noise of its first row, which it is."""
+
 SPREAD = 1.5
 """Standard deviation of the prior of a level's logarithm about the channel's own scale: loose."""
 
@@ -102,13 +105,16 @@ class Channel:
     def levels(self, theta: FloatArray, slow_time: float) -> Levels:
         """Return the levels of log ratios to `scale`."""
         bounds = np.log(LOWEST), np.log(1.0 / LOWEST)
-        white, landing, slow, offset = (np.exp(np.clip(theta, *bounds)) * self.scale).tolist()
-        return Levels(white, landing * self.has_landings, slow, offset * self.has_offsets, slow_time)
+        white, landing, slow, ratio = np.exp(np.clip(theta, *bounds)).tolist()
+        white, landing, slow = white * self.scale, landing * self.scale * self.has_landings, slow * self.scale
+        offset = ratio * float(np.sqrt(white**2 + landing**2 + slow**2)) * self.has_offsets
+        return Levels(white, landing, slow, offset, slow_time)
 
     def theta(self, levels: Levels) -> FloatArray:
-        """Return the log ratios of levels to `scale`."""
-        values = np.array([levels.white, levels.landing, levels.slow, levels.offset])
-        return np.log(np.maximum(values / self.scale, LOWEST))
+        """Return the logarithms of levels over `scale`, and of the offset's over what the first row's should be."""
+        values = np.array([levels.white, levels.landing, levels.slow])
+        ratio = levels.offset / max(levels.rms, 1e-30)
+        return np.log(np.maximum(np.append(values / self.scale, ratio), LOWEST))
 
     def evidence(self, X: FloatArray, sd: FloatArray, levels: Levels) -> float:
         """Return log p(y) with coefficients of columns X integrated over N(0, sd^2), constants left out."""
@@ -116,11 +122,13 @@ class Channel:
         return marginal(table[:, 0], table[:, 1:], sd)[0] - 0.5 * logdet + self.prior(levels)
 
     def prior(self, levels: Levels) -> float:
-        """Return the log prior of levels: loose about the channel's own scale."""
-        theta = self.theta(levels)
-        free = np.array([True, self.has_landings, True, self.has_offsets])
-        theta = theta[free]
-        return float(-0.5 * ((theta / SPREAD) ** 2).sum()) / 4.0
+        """Return the log prior of levels: loose about the channel's own scale; an offset is the first row's noise."""
+        *theta, ratio = self.theta(levels).tolist()
+        loose = sum(
+            (value / SPREAD) ** 2 for value, free in zip(theta, (True, self.has_landings, True), strict=True) if free
+        )
+        tied = (ratio / OFFSET_SPREAD) ** 2 if self.has_offsets else 0.0
+        return -0.125 * loose - 0.5 * tied
 
     def fitted(
         self, X: FloatArray, sd: FloatArray, begin: Levels | None = None, most: int = 90
@@ -139,7 +147,7 @@ class Channel:
         """
         if begin is not None:
             return self._fitted(X, sd, self.theta(begin), begin.slow_time, most, 0.35)
-        start = np.log([0.7, 0.7, 0.4, 0.5])
+        start = np.log([0.7, 0.7, 0.4, 1.0])
         found = [self._fitted(X, sd, start, time, most // 2, 0.8) for time in SLOW_TIMES]
         best = max(found, key=lambda pair: pair[1])[0]
         return self._fitted(X, sd, self.theta(best), best.slow_time, 2 * most, 0.4)

@@ -19,6 +19,9 @@ from hexathermal.learn.signals import RunRows
 from hexathermal.poses import FloatArray
 
 MOST_EFFECTS = 6
+LATER = 2.0
+"""Every cause after the first needs so much more evidence: it may mop up what the first one's shape left."""
+
 LEAST_SHARE = 0.03
 """Every cause after the first must take away this part of the squared residual of runs left out."""
 
@@ -119,7 +122,7 @@ def searched(
     steps, found, stages = [step], list[Found](), list[Stage]()
     decision = decided(step, threshold)
     while len(found) < MOST_EFFECTS:
-        leader = _leader(stage, decision, threshold, first=not found)
+        leader = _leader(stage, decision, threshold + LATER * bool(found), first=not found)
         if leader is None:
             break
         after = stage.with_effect(leader.best)
@@ -134,7 +137,7 @@ def searched(
         said(1 + len(found), MOST_EFFECTS + 2, f"{leader.cause} named; trying what is left")
         step = stage.step
         steps.append(step)
-        decision = decided(step, threshold)
+        decision = decided(step, threshold + LATER)
     return Course(first, stage, tuple(stages), tuple(steps), tuple(found), decision, threshold)
 
 

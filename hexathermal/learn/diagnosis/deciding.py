@@ -23,10 +23,16 @@ SHAPE_ERROR = 0.03
 LEAST = 4.5
 """Log evidence that a name needs in any campaign."""
 
-NAME_LEAD = 3.0
+NONE_AT_MOST = 0.85
+"""Most that is said for nothing: of six campaigns in ten with something in them one in seven shows nothing."""
+
+NAME_LEAD = 1.0
 """A cause may be that far behind something nameless and still be the name: flexible columns imitate any shape."""
 
 NAME_SHARE = 0.03
+LEAST_NAMED = 0.25
+"""Least probability of a name: below, what is there has none."""
+
 EQUIVALENT = 0.05
 """Share of the leader's probability from which on another name is equivalent."""
 
@@ -75,14 +81,17 @@ def decided(step: Step, threshold: float) -> Decision:
     probabilities = {name: weight / total for name, weight in weights.items()}
     standing = [item for item in step.ranking if item.gated >= threshold]
     if not standing:
-        return Decision(None, probabilities[NONE], probabilities, ())
+        return Decision(None, min(probabilities[NONE], NONE_AT_MOST), probabilities, ())
     best = standing[0]
     names = [item for item in standing if item.named]
     if not best.named and names and names[0].value >= best.value - NAME_LEAD - NAME_SHARE * best.value:
         best = names[0]
+    if best.named and probabilities[best.cause] < LEAST_NAMED:
+        best = max(nameless, key=lambda item: item.value, default=best)
     if not best.named:
         share = sum(probabilities[item.cause] for item in nameless)
-        return Decision(best, share, probabilities, ())
+        return Decision(best, max(share, 1.0 - probabilities[NONE] - max(probabilities[item.cause] for item in named)),
+                        probabilities, ())  # fmt: skip
     own = probabilities[best.cause]
     alike = tuple(item.cause for item in names if item is not best and probabilities[item.cause] > EQUIVALENT * own)
     return Decision(best, own, probabilities, alike)

@@ -89,7 +89,7 @@ def _verdict(course: Course) -> tuple[str, float, str | None]:
 def _candidates(course: Course) -> tuple[Candidate, ...]:
     """Return causes that were named, in their order, then the ranking of the first step."""
     found = [Candidate(one.ranked.cause, one.ranked.best.trial.target, float(one.ranked.value),
-                       one.decision.probability, one.ranked.best.seen * one.ranked.levels.rms,
+                       one.decision.probability, one.ranked.best.visible,
                        dict(one.ranked.best.trial.parameters)) for one in course.found]  # fmt: skip
     first = course.steps[0]
     decision = course.found[0].decision if course.found else course.end
@@ -97,7 +97,7 @@ def _candidates(course: Course) -> tuple[Candidate, ...]:
         if item.cause not in {one.cause for one in found} and len(found) < MOST_CANDIDATES:
             trial = item.best.trial
             found.append(Candidate(item.cause, trial.target, float(item.value),
-                                   decision.probabilities.get(item.cause, 0.0), item.best.seen * first.levels.rms,
+                                   decision.probabilities.get(item.cause, 0.0), item.best.visible,
                                    dict(trial.parameters)))  # fmt: skip
     return tuple(found)
 

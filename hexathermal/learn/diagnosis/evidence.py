@@ -51,8 +51,10 @@ class Scored:
     ----------
     trial : Trial
     value : float
-    seen : float
-        Visible RMS of what was found, over the noise.
+    visible : float
+        Visible RMS of what was found, in the channel's unit.
+    noise : float
+        RMS of the noise that it was scored at.
     rho : float
         The best size of the prior.
     size : array, shape (k,)
@@ -61,9 +63,15 @@ class Scored:
 
     trial: Trial
     value: float
-    seen: float
+    visible: float
+    noise: float
     rho: float
     size: FloatArray
+
+    @property
+    def seen(self) -> float:
+        """What was found over the noise."""
+        return self.visible / self.noise
 
     @property
     def gated(self) -> float:
@@ -76,11 +84,9 @@ def relevance(seen: float) -> float:
     return 0.5 * (seen / TOLERATED) ** 2
 
 
-def visible(columns: FloatArray, base: FloatArray, channel: Channel) -> FloatArray:
-    """Return the RMS of what stays of columns after the base and offsets of runs are refitted, shape (m,)."""
-    run = channel.run
-    offsets = (run[:, None] == np.unique(run)[None, :]).astype(float)
-    N = np.column_stack([base, offsets]) if channel.has_offsets else base
+def visible(columns: FloatArray, base: FloatArray) -> FloatArray:
+    """Return the RMS of what stays of columns after the base is refitted, shape (m,)."""
+    N = base
     Q, R = linalg.qr(N / (np.sqrt((N**2).mean(axis=0)) + 1e-30), mode="economic")
     keep = np.abs(np.diag(R)) > 1e-9 * np.abs(np.diag(R)).max()
     left = columns - Q[:, keep] @ (Q[:, keep].T @ columns)
@@ -119,8 +125,8 @@ def screened(channel: Channel, base: Base, levels: Levels, trials: list[Trial], 
     rp = r - Xs @ linalg.cho_solve(factor, Xs.T @ r)
     HZ = half @ Z
     g = Z.T @ rp
-    left = visible(columns, base.X, channel)
-    plain = visible(columns, base.X[:, : base.plain], channel)
+    left = visible(columns, base.X)
+    plain = visible(columns, base.X[:, : base.plain])
     found, at = [], 0
     for trial in terms:
         k = trial.columns.shape[1]
@@ -131,15 +137,17 @@ def screened(channel: Channel, base: Base, levels: Levels, trials: list[Trial], 
         parts = [_log_bayes(S, g[own], rho * size) for rho in RHO]
         values = np.array([value for value, _mean in parts])
         best = int(np.argmax(values))
-        seen = float(np.sqrt(((parts[best][1] * plain[own]) ** 2).sum())) / levels.rms
-        found.append(Scored(trial, mean_log(values) + trial.advantage, seen, float(RHO[best]), RHO[best] * size))
+        shown = float(np.sqrt(((parts[best][1] * plain[own]) ** 2).sum()))
+        found.append(
+            Scored(trial, mean_log(values) + trial.advantage, shown, levels.rms, float(RHO[best]), RHO[best] * size)
+        )
     null, before, _ = marginal(r, X, base.sd)
     for trial in trials:
         if trial.base is not None:
             value, after = _changed(channel, base, levels, trial)
             moved = changed_base(base, trial).X @ after - base.X @ before
-            seen = float(np.sqrt((moved**2).mean())) / levels.rms
-            found.append(Scored(trial, value - null + trial.advantage, seen, 0.0, np.zeros(0)))
+            shown = float(np.sqrt((moved**2).mean()))
+            found.append(Scored(trial, value - null + trial.advantage, shown, levels.rms, 0.0, np.zeros(0)))
     return found
 
 

@@ -17,6 +17,7 @@ from hexathermal.learn.diagnosis.stage import Stage, mended, view_of
 from hexathermal.learn.law import IdentifiedLaw
 from hexathermal.learn.signals import RunRows
 from hexathermal.learn.validation_gain import Gain, gain
+from hexathermal.machine.leg_repairs import SensorRepair
 from hexathermal.machine.leg_terms import LegTerm
 from hexathermal.poses import FloatArray
 
@@ -49,7 +50,13 @@ def gained(law: IdentifiedLaw, extended: IdentifiedLaw, campaign: Campaign) -> G
     """Return what the extended law gains on the campaign's runs for validation; None where there are none."""
     if not campaign.runs_of("validation"):
         return None
-    return gain(validate_campaign(law, campaign), validate_campaign(extended, campaign))
+    # a sensor that a repair replaces costs no rows: nor must it cost any before
+    same = tuple(SensorRepair(one.cause, "detached", {"sensor": one.replaced, "weights": {one.replaced: 1.0}})
+                 for one in extended.repairs if one.replaced is not None)  # fmt: skip
+    try:
+        return gain(validate_campaign(replace(law, repairs=same), campaign), validate_campaign(extended, campaign))
+    except ArgumentError:
+        return None
 
 
 def reachable(campaign: Campaign, last: Stage, rows: Sequence[RunRows], base: tuple[str, ...]) -> float | None:

@@ -62,7 +62,7 @@ def _strength(stage: Stage, levels: Levels, Q: FloatArray, trial: Trial) -> tupl
     rms = float(np.sqrt((column**2).mean()))
     if rms <= 0.0:
         return None
-    left = float(visible(column, stage.base.X[:, : stage.base.plain], stage.channel)[0])
+    left = float(visible(column, stage.base.X[:, : stage.base.plain])[0])
     if left < 1e-6 * rms:
         return None
     white, _ = stage.channel.whitened(column, levels)

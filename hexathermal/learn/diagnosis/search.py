@@ -61,7 +61,12 @@ class Ranked:
     @property
     def gated(self) -> float:
         """The evidence against a null that tolerates a small misfit of the same shape."""
-        return min(self.value, relevance(self.best.seen))
+        return min(self.value, relevance(self.seen))
+
+    @property
+    def seen(self) -> float:
+        """Visible RMS of what was found, over the noise that is left beside it."""
+        return self.best.visible / self.levels.rms
 
     @property
     def named(self) -> bool:
@@ -142,10 +147,8 @@ class Search:
                 grid = value - best.value
                 if name in fits:
                     own, at = max(((self._at(best, item), item) for item in pool), key=lambda pair: pair[0])
-                    bonus = best.trial.advantage + self._parity(best.trial)
-                    ranked[name] = Ranked(
-                        name, own + grid - np.log(5.0) * bool(best.rho) + bonus - max(nulls), best, at
-                    )
+                    drift = own + grid - np.log(len(RHO)) * bool(best.rho) - max(nulls)
+                    ranked[name] = Ranked(name, self._with_witness(best.trial, drift), best, at)
                 else:
                     ranked[name] = Ranked(
                         name, min(value, 0.0) if name not in ranked else ranked[name].value, best, levels

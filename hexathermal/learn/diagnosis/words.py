@@ -70,7 +70,7 @@ def effect_of(found: Found, stage: Stage, final: Stage, covariance: FloatArray, 
             slope = stage.bench.slopes[str(trial.target)]
             value, std = value / slope, std / abs(slope)
         parameters[name] = Quantity(float(value), float(std), unit)
-    visible = found.ranked.best.seen * found.ranked.levels.rms
+    visible = found.ranked.best.visible
     sentence = _sentence(trial.cause, trial.target, parameters, settings, visible)
     return Effect(trial.cause, trial.target, parameters, settings, found.decision.probability,
                   found.decision.equivalent, visible, sentence, found.joined)  # fmt: skip
