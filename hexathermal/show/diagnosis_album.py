@@ -11,7 +11,7 @@ from hexathermal.learn.diagnosis.result import Diagnosis, RunResidual
 from hexathermal.show import diagnosis_figures as figures
 from hexathermal.show import diagnosis_run_figures as along
 from hexathermal.show.diagnosis_pictures import Picture
-from hexathermal.show.diagnosis_words import signal_words
+from hexathermal.show.diagnosis_words import changed, signal_words
 
 MOST_RUNS = 12
 """Runs that have a picture of their own."""
@@ -30,7 +30,7 @@ def pictures_of(found: Diagnosis) -> dict[str, list[Picture]]:
         "fitted": [_runs(found, fitted)] if held and fitted else [],
         "signals": [_signal(found, name) for name in along.signal_names(found)],
         "ranking": [_ranking(found)] if found.candidates else [],
-        "gain": [_gain(found)] if found.gain is not None and found.extended.extended else [],
+        "gain": [_gain(found)] if found.gain is not None and changed(found) else [],
         "limits": [_limits(found)] if found.limits else [],
         "noise": [_noise(found)],
     }
@@ -82,16 +82,16 @@ def _left(found: Diagnosis, run: RunResidual) -> str:
         before, after, what = _rms(run.before), _rms(run.after), "RMS of the windows"
     else:
         before, after, what = f"{scored.rmse_before * 1e6:.3f} µm", f"{scored.rmse_after.value * 1e6:.3f} µm", "RMSE"
-    return f"{what}: law {before}" + (f", extended law {after}." if along.changed(found) else ".")
+    return f"{what}: law {before}" + (f", extended law {after}." if changed(found) else ".")
 
 
 def _runs(found: Diagnosis, runs: list[RunResidual]) -> Picture:
     """Return the picture of all runs for identification."""
     shown = runs[:MOST_PANELS]
     some = f"the first {len(shown)} of {len(runs)}" if len(shown) < len(runs) else f"all {len(runs)}"
-    both = "before and after" if along.changed(found) else "of the law"
+    both = "before and after" if changed(found) else "of the law"
     words = f"Residual {both} in {some} runs for identification, to which the law was fitted; one scale for all."
-    sizes = "; ".join(f"{run.run} {_rms(run.before)}" + (f" to {_rms(run.after)}" if along.changed(found) else "")
+    sizes = "; ".join(f"{run.run} {_rms(run.before)}" + (f" to {_rms(run.after)}" if changed(found) else "")
                       for run in shown)  # fmt: skip
     return Picture("runs-fitted", f"{words} RMS: {sizes}.", words, partial(along.runs_figure, found, shown))
 
@@ -102,7 +102,7 @@ def _signal(found: Diagnosis, name: str) -> Picture:
     signal, before, after = along.pooled(found, name)
     share = 100.0 * along.binned(signal, before)[2]
     said = f"the means hold {share:.0f} % of the residual's variance"
-    if along.changed(found):
+    if changed(found):
         said += f"; with the extended law {100.0 * along.binned(signal, after)[2]:.0f} %"
     caption = f"{label[0].upper()}{label[1:]}: {said}."
     alt = (

@@ -9,7 +9,7 @@ import numpy as np
 
 from hexathermal.learn.diagnosis.result import Diagnosis
 from hexathermal.show.diagnosis_pictures import LOOK, NARROW_IN
-from hexathermal.show.diagnosis_words import noise_rows
+from hexathermal.show.diagnosis_words import changed, noise_rows
 from hexathermal.show.figures import BLACK, BLUE, GREEN, GREY, VERMILION
 
 if TYPE_CHECKING:
@@ -129,7 +129,7 @@ def noise_figure(found: Diagnosis, width: float) -> Figure:
     rows.append(("noise, together", whole, GREEN, ""))
     if found.gain is not None:
         one = found.gain.total
-        if found.extended.extended:
+        if changed(found):
             rows.append(("RMSE of the extended law", one.rmse_after.value, BLUE, ""))
         rows.append(("RMSE of the law", one.rmse_before, VERMILION, "//"))
     with mpl.rc_context(LOOK):

@@ -8,9 +8,9 @@ from collections.abc import Sequence
 
 CSS = """
 :root{color-scheme:light dark;--paper:#fff;--ink:#1a1a1a;--soft:#5c5c5c;--line:#dedede;--panel:#f5f6f8;--accent:#0072b2;
---warm:#b24a00}
+--warm:#b24a00;--shade:#c4c8ce}
 @media screen and (prefers-color-scheme:dark){:root{--paper:#171b21;--ink:#e8eaed;--soft:#a9b0b9;--line:#343b44;
---panel:#1f252d;--accent:#5db7ec;--warm:#f28c4e}}
+--panel:#1f252d;--accent:#5db7ec;--warm:#f28c4e;--shade:#4a535e}}
 *{box-sizing:border-box}
 html{-webkit-text-size-adjust:100%;scroll-behavior:smooth}
 @media (prefers-reduced-motion:reduce){html{scroll-behavior:auto}}
@@ -33,14 +33,20 @@ dl.facts div{background:var(--panel);border-radius:.5rem;padding:.6rem .8rem}
 dt{font-size:.82rem;color:var(--soft)}
 dd{margin:0;font-size:1.15rem;font-weight:600;font-variant-numeric:tabular-nums}
 dd small{font-size:.82rem;font-weight:400;display:block}
-.scroll{overflow-x:auto;margin:.8rem 0}
+.scroll{overflow-x:auto;margin:.8rem 0;--cover:var(--paper);background:
+linear-gradient(90deg,var(--cover) 40%,transparent) 0 0/2rem 100% no-repeat local,
+linear-gradient(270deg,var(--cover) 40%,transparent) 100% 0/2rem 100% no-repeat local,
+linear-gradient(90deg,var(--shade),transparent) 0 0/.7rem 100% no-repeat scroll,
+linear-gradient(270deg,var(--shade),transparent) 100% 0/.7rem 100% no-repeat scroll}
+.card .scroll{--cover:var(--panel)}
 table{border-collapse:collapse;width:100%;font-size:.92rem;font-variant-numeric:tabular-nums}
 caption{text-align:left;color:var(--soft);font-size:.88rem;padding-bottom:.3rem}
 th,td{text-align:left;vertical-align:top;padding:.32rem .9rem .32rem 0;border-bottom:1px solid var(--line)}
 thead th{font-size:.84rem;color:var(--soft);vertical-align:bottom}
-tbody th{font-weight:500;white-space:nowrap}
-td.n,th.n{text-align:right;white-space:nowrap}
-td:last-child:not(.n){min-width:9rem}
+tbody th{font-weight:500;min-width:9.5rem}
+td.n,th.n{text-align:right}
+td.n{white-space:nowrap}
+td:last-child:not(.n){min-width:8rem}
 tr.named th,tr.named td{color:var(--warm);font-weight:650}
 figure{margin:1.1rem 0 1.6rem}
 figure img{display:block;width:100%;height:auto}
@@ -52,9 +58,10 @@ margin:.8rem 0}
 ol.next li{margin:.5rem 0}
 ol.next small{display:block;color:var(--soft)}
 footer{color:var(--soft);font-size:.88rem;padding:2rem 1rem 3rem}
-@media (max-width:40rem){.finding{font-size:1.15rem}h2{font-size:1.15rem}table{font-size:.86rem}}
+@media (max-width:40rem){.finding{font-size:1.15rem}h2{font-size:1.15rem}table{font-size:.86rem}
+td:last-child:not(.n){min-width:14rem}}
 @media print{:root{color-scheme:light}nav,.skip{display:none}body{font-size:10pt}main,header,footer{max-width:none}
-h2,h3{break-after:avoid}figure,tr,.card,.note{break-inside:avoid}.scroll{overflow:visible}figure img{max-width:17cm}}
+h2,h3,h2+p{break-after:avoid}figure,tr,.card,.note{break-inside:avoid}.scroll{overflow:visible}figure img{max-width:17cm}}
 """
 """The page's style: one column, the reader's colour scheme, paper."""
 

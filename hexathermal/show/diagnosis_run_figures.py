@@ -10,7 +10,7 @@ import numpy as np
 from hexathermal.learn.diagnosis.result import Diagnosis, RunResidual
 from hexathermal.poses import FloatArray
 from hexathermal.show.diagnosis_pictures import LOOK, NARROW_IN
-from hexathermal.show.diagnosis_words import signal_words
+from hexathermal.show.diagnosis_words import changed, signal_words
 from hexathermal.show.figures import BLACK, BLUE, GREY, VERMILION
 
 if TYPE_CHECKING:
@@ -28,11 +28,6 @@ MINUTES = (0, 1, 5, 15, 30, 60, 120, 240, 480, 960)
 
 GAP_STEPS = 8.0
 """A curve is broken where a step in time is more than so many usual ones."""
-
-
-def changed(found: Diagnosis) -> bool:
-    """Whether something joined the law, so that there is an after."""
-    return found.extended.extended
 
 
 def _hours(found: Diagnosis, run: RunResidual) -> FloatArray:

@@ -10,6 +10,7 @@ from hexathermal.show.diagnosis_page import facts, paragraph, section, table, te
 from hexathermal.show.diagnosis_tables import probability, visible_words
 from hexathermal.show.diagnosis_words import (
     VERDICTS,
+    changed,
     effect_rows,
     gain_words,
     how_apart,
@@ -23,11 +24,12 @@ from hexathermal.show.diagnosis_words import (
 
 def opening(found: Diagnosis) -> str:
     """Return what stands under the first sentence: further causes, key figures, notes."""
-    pairs = [("Verdict", VERDICTS[found.verdict], f"probability {probability(found.probability)}")]
+    many = f"{len(found.effects)} causes are named" if len(found.effects) > 1 else VERDICTS[found.verdict]
+    pairs = [("Verdict", many, f"probability {probability(found.probability)}")]
     if found.gain is not None:
         one = found.gain.total
         before = f"{one.rmse_before * 1e6:.3f}"
-        if found.extended.extended:
+        if changed(found):
             part = one.rmse_gain
             less = f"{percent(part.value)} % less (95 %: {percent(part.low)} to {percent(part.high)} %)"
             pairs.append(("RMSE on runs never fitted", f"{before} → {one.rmse_after.value * 1e6:.3f} µm", less))
@@ -127,7 +129,7 @@ def _predicted(found: Diagnosis, drawn: dict[str, str]) -> str:
         lines.append(paragraph(f"The first {MOST_RUNS} of {count} runs are drawn.", "note"))
     lines.append(drawn["runs"])
     if drawn["fitted"]:
-        lines.append(paragraph("Runs for identification:") + drawn["fitted"])
+        lines.append(f"<h3>Runs for identification</h3>{drawn['fitted']}")
     return "".join(lines)
 
 
@@ -136,7 +138,7 @@ def _gain(found: Diagnosis, drawn: dict[str, str]) -> str:
     lines = [paragraph(gain_words(found))]
     if found.gain is None:
         return lines[0]
-    if found.extended.extended:
+    if changed(found):
         rows = [
             (name, f"{one.rmse_before * 1e6:.3f}", _with_interval(one.rmse_after),
              f"{percent(one.rmse_gain.value)} % ({percent(one.rmse_gain.low)} to {percent(one.rmse_gain.high)})",
@@ -177,8 +179,8 @@ def _ranking(found: Diagnosis, drawn: dict[str, str]) -> str:
     """Return the ranking."""
     head = ("cause", "target", "visible RMS, um (95 %)>", "evidence>", "probability>", "at best with")
     rows = [
-        (one.cause, one.target or "-", visible_words(found, k), f"{one.evidence:.1f}",
-         probability(one.probability), settings_words(one.settings) or "-")
+        (one.cause, "-" if one.cause.startswith("follows") else one.target or "-", visible_words(found, k),
+         f"{one.evidence:.1f}", probability(one.probability), settings_words(one.settings) or "-")
         for k, one in enumerate(found.candidates)
     ]  # fmt: skip
     return (

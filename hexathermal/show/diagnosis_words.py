@@ -239,6 +239,11 @@ def noise_rows(found: Diagnosis) -> list[tuple[str, float, str]]:
     ]
 
 
+def changed(found: Diagnosis) -> bool:
+    """Return whether something joined the law, so that there is an after."""
+    return found.extended is not found.law
+
+
 def sentences(found: Diagnosis) -> list[str]:
     """Return the finding: one sentence, and one for each further cause."""
     return [one.sentence for one in found.effects] or [found.sentence]
@@ -250,7 +255,7 @@ def gain_words(found: Diagnosis) -> str:
         return "There are no runs for validation: what the extended law gains is not known."
     one = found.gain.total
     before, after, part = one.rmse_before * 1e6, one.rmse_after.value * 1e6, one.rmse_gain
-    if not found.extended.extended:
+    if not changed(found):
         said = f"On runs never fitted the law leaves an RMSE of {before:.3f} um; nothing joined it"
     else:
         sure = "proven" if found.gain.proven else "not proven: the interval holds 0"

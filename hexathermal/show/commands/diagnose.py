@@ -81,6 +81,7 @@ def run(arguments: argparse.Namespace, progress: Progress) -> Answer:
     from hexathermal.learn.leg_law_files import read_leg_law, write_leg_law
     from hexathermal.predict.table_writing import refuse_no_place
     from hexathermal.show.diagnosis_tables import diagnosis_facts
+    from hexathermal.show.diagnosis_words import changed
 
     if is_hexapod_campaign(arguments.campaign):
         raise ArgumentError(
@@ -94,7 +95,7 @@ def run(arguments: argparse.Namespace, progress: Progress) -> Answer:
         _refuse_extended(arguments)
     law = None if arguments.law is None else read_leg_law(arguments.law)
     campaign = load_campaign(arguments.campaign, needed=("identification",), progress=progress)
-    _refuse_other_kind(campaign, law)
+    _refuse_other_law(campaign, law)
     found = diagnose(campaign, names, law=law, progress=progress)
     facts, written, warnings = diagnosis_facts(found), list[Path](), list[str]()
     if arguments.report is not None:
@@ -102,7 +103,7 @@ def run(arguments: argparse.Namespace, progress: Progress) -> Answer:
     # last: a law is there only where all else is
     if arguments.extend is not None:
         written.append(write_leg_law(found.extended, arguments.extend))
-        if not found.extended.extended:
+        if not changed(found):
             warnings.append(f"warning: nothing joined the law: {arguments.extend} holds it without terms")
     facts["written"] = [str(file) for file in written]
     shown = [*_shown(found)]
@@ -137,9 +138,17 @@ def _refuse_extended(arguments: argparse.Namespace) -> None:
     refuse_no_folder(arguments.extend)
 
 
-def _refuse_other_kind(campaign: Campaign, law: IdentifiedLaw | None) -> None:
-    """Refuse a law of another kind."""
-    if law is not None and law.kind != campaign.kind:
+def _refuse_other_law(campaign: Campaign, law: IdentifiedLaw | None) -> None:
+    """Refuse a law of another kind, and one that is extended already."""
+    if law is None:
+        return
+    if law.extended:
+        names = dict.fromkeys([*(one.cause for one in law.terms), *(one.cause for one in law.repairs)])
+        raise ArgumentError(
+            f"the law is extended already, by {', '.join(names)}; all causes are looked for together, so give the law "
+            f"before it was extended, or --sensors {','.join(law.sensors)}"
+        )
+    if law.kind != campaign.kind:
         raise ArgumentError(
             f"the law is of kind {law.kind!r}, the campaign of kind {campaign.kind!r}; give a law of this campaign, or "
             "leave --law out"
@@ -149,14 +158,14 @@ def _refuse_other_kind(campaign: Campaign, law: IdentifiedLaw | None) -> None:
 def _shown(found: Diagnosis) -> list[Any]:
     """Return texts and tables, the finding first."""
     from hexathermal.show import diagnosis_tables as tables
-    from hexathermal.show.diagnosis_words import gain_words, sentences
+    from hexathermal.show.diagnosis_words import changed, gain_words, sentences
     from hexathermal.show.identification_tables import gain_table
 
     texts: list[Any] = ["\n".join(sentences(found)), _summary(found)]
     if found.effects:
         texts.append(lambda pretty, _: tables.effects_table(found, pretty))
     texts.append(lambda pretty, _: tables.ranking_table(found, pretty))
-    if found.gain is not None and found.extended.extended:
+    if found.gain is not None and changed(found):
         better = found.gain
         texts.append(lambda pretty, _: gain_table(better, pretty))
     texts.append(gain_words(found))
