@@ -18,6 +18,7 @@ from hexathermal.learn.hexapod_data import HexapodRows, UnusableRowsError
 from hexathermal.learn.hexapod_fit import HexapodFit
 from hexathermal.learn.hexapod_model import HexapodEquations, pose_residuals
 from hexathermal.learn.hexapod_noise import Kinds, frames_of, leg_and_plate, settled
+from hexathermal.learn.hexapod_offset import far_poses
 from hexathermal.learn.hexapod_spread import leg_spread
 from hexathermal.machine.hexapod import Hexapod
 from hexathermal.machine.thermal import DEFAULT_RANGE_DEGC, LegLaw, PlateLaw, ThermalModel, frozen
@@ -234,7 +235,7 @@ def _plates(rows: HexapodRows, plates: str, notes: list[str]) -> tuple[float | N
 
 def _doubts(rows: HexapodRows) -> list[str]:
     """Return what is to be said of the rows."""
-    notes = [f"{count} rows were left out: {text}" for text, count in rows.left_out.items()]
+    notes = [*far_poses(rows), *(f"{count} rows were left out: {text}" for text, count in rows.left_out.items())]
     if len(rows.runs) == 1:
         notes.append(
             "one run only: uncertainties are those of independent rows, and nothing is judged on runs left out"

@@ -17,6 +17,7 @@ from hexathermal.kinematics.forward import forward_kinematics
 from hexathermal.learn.campaign import Campaign
 from hexathermal.learn.hexapod_data import PLATES, HexapodRows, hexapod_rows
 from hexathermal.learn.hexapod_noise import without_misses
+from hexathermal.learn.hexapod_offset import far_poses
 from hexathermal.learn.hexapod_scores import PoseScore, best_factor, pose_scores
 from hexathermal.learn.law import Origin
 from hexathermal.learn.validation import TRIFLE, Figure, Verdict
@@ -180,7 +181,7 @@ def _temperatures(rows: HexapodRows, model: ThermalModel) -> FloatArray:
 
 def _notes(rows: HexapodRows, model: ThermalModel, told: FloatArray) -> list[str]:
     """Return what is to be said before anything is judged."""
-    notes = [f"{count} rows were left out: {reason}" for reason, count in rows.left_out.items()]
+    notes = [*far_poses(rows), *(f"{count} rows were left out: {reason}" for reason, count in rows.left_out.items())]
     apart = np.abs(pose_errors(told, rows.commanded)[:, :3]).max()
     if apart > CORRECTED_ON_LINE_M:
         notes.append(

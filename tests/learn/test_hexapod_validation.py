@@ -14,6 +14,7 @@ from hexathermal.errors import ArgumentError, UnknownNameError
 from hexathermal.learn.campaign import Campaign
 from hexathermal.learn.campaign_files import load_campaign
 from hexathermal.learn.hexapod_data import HexapodRows, hexapod_rows
+from hexathermal.learn.hexapod_identification import identify_hexapod
 from hexathermal.learn.hexapod_validation import validate_hexapod
 from hexathermal.learn.validation import Verdict
 from tests.learn.hexapods import EQUAL, NOISE, PLATES, drawn_rows
@@ -107,6 +108,27 @@ def test_the_frame_of_a_run_is_told_from_heat(rng: np.random.Generator, tmp_path
     assert found.framed[0] == pytest.approx(np.sqrt(3) * 4e-7, rel=0.2)
     assert found.framed[1] == pytest.approx(np.sqrt(3) * 1e-6, rel=0.2)
     assert np.abs(found.frames).max() > 2e-6
+
+
+def test_poses_in_another_frame_are_noticed(rng: np.random.Generator, tmp_path: Path) -> None:
+    """Measured poses that count from the base, not from home, are called that; elsewhere they are far; else nothing is
+    said, neither of the tracker's own frame nor of heat. The laws that are found do not change.
+    """
+    rows = drawn_rows(rng, runs=2, poses=40, frame=20e-6)
+    home = rows.hexapod.home[:3, 3]
+    laws = []
+    for shift, said in ((np.zeros(3), ""), (home, "That is home"), (np.array([0.0, 2e-3, 0.0]), "Another frame")):
+        measured = rows.measured.copy()
+        measured[:, :3, 3] += shift
+        moved = dataclasses.replace(rows, measured=measured)
+        found = [*validate_hexapod(with_law(rows, law()), written(tmp_path, moved)).notes]
+        notes = [note for note in found if "further than heat" in note]
+        assert len(notes) == bool(said)
+        assert all(said in note for note in notes)
+        identified = identify_hexapod(moved)
+        assert [note for note in identified.notes if "further than heat" in note] == notes
+        laws.append(identified.fit.theta)
+    np.testing.assert_allclose(laws[1:], [laws[0]] * 2, rtol=2e-2, atol=1e-8)
 
 
 def test_zero_of_the_campaign(rng: np.random.Generator, tmp_path: Path) -> None:
