@@ -37,8 +37,11 @@ def stronger(draws: Iterable[Outcome], low: float, high: float = np.inf) -> list
 
 
 def gain_ratio(draws: Iterable[Outcome]) -> float:
-    """Return the sum of gains over the sum of the oracle's, over draws in which the oracle gains `GAIN` or more."""
-    pairs = [(one.gain, one.oracle_gain) for one in draws if one.gain is not None and (one.oracle_gain or 0.0) > GAIN]
+    """Return the sum of gains over the sum of the oracle's, over draws in which the oracle gains `GAIN` or more.
+
+    A draw for which the diagnosis states no gain has gained nothing.
+    """
+    pairs = [(one.gain, one.oracle_gain) for one in draws if (one.oracle_gain or 0.0) > GAIN]
     total = sum(pair[1] or 0.0 for pair in pairs)
     return sum(pair[0] or 0.0 for pair in pairs) / total if pairs else float("nan")
 

@@ -12,7 +12,7 @@ PAGE = Path(__file__).resolve().parents[1] / "docs" / "diagnosis.md"
 
 CONSTANTS = {
     "view": ("EDGES_S", "LONGEST_S", "SMOOTHED_S", "LONGER_S", "MOST_WINDOWS"),
-    "channels": ("SLOW_TIMES", "LOWEST", "SPREAD"),
+    "channels": ("SLOW_TIMES", "LOWEST", "SPREAD", "OFFSET_SPREAD"),
     "sensor_model": (
         "FEWEST_OTHERS",
         "MOST_PROFILES",
@@ -27,8 +27,17 @@ CONSTANTS = {
     "order": ("PROFILES", "FEWEST", "HEAVY", "MOST"),
     "timing": ("TIMES_S", "GRID_S", "PROFILES", "SHARE", "TOLERANCE_S", "MOST"),
     "chance": ("DRAWS", "FALSE_ALARMS"),
-    "deciding": ("NAMED_PRIOR", "SHAPE_ERROR", "LEAST", "NAME_LEAD", "NAME_SHARE", "EQUIVALENT"),
-    "course": ("MOST_EFFECTS", "LEAST_SHARE", "FEWEST_WINDOWS", "FEWEST_RUNS"),
+    "deciding": (
+        "NAMED_PRIOR",
+        "SHAPE_ERROR",
+        "LEAST",
+        "NAME_LEAD",
+        "NAME_SHARE",
+        "LEAST_NAMED",
+        "NONE_AT_MOST",
+        "EQUIVALENT",
+    ),
+    "course": ("MOST_EFFECTS", "LATER", "LEAST_SHARE", "FEWEST_WINDOWS", "FEWEST_RUNS"),
     "stage": ("LARGEST",),
     "limits": ("CLOSE",),
 }

@@ -93,8 +93,8 @@ BOUNDS = (
 
 def gains_of(outcomes: Sequence[Outcome]) -> tuple[np.ndarray, np.ndarray]:
     """Return gains of the draws in which knowing the truth gains a tenth or more, and those of the truth."""
-    own = [one for one in outcomes if one.gain is not None and (one.oracle_gain or 0.0) > 0.1]
-    return np.array([one.gain for one in own], dtype=float), np.array([one.oracle_gain for one in own], dtype=float)
+    own = [one for one in outcomes if (one.oracle_gain or 0.0) > 0.1]
+    return np.array([one.gain or 0.0 for one in own]), np.array([one.oracle_gain or 0.0 for one in own])
 
 
 def overconfidence(outcomes: Sequence[Outcome]) -> float:

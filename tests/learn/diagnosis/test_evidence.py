@@ -43,7 +43,7 @@ def test_a_term_is_scored_as_dense_distributions_score_it(
     for k in (1, 2):
         trial = Trial("backlash", rng.standard_normal((len(channel), k)))
         (found,) = screened(channel, base, LEVELS, [trial], LARGEST)
-        size = sizes_of(trial, visible(trial.columns, base.X, channel), LEVELS.rms, LARGEST)
+        size = sizes_of(trial, visible(trial.columns, base.X), LEVELS.rms, LARGEST)
         X = np.column_stack([base.X, trial.columns])
         values = np.array([density(channel, X, np.append(base.sd, rho * size)) for rho in RHO])
         wanted = mean_log(values) - density(channel, base.X, base.sd)
@@ -74,22 +74,20 @@ def test_an_effect_raises_its_own_trial(channel: Channel, base: Base, rng: np.ra
     """Of thirty shapes, the hidden one wins, and what is seen of it is what was hidden within 30 %."""
     trials = [Trial(f"shape-{k}", rng.standard_normal((len(channel), 1))) for k in range(30)]
     hidden = noisy(channel, LEVELS, rng)
-    size = 1.0 * LEVELS.rms / visible(trials[7].columns, base.X, channel)[0]
+    size = 1.0 * LEVELS.rms / visible(trials[7].columns, base.X)[0]
     hidden = hidden.with_y(hidden.y + size * trials[7].columns[:, 0])
     best = max(screened(hidden, base, LEVELS, trials, LARGEST), key=lambda one: one.value)
     assert best.trial is trials[7]
     assert best.seen == pytest.approx(1.0, rel=0.3)
 
 
-def test_visible_is_the_part_off_the_law_and_the_offsets(channel: Channel, rng: np.random.Generator) -> None:
-    """Columns of the law and constants of runs have nothing visible; others what least squares leaves of them."""
+def test_visible_is_the_part_off_the_law(channel: Channel, rng: np.random.Generator) -> None:
+    """Columns of the law have nothing visible, of others what least squares leaves; collinear columns do no harm."""
     X = rng.standard_normal((len(channel), 2))
-    runs = (channel.run[:, None] == np.arange(4)).astype(float)
-    table = np.column_stack([X @ [1.0, -2.0], runs[:, 2], rng.standard_normal(len(channel))])
-    found = visible(table, X, channel)
-    N = np.column_stack([X, runs])
-    left = table[:, 2] - N @ np.linalg.lstsq(N, table[:, 2], rcond=None)[0]
-    np.testing.assert_allclose(found, [0.0, 0.0, np.sqrt((left**2).mean())], atol=1e-10)
+    N = np.column_stack([X, X @ [2.0, 1.0]])
+    table = np.column_stack([X @ [1.0, -2.0], rng.standard_normal(len(channel))])
+    left = table[:, 1] - X @ np.linalg.lstsq(X, table[:, 1], rcond=None)[0]
+    np.testing.assert_allclose(visible(table, N), [0.0, np.sqrt((left**2).mean())], atol=1e-10)
 
 
 def test_mean_log_survives_large_evidence() -> None:
@@ -100,9 +98,9 @@ def test_mean_log_survives_large_evidence() -> None:
 
 def test_many_rows_do_not_make_a_trifle_large() -> None:
     """An effect of a tenth of the noise says at most 2 log units, however many rows tell of it."""
-    trifle = Scored(Trial("creep", np.zeros((1, 1))), 1e4, 0.1, 1.0, np.ones(1))
+    trifle = Scored(Trial("creep", np.zeros((1, 1))), 1e4, 0.1, 1.0, 1.0, np.ones(1))
     assert trifle.gated == relevance(0.1) == pytest.approx(2.0)
-    assert Scored(trifle.trial, 1.0, 5.0, 1.0, np.ones(1)).gated == 1.0
+    assert Scored(trifle.trial, 1.0, 5.0, 1.0, 1.0, np.ones(1)).gated == 1.0
 
 
 def drawn_maxima(channel: Channel, base: Base, trials: list[Trial], rng: np.random.Generator, count: int) -> FloatArray:
@@ -144,7 +142,7 @@ def test_the_threshold_repeats(channel: Channel, base: Base, rng: np.random.Gene
 
 def ranked(cause: str, value: float, seen: float = 2.0) -> Ranked:
     """A cause with an evidence, as large as may be seen."""
-    scored = Scored(Trial(cause, np.zeros((1, 1))), value, seen, 1.0, np.ones(1))
+    scored = Scored(Trial(cause, np.zeros((1, 1))), value, seen * LEVELS.rms, LEVELS.rms, 1.0, np.ones(1))
     return Ranked(cause, value, scored, LEVELS)
 
 
