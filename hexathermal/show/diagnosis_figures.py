@@ -59,7 +59,7 @@ def _beyond(evidence: float, threshold: float) -> float:
 
 def _wrapped(cause: str, target: str | None, width: float) -> str:
     """Return a cause with its target, in lines that leave room for the bars."""
-    text = cause if target is None or target in cause else f"{cause}, {target}"
+    text = cause if target is None or cause.startswith("follows") else f"{cause}, {target}"
     return fill(text, 42 if width > NARROW_IN else 22, break_on_hyphens=False)
 
 

@@ -27,6 +27,13 @@ UNITS: dict[str, tuple[str, float]] = {
 ENDINGS = ("_per_K2", "_um_per_K", "_um_per_h", "_K_per_h", "_per_K", "_um", "_mm", "_ppm", "_s", "_m")
 """Of a parameter's name: the unit, which is shown apart."""
 
+LABELS = {
+    "first_per_K": "amplitude, first order",
+    "second_per_K": "amplitude, second order",
+    "kick": "kick at each",
+}
+"""Of parameters whose names alone would not be understood."""
+
 SIGNALS = {
     "time": ("time since the {zero} began", "h", 1.0 / 3600.0),
     "q": ("displacement of the rod", "mm", 1e3),
@@ -86,8 +93,7 @@ def parameter(name: str, quantity: Quantity, kind: str = "leg") -> Shown:
         unit = unit.replace("/m/K", "/K")
     if quantity.unit == "s" and abs(quantity.value) >= 120.0:
         unit, factor = "min", 1.0 / 60.0
-    bare = next((name.removesuffix(one) for one in ENDINGS if name.endswith(one)), name)
-    return Shown(bare.replace("_", " "), quantity.value * factor, quantity.std * factor, unit)
+    return Shown(_label(name), quantity.value * factor, quantity.std * factor, unit)
 
 
 def rounded(value: float, std: float) -> str:
@@ -128,7 +134,13 @@ def effect_rows(effect: Effect, kind: str) -> list[tuple[str, ...]]:
     shown = [parameter(name, quantity, kind) for name, quantity in effect.parameters.items()]
     rows: list[tuple[str, ...]] = [(one.name, *one.cells, one.unit or "-") for one in shown]
     kept = {name: value for name, value in effect.settings.items() if name not in HIDDEN}
-    return rows + [(name.replace("_", " "), str(value), "-", "-", "-") for name, value in kept.items()]
+    return rows + [(_label(name), str(value), "-", "-", "-") for name, value in kept.items()]
+
+
+def _label(name: str) -> str:
+    """Return what a parameter is called, its unit apart."""
+    bare = next((name.removesuffix(one) for one in ENDINGS if name.endswith(one)), name)
+    return LABELS.get(name, bare.replace("_", " "))
 
 
 def settings_words(settings: Mapping[str, Any]) -> str:
@@ -153,7 +165,7 @@ ENDLESS = 1e6
 
 def _setting(name: str, value: Any) -> str:
     """Return one setting in words."""
-    label = next((name.removesuffix(one) for one in ENDINGS if name.endswith(one)), name).replace("_", " ")
+    label = _label(name)
     if isinstance(value, str | bool) or not isinstance(value, int | float):
         return f"{label} {value}"
     if abs(value) > ENDLESS:

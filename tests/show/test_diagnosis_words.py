@@ -1,0 +1,84 @@
+"""Words of a diagnosis: units of the workshop, honest digits, odds."""
+
+from __future__ import annotations
+
+import math
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from hexathermal.learn.diagnosis.result import Quantity
+from hexathermal.learn.diagnosis.words import AMPLITUDES, STEPS, UNITS
+from hexathermal.show.diagnosis_words import ENDINGS, how_apart, odds, parameter, rounded, settings_words, span
+from tests.show.drawn_diagnoses import BACKLASH
+
+
+@given(st.floats(-1e3, 1e3), st.floats(1e-5, 1e3))
+def test_rounding_costs_less_than_a_tenth_of_the_uncertainty(value: float, std: float) -> None:
+    """What is shown is the value to a tenth of its uncertainty, and holds no more digits than that."""
+    shown = rounded(value, std)
+    assert abs(float(shown) - value) <= 0.1 * std
+    digits = len(shown.partition(".")[2])
+    assert 10.0**-digits > 0.009 * std or digits == 0
+
+
+@given(st.floats(-50.0, 50.0))
+def test_an_interval_holds_its_value_in_the_middle(value: float) -> None:
+    """The 95 % interval spans 1.96 standard uncertainties on each side, to the digits shown."""
+    low, high = map(float, span(value, 0.31).split(" to "))
+    assert low == pytest.approx(value - 1.96 * 0.31, abs=0.0051)
+    assert high == pytest.approx(value + 1.96 * 0.31, abs=0.0051)
+
+
+@pytest.mark.parametrize(
+    ("unit", "kind", "shown", "value"),
+    [("1/K", "leg", "um/m/K", 2.0), ("1/K", "component", "um/K", 2.0), ("1/K^2", "leg", "um/m/K^2", 2.0),
+     ("m", "leg", "mm", 2e-3), ("um", "leg", "um", 2e-6), ("1e-6", "leg", "um/m", 2e-6)],
+)  # fmt: skip
+def test_units_are_those_of_the_workshop(unit: str, kind: str, shown: str, value: float) -> None:
+    """A coefficient of 2e-6 1/K is 2 um/m/K of a leg, and 2 um/K of a part without a length."""
+    found = parameter("x", Quantity(2e-6, 1e-7, unit), kind)
+    assert found.unit == shown
+    assert found.value == pytest.approx(value)
+    assert found.std == pytest.approx(0.05 * value)
+
+
+def test_every_parameter_of_the_catalogue_is_named_without_its_unit() -> None:
+    """No name on a page ends with a unit, and every unit is one that people read."""
+    names = [(name, unit) for parts, unit, _ in AMPLITUDES.values() for name in parts]
+    names += [(name, unit) for name, unit, _ in STEPS.values()] + list(UNITS.items())
+    for name, unit in names:
+        shown = parameter(name, Quantity(1.0, 0.1, unit))
+        assert "_" not in shown.name
+        assert not shown.name.endswith((" per", " K", " um", " mm", " ppm"))
+        assert shown.unit not in ("1/K", "m", "1e-6", "1")
+    assert any(name.endswith(ENDINGS) for name, _ in names)
+
+
+@given(st.floats(-6.9, 6.9))
+def test_odds_say_the_evidence_within_a_rounding(evidence: float) -> None:
+    """Odds of a log evidence, read back, differ by less than a rounding to the next whole number or two digits."""
+    left, right = map(float, odds(evidence).split(" to "))
+    assert math.log(left / right) == pytest.approx(evidence, abs=0.41)
+    assert (left >= right) == (evidence >= 0.0) or left == right
+
+
+def test_more_evidence_never_reads_as_less_apart() -> None:
+    """Not at all, barely, weakly: in this order."""
+    assert [how_apart(value) for value in (0.0, 0.99, 1.0, 2.9, 3.0, 5.9)] == [
+        "not at all", "not at all", "barely", "barely", "weakly", "weakly"
+    ]  # fmt: skip
+
+
+def test_a_setting_without_an_end_is_not_said() -> None:
+    """1e9 runs stand for "never": nobody wants to read that; a sensor that is the target is not said twice."""
+    assert settings_words({"decay_runs": 1e9, "sensor": "T07"}) == ""
+    assert settings_words({"run": "a", "time_s": 4320.0, "kick": "move"}) == "run a, time 72 min, kick at each move"
+
+
+def test_the_visible_part_is_as_uncertain_as_the_amplitude() -> None:
+    """A step known to 3 % leaves a visible part known to 3 %."""
+    from hexathermal.show.diagnosis_words import visible_std
+
+    assert visible_std(BACKLASH) == pytest.approx(BACKLASH.visible * 0.01 / 0.31)
