@@ -49,6 +49,19 @@ def test_tables_files_and_verdict(capsys: Said, tmp_path: Path) -> None:
     assert cli.main([*WARM, "--out", str(out), "--force"]) == 0
 
 
+def test_a_monte_carlo_keeps_to_its_tolerance_and_draws(capsys: Said) -> None:
+    """The tolerance is a percentage of each axis' standard uncertainty; a fine one is not decided with few draws."""
+    said = []
+    for words in (["--tolerance", "20"], ["--tolerance", "1", "--most-draws", "100000"]):
+        assert cli.main([*WARM, "--monte-carlo", *words, "--json", "-"]) == 0
+        said.append(json.loads(capsys.readouterr().out))
+    for one, part in zip(said, (0.2, 0.01), strict=True):
+        u = one["budget"]["standard_uncertainty"]
+        assert one["monte_carlo"]["tolerance"] == pytest.approx([part * value for value in u])
+    assert [one["monte_carlo"]["linear_may_be_used"] for one in said] == [True, None]
+    assert said[1]["monte_carlo"]["draws"] == 100_000
+
+
 def test_map_tells_the_worst_pose(capsys: Said, tmp_path: Path) -> None:
     """A map writes every pose, those out of reach with their reason, and names the worst."""
     out = tmp_path / "m"
@@ -148,6 +161,10 @@ def test_gradients_and_plates(capsys: Said) -> None:
         (["--path", "none.csv", "--map", "x=0:1:2"], 2, "different questions"),
         (["--sources", "none.toml"], 2, "no file of sources"),
         (["--frame", "tool"], 2, "invalid choice"),
+        (["--tolerance", "5"], 2, "--monte-carlo"),
+        (["--monte-carlo", "--tolerance", "0"], 2, "no percentage"),
+        (["--monte-carlo", "--most-draws", "1e6"], 2, "no whole number of draws"),
+        (["--monte-carlo", "--most-draws", "900"], 2, "most_draws is 900"),
     ],
 )  # fmt: skip
 def test_wrong_input_is_explained(words: list[str], code: int, message: str, capsys: Said) -> None:

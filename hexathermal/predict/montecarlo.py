@@ -29,6 +29,9 @@ from hexathermal.predict.sources import Source
 
 MOST_DRAWS = 20_000_000
 
+LEAST_TOLERANCE = 1e-15
+"""Tolerance of an axis [m, rad] that nothing makes uncertain: rounding of kinematics."""
+
 STABLE_PART = 0.2
 """Part of the tolerance to which the simulation must be stable to judge the linear budget (JCGM 101, 8.2)."""
 
@@ -270,9 +273,9 @@ def _tolerance(given: npt.ArrayLike | None, digits: int | None, u: FloatArray) -
             raise ArgumentError(f"digits must be 1, 2 or 3 (1 or 2 are usual), found {digits!r}")
         # 9.96 with two digits is 10 x 10^0: rounded first
         exponents = [int(f"{value:.{digits - 1}e}".partition("e")[2]) - (digits - 1) for value in u]
-        return np.where(u > 0.0, 0.5 * 10.0 ** np.array(exponents, dtype=np.float64), 1e-15)
+        return np.where(u > 0.0, 0.5 * 10.0 ** np.array(exponents, dtype=np.float64), LEAST_TOLERANCE)
     if given is None:
-        return np.asarray(np.maximum(0.05 * u, 1e-15))
+        return np.asarray(np.maximum(0.05 * u, LEAST_TOLERANCE))
     array = finite_array(given, (), "tolerance")
     if array.shape not in ((), (6,)) or not (array > 0.0).all():
         raise ArgumentError(f"tolerance must be one number above 0, or six (m and rad), found {array.tolist()}")

@@ -124,7 +124,8 @@ class Sample:
 
     def __init__(self, probability: float, most_lost: float | None = None) -> None:
         self.probability, self.share = probability, _share(most_lost, probability)
-        self.length = max(SEQUENCE, int(np.ceil(100.0 / (1.0 - probability))))
+        # 1 - 0.9999 is rounded: a millionth of a draw is none
+        self.length = max(SEQUENCE, int(np.ceil(100.0 / (1.0 - probability) - 1e-6)))
         self.errors: list[FloatArray] = []
         self.found: list[FloatArray] = []
 

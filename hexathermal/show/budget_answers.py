@@ -12,7 +12,7 @@ from hexathermal.poses import FloatArray, pose_from_coordinates
 from hexathermal.predict.budget import AXES, Budget, error_budget
 from hexathermal.predict.budget_map import BudgetMap
 from hexathermal.predict.budget_maps import budget_map, grid_coordinates, pose_grid
-from hexathermal.predict.montecarlo import monte_carlo
+from hexathermal.predict.montecarlo import LEAST_TOLERANCE, monte_carlo
 from hexathermal.predict.sources import HALF_WIDTH
 from hexathermal.predict.table_writing import written_whole
 from hexathermal.predict.trajectory import POSE_COLUMNS
@@ -123,13 +123,15 @@ class Report:
                 lines.append(f"No thermometer on the {part}: taken at {warm}; its expansion is not corrected.")
         return "\n".join(lines)
 
-    def add_simulation(self, seed: int, progress: Progress) -> None:
-        """Add a Monte Carlo at the same place."""
+    def add_simulation(self, seed: int, tolerance: float, most_draws: int, progress: Progress) -> None:
+        """Add a Monte Carlo at the same place; `tolerance` in percent of each axis' standard uncertainty."""
         pose, temps, plates, air = self.place
+        here = {"plates": plates, "air_degC": air, **self.request.settings}
+        u = error_budget(self.request.hexapod, pose, temps, self.request.sources, **here).uncertainty
         found = monte_carlo(
             self.request.hexapod, pose, temps, self.request.sources, probability=self.request.probability, seed=seed,
-            plates=plates, air_degC=air, progress=lambda done, most: progress(done, most, "Monte Carlo"),
-            **self.request.settings,
+            tolerance=np.maximum(0.01 * tolerance * u, LEAST_TOLERANCE), most_draws=most_draws,
+            progress=lambda done, most: progress(done, most, "Monte Carlo"), **here,
         )  # fmt: skip
         self.shown.append(lambda pretty, _width: simulation_table(found, pretty))
         self.shown.append(f"Monte Carlo: {found.verdict}.")

@@ -58,6 +58,21 @@ def probability(text: str) -> float:
     return value
 
 
+def percent(text: str) -> float:
+    """Return a percentage above 0."""
+    value = number(text)
+    if not 0.0 < value <= 100.0:
+        raise argparse.ArgumentTypeError(f"{text!r} is no percentage above 0 and up to 100, such as 5")
+    return value
+
+
+def draws(text: str) -> int:
+    """Return a number of draws."""
+    if not (text.isascii() and text.isdigit() and len(text) <= 9 and int(text) > 0):
+        raise argparse.ArgumentTypeError(f"{text!r} is no whole number of draws, such as 4000000")
+    return int(text)
+
+
 def numbers(words: list[str], count: int, option: str, what: str) -> tuple[float, ...]:
     """Return `count` numbers from words parted by blanks or commas."""
     found = [part for word in words for part in word.split(",") if part]

@@ -10,7 +10,7 @@ from hexathermal.errors import ArgumentError, NotConvergedError
 from hexathermal.predict.budget_defaults import default_sources
 from hexathermal.predict.budget_inputs import situation
 from hexathermal.predict.montecarlo import drawn_errors, monte_carlo
-from hexathermal.predict.montecarlo_draws import Drawn, shortest_interval, variables
+from hexathermal.predict.montecarlo_draws import Drawn, Sample, shortest_interval, variables
 from hexathermal.predict.sources import DISTRIBUTIONS, Source, Sources
 
 TEMPS = [25.0, 24.0, 26.0, 25.5, 23.0, 22.0]
@@ -176,6 +176,12 @@ def test_errors_of_drawn_lengths(reference: ht.Hexapod, rng) -> None:
         drawn_errors(reference, pose, lengths[:, :5])
     with pytest.raises(NotConvergedError, match="too far"):
         drawn_errors(reference, pose, lengths + 0.2)
+
+
+@pytest.mark.parametrize(("p", "length"), [(0.95, 10_000), (0.99, 10_000), (0.9999, 1_000_000), (0.999, 100_000)])
+def test_sequences_have_the_length_of_jcgm_101(p: float, length: int) -> None:
+    """A sequence has 10^4 draws or 100 / (1 - p) (JCGM 101, 7.9.4), not one more for the rounding of 1 - p."""
+    assert Sample(p).length == length
 
 
 def test_the_shortest_interval_of_few_values_is_their_range() -> None:

@@ -70,6 +70,48 @@ def test_comparison_loss_of_jcgm_101(
     assert shortest(y) == pytest.approx(interval, abs=0.06 * u)
 
 
+def test_gauge_block_of_jcgm_101(rng: np.random.Generator) -> None:
+    """JCGM 101, 9.5: the gauge block of GUM H.1 by draws: 838 nm, u = 36 nm, 99 % from 745 to 932 nm.
+
+    Inputs follow t, arcsine and rectangles, two of them with inexact limits; the first order has 32 nm.
+    """
+
+    def curved(low: float, high: float, unsure: float) -> np.ndarray:
+        """Return draws of a rectangle whose limits are themselves uncertain by a rectangle (JCGM 101, 6.4.3.4)."""
+        a = low - unsure + 2.0 * unsure * rng.random(DRAWS)
+        return np.asarray(a + (low + high - 2.0 * a) * rng.random(DRAWS))
+
+    standard = 50_000_623.0 + 25.0 * rng.standard_t(18, DRAWS)
+    comparator = 215.0 + 6.0 * rng.standard_t(24, DRAWS) + 4.0 * rng.standard_t(5, DRAWS)
+    comparator += 7.0 * rng.standard_t(8, DRAWS)
+    expansion = rng.uniform(9.5e-6, 13.5e-6, DRAWS)
+    temperature = -0.1 + 0.2 * rng.standard_normal(DRAWS) + 0.5 * np.sin(rng.uniform(0.0, 2.0 * np.pi, DRAWS))
+    apart, warmer = curved(-1.0e-6, 1.0e-6, 0.1e-6), curved(-0.050, 0.050, 0.025)
+    # both blocks from 20 degC: the test block's expansion and temperature are the standard's plus differences
+    y = (standard * (1.0 + expansion * temperature) + comparator) / (
+        1.0 + (expansion + apart) * (temperature + warmer)
+    ) - 50e6
+    assert y.mean() == pytest.approx(838.0, abs=0.5)
+    assert y.std() == pytest.approx(36.0, abs=0.5)
+    low, high = (float(end[0]) for end in shortest_interval(y[:, None], 0.99))
+    assert (low, high) == pytest.approx((745.0, 932.0), abs=2.5)
+
+
+def test_welch_satterthwaite_of_the_gum() -> None:
+    """GUM G.4.1: three inputs of 0.25, 0.57 and 0.82 % from 10, 5 and 15 values: 1.03 %, 19 degrees, 2.2 %."""
+    items = [
+        contributed(
+            np.array([[u]]), n - 1, False, label="", quantity="", standard=1.0, unit="", distribution="t",
+            correlation="independent",
+        )
+        for u, n in ((0.25, 10), (0.57, 5), (0.82, 15))
+    ]  # fmt: skip
+    u, dof = float(np.sqrt(total(items, 1)[0, 0])), effective_dof(items, 1)
+    assert (round(u, 2), round(float(dof[0]), 1)) == (1.03, 19.0)
+    assert float(coverage_factor(dof, 0.95)[0]) == pytest.approx(2.09, abs=5e-3)
+    assert round(float(coverage_factor(dof, 0.95)[0]) * u, 1) == 2.2
+
+
 @pytest.mark.parametrize(
     ("distribution", "last", "u", "half_width", "used"),
     [("normal", 1, 2.0, 3.92, True), ("uniform", 1, 2.0, 3.88, True), ("uniform", 10, 10.1, 17.0, False)],

@@ -9,9 +9,12 @@ from typing import Any
 
 from hexathermal.errors import ArgumentError
 from hexathermal.poses import CONVENTIONS, Frames
-from hexathermal.show.budget_options import Grid, Request, grid, numbers, probability, requested, three
+from hexathermal.show.budget_options import Grid, Request, draws, grid, numbers, percent, probability, requested, three
 from hexathermal.show.commands import Answer, Progress, add_json
 from hexathermal.show.options import EXIT_CODES, MACHINE, STYLE, machine, number, path, seed
+
+TOLERANCE, DRAWS = 5.0, 4_000_000
+"""Of a Monte Carlo: percent of the standard uncertainty, and most draws."""
 
 BUDGET = """\
 The error budget of a warm machine at a pose: its drift, what correction removes, the bias and the uncertainty that
@@ -65,6 +68,9 @@ def add(commands: Any) -> None:
     budget.add_argument(
         "--monte-carlo", action="store_true", help="by simulation too, with a verdict on the linear one"
     )
+    budget.add_argument("--tolerance", type=percent, metavar="PERCENT", help="of --monte-carlo: how far a linear limit "
+                        f"may be off, of each axis' standard uncertainty (default: {TOLERANCE:g})")  # fmt: skip
+    budget.add_argument("--most-draws", type=draws, metavar="N", help=f"of --monte-carlo (default: {DRAWS})")
     budget.add_argument("--map", nargs="+", type=grid, metavar="GRID", help="over a grid of poses (see below)")
     budget.add_argument("--path", type=path, metavar="FILE", help="along the poses of a CSV or Parquet file")
     budget.add_argument("--uncorrected", action="store_true", help="nominal lengths are commanded, not corrected ones")
@@ -108,6 +114,8 @@ def run(arguments: argparse.Namespace, progress: Progress) -> Answer:
     if len({one.name for one in grids}) < len(grids):
         raise ArgumentError("--map names a coordinate twice")
     asked = [name for name, given in (("--map", grids), ("--path", arguments.path), ("--day", arguments.day)) if given]
+    if not arguments.monte_carlo and (arguments.tolerance or arguments.most_draws):
+        raise ArgumentError("--tolerance and --most-draws are of --monte-carlo: give it too")
     if len(asked) > 1:
         raise ArgumentError(f"{' and '.join(asked)} are different questions; ask one at a time")
     request = requested(
@@ -151,5 +159,5 @@ def _answered(request: Request, grids: list[Grid], arguments: argparse.Namespace
     else:
         answer.add_budget()
     if arguments.monte_carlo:
-        answer.add_simulation(arguments.seed, progress)
+        answer.add_simulation(arguments.seed, arguments.tolerance or TOLERANCE, arguments.most_draws or DRAWS, progress)
     return answer.finished()
