@@ -114,7 +114,7 @@ class Channel:
         """Return the logarithms of levels over `scale`, and of the offset's over what the first row's should be."""
         values = np.array([levels.white, levels.landing, levels.slow])
         ratio = levels.offset / max(levels.rms, 1e-30)
-        return np.log(np.maximum(np.append(values / self.scale, ratio), LOWEST))
+        return np.asarray(np.log(np.maximum(np.append(values / self.scale, ratio), LOWEST)))
 
     def evidence(self, X: FloatArray, sd: FloatArray, levels: Levels) -> float:
         """Return log p(y) with coefficients of columns X integrated over N(0, sd^2), constants left out."""
@@ -128,7 +128,7 @@ class Channel:
             (value / SPREAD) ** 2 for value, free in zip(theta, (True, self.has_landings, True), strict=True) if free
         )
         tied = (ratio / OFFSET_SPREAD) ** 2 if self.has_offsets else 0.0
-        return -0.125 * loose - 0.5 * tied
+        return float(-0.125 * loose - 0.5 * tied)
 
     def fitted(
         self, X: FloatArray, sd: FloatArray, begin: Levels | None = None, most: int = 90

@@ -22,6 +22,8 @@ MOST_EFFECTS = 6
 LATER = 2.0
 """Every cause after the first needs so much more evidence: it may mop up what the first one's shape left."""
 
+MOST_TOLERATED = 2
+
 LEAST_SHARE = 0.03
 """Every cause after the first must take away this part of the squared residual of runs left out."""
 
@@ -119,6 +121,8 @@ def searched(
     seed = int.from_bytes(hashlib.sha256(first.channel.y.tobytes()).digest()[:4], "little")
     chance = chance_threshold(first.channel, first.base, step.levels, first.search.trials, first.search.largest, seed)
     threshold = max(LEAST, chance)
+    stage = _tolerant(stage, threshold)
+    step = stage.step
     steps, found, stages = [step], list[Found](), list[Stage]()
     decision = decided(step, threshold)
     while len(found) < MOST_EFFECTS:
@@ -133,12 +137,24 @@ def searched(
         found.append(Found(leader, decision, pays, *stage.amplitudes(leader)))
         if not pays:
             break
-        stage = after
+        stage = _tolerant(after, threshold + LATER)
         said(1 + len(found), MOST_EFFECTS + 2, f"{leader.cause} named; trying what is left")
         step = stage.step
         steps.append(step)
         decision = decided(step, threshold + LATER)
     return Course(first, stage, tuple(stages), tuple(steps), tuple(found), decision, threshold)
+
+
+def _tolerant(stage: Stage, threshold: float) -> Stage:
+    """Return a stage whose null tolerates what leads but may be feigned by thermometers, where less leads behind it."""
+    for _turn in range(MOST_TOLERATED):
+        ranking = stage.step.ranking
+        top = ranking[0]
+        feigned = top.gated < threshold <= top.value and top.best.trial.columns.shape[1] > 0
+        if not feigned or all(item.gated < threshold for item in ranking):
+            break
+        stage = replace(stage, tolerated=(*stage.tolerated, top.best))
+    return stage
 
 
 def _leader(stage: Stage, decision: Decision, threshold: float, *, first: bool) -> Ranked | None:

@@ -75,13 +75,17 @@ class Scored:
 
     @property
     def gated(self) -> float:
-        """The evidence against a null that tolerates a small misfit of the same shape, `TOLERATED` of the noise."""
-        return min(self.value, relevance(self.seen))
+        """The evidence against a null that tolerates a small misfit of the same shape."""
+        return min(self.value, relevance(self.visible, self.noise, self.trial.feigned))
 
 
-def relevance(seen: float) -> float:
-    """Return the most that an effect of some visible size may say against a null that tolerates small misfit."""
-    return 0.5 * (seen / TOLERATED) ** 2
+def relevance(shown: float, noise: float, feigned: float) -> float:
+    """Return the most that an effect of some visible size may say against a null that tolerates small misfit.
+
+    The null's misfit is ``N(0, tolerance^2)`` in the effect's own shape, `TOLERATED` of the noise and what thermometers
+    feign: many rows cannot make it more certain than ``1/2 (shown / tolerance)^2``.
+    """
+    return 0.5 * (shown / float(np.hypot(TOLERATED * noise, feigned))) ** 2
 
 
 def visible(columns: FloatArray, base: FloatArray) -> FloatArray:

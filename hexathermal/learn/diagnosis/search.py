@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -10,7 +10,7 @@ from hexathermal.learn.diagnosis.causes import catalogue
 from hexathermal.learn.diagnosis.channels import Channel, Levels
 from hexathermal.learn.diagnosis.evidence import RHO, Base, Scored, changed_base, mean_log, relevance, screened
 from hexathermal.learn.diagnosis.trials import Trial, Workbench
-from hexathermal.learn.diagnosis.unexplained import PREFIX, flexible_trials
+from hexathermal.learn.diagnosis.unexplained import PREFIX, THERMAL, flexible_trials
 from hexathermal.poses import FloatArray
 
 NONE = "none"
@@ -61,7 +61,7 @@ class Ranked:
     @property
     def gated(self) -> float:
         """The evidence against a null that tolerates a small misfit of the same shape."""
-        return min(self.value, relevance(self.seen))
+        return min(self.value, relevance(self.best.visible, self.levels.rms, self.best.trial.feigned))
 
     @property
     def seen(self) -> float:
@@ -116,8 +116,10 @@ class Search:
         """Return the trials of the catalogue and the nameless ones."""
         found = []
         for module in catalogue().values():
-            found += list(module.trials(self.bench))
-        found += list(flexible_trials(self.bench))
+            feigned = self.bench.feigned if module.CAUSE.thermal else 0.0
+            found += [replace(trial, feigned=feigned) for trial in module.trials(self.bench)]
+        found += [replace(trial, feigned=self.bench.feigned * (trial.target in THERMAL))
+                  for trial in flexible_trials(self.bench)]  # fmt: skip
         return [
             trial for trial in found if trial.base is not None or np.ptp(trial.columns, axis=0).max(initial=0.0) > 0.0
         ]

@@ -44,11 +44,14 @@ class Stage:
         Terms, and steps of the zero, whose columns stand beside the law's.
     repairs : tuple of SensorRepair
         Mended in the view's data.
+    tolerated : tuple of Scored
+        Misfit that errors of the thermometers feign: its columns stand beside the law's, and say nothing.
     """
 
     view: View
     joined: tuple[Scored, ...] = ()
     repairs: tuple[SensorRepair, ...] = ()
+    tolerated: tuple[Scored, ...] = ()
 
     @cached_property
     def channel(self) -> Channel:
@@ -87,6 +90,8 @@ class Stage:
             if model is not None:
                 base = base.extended(span * model.innovation, np.full(2, size))
             base = base.extended(span * self.view.quick(sensor), np.full(3, size))
+        for item in self.tolerated:
+            base = base.extended(item.trial.columns, item.size)
         return base
 
     @cached_property
@@ -115,7 +120,7 @@ class Stage:
         """Return the stage with a trial joined, or with its repair made."""
         trial = scored.trial
         if trial.repair is None:
-            return Stage(self.view, (*self.joined, scored), self.repairs)
+            return Stage(self.view, (*self.joined, scored), self.repairs, self.tolerated)
         repair = trial.repair()
         runs = [mended(rows, repair) for rows in self.view.runs]
         return Stage(replace(self.view, runs=tuple(runs)), self.joined, (*self.repairs, repair))

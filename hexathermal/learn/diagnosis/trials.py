@@ -17,6 +17,13 @@ if TYPE_CHECKING:
     from hexathermal.machine.leg_repairs import SensorRepair
 
 
+USUAL_BIAS_K = 0.05
+"""Slow bias of a thermometer of which nothing is known."""
+
+FEIGNED = 0.35
+"""Part of the thermometers' errors that may look like a cause: most of it looks like a slow process."""
+
+
 @dataclass(frozen=True)
 class Parameter:
     """A parameter of a cause: its name, unit, and what is known of it before."""
@@ -43,6 +50,8 @@ class Cause:
         Other causes that look alike.
     experiment : str
         The measurement that decides.
+    thermal : bool
+        Whether errors of the thermometers can feign it.
     words : str
         The effect in a sentence of the report, with ``{target}`` where it sits.
     """
@@ -54,6 +63,7 @@ class Cause:
     confused_with: tuple[str, ...]
     experiment: str
     words: str
+    thermal: bool = False
 
 
 @dataclass(frozen=True, eq=False)
@@ -81,6 +91,8 @@ class Trial:
         Least log evidence of the parity: 0 where the cause need not show there.
     advantage : float
         Log evidence from what the drift does not show: order of positions, clocks against motion.
+    feigned : float [m]
+        Misfit of this kind that errors of the thermometers may feign.
     """
 
     cause: str
@@ -93,6 +105,7 @@ class Trial:
     parity: Callable[[SensorModel], tuple[FloatArray, FloatArray]] | None = None
     least_parity: float = -np.inf
     advantage: float = 0.0
+    feigned: float = 0.0
 
 
 class Workbench:
@@ -129,6 +142,21 @@ class Workbench:
         size = [abs(self.slopes[name]) * self.view.temperatures(name).std() for name in self.view.base]
         return self.view.base[int(np.argmax(size))]
 
+    @cached_property
+    def feigned(self) -> float:
+        """Misfit that errors of the law's thermometers may feign in thermal causes, RMS [m].
+
+        Each has a slow bias, as its parity shows, and a resolution, below which it sees no warming at all.
+        """
+        parts = []
+        for sensor in self.view.base:
+            model = self.model(sensor)
+            bias = USUAL_BIAS_K if model is None else model.null[0].slow
+            error = np.hypot(bias, resolution(self.view, sensor) / np.sqrt(12.0))
+            span = float(np.sqrt((self.slopes_span(sensor) ** 2).mean()))
+            parts.append(self.slopes[sensor] * span * error)
+        return FEIGNED * float(np.sqrt(np.sum(np.square(parts))))
+
     def slopes_span(self, sensor: str) -> FloatArray:
         """Return ``q0 + ratio q`` of a sensor of the law in windows [m]."""
         return self.view.span(self.ratios[sensor])
@@ -138,6 +166,17 @@ class Workbench:
         view = self.view
         columns = view.quick_columns(shape, parameters) if quick else view.columns(shape, parameters)
         return Trial(cause, columns, target, shape, parameters)
+
+
+def resolution(view: View, sensor: str) -> float:
+    """Return the step in which a thermometer is recorded, where it is coarser than its noise; else 0 [K]."""
+    raw = np.concatenate([rows.signals.dT[sensor] for rows in view.runs])
+    steps = np.diff(np.unique(np.round(raw, 6)))
+    if not len(steps):
+        return 0.0
+    step = float(np.quantile(steps, 0.1))
+    noise = float(np.sqrt(np.mean(np.diff(raw) ** 2) / 2.0))
+    return step if step > noise else 0.0
 
 
 class CauseModule(Protocol):

@@ -11,6 +11,9 @@ from hexathermal.learn.diagnosis.trials import Trial, Workbench
 from hexathermal.poses import FloatArray
 
 PREFIX = "follows "
+THERMAL = ("T", "qT", "input")
+"""What errors of thermometers can feign."""
+
 PERIODS_S = (*np.geomspace(480.0, 7200.0, 28), 14400.0, 28800.0, 86400.0)
 """Periods of a rhythm."""
 
@@ -49,7 +52,7 @@ def flexible_trials(bench: Workbench) -> Iterator[Trial]:
     for name in view.runs[0].signals.inputs:
         values = np.concatenate([s.inputs[name] for s in view.windowed])
         if np.ptp(values) > 0.0:
-            yield Trial(PREFIX + f"the input {name}", _hinges(values, 5), name)
+            yield Trial(PREFIX + f"the input {name}", _hinges(values, 5), "input")
 
 
 def _bumps(values: FloatArray, count: int) -> FloatArray:

@@ -18,6 +18,7 @@ CAUSE = Cause(
     ),
     experiment="Heat the part near that thermometer alone.",
     words="the temperature at {target}, which the law does not read, moves the leg",
+    thermal=True,
 )
 
 

@@ -19,6 +19,7 @@ CAUSE = Cause(
     ),
     experiment="Soak at three or more temperatures, at rest.",
     words="the expansion is not proportional to the temperature at {target}",
+    thermal=True,
 )
 
 

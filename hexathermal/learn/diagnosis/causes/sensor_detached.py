@@ -32,6 +32,7 @@ CAUSE = Cause(
     ),
     experiment="Look at it; touch it and see whether it answers as before.",
     words="{target} has come off and reads the air",
+    thermal=True,
 )
 
 PARTS_OF_RUN = (0.0, 0.15, 0.3, 0.45, 0.6, 0.75, 0.9)

@@ -22,6 +22,7 @@ CAUSE = Cause(
     confused_with=("missing-sensor",),
     experiment="Warm one of the two with a finger.",
     words="the plugs of {target} and another thermometer are exchanged",
+    thermal=True,
 )
 
 

@@ -34,6 +34,7 @@ CAUSE = Cause(
         "exponential, a clock a pure shift."
     ),
     words="{target} and the part behind it do not warm together",
+    thermal=True,
 )
 
 TIMES_S = (60.0, 120.0, 240.0, 480.0, 960.0, 1920.0, 3840.0, 7680.0, 15360.0)
