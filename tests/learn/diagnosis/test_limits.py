@@ -1,0 +1,100 @@
+"""Detection limits mean what they say: effects well above are named, well below are not; strangers are seen as such."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import replace
+from functools import cache
+from typing import Any
+
+import numpy as np
+import pytest
+
+from hexathermal.learn.diagnosis.chance import chance_threshold
+from hexathermal.learn.diagnosis.deciding import LEAST, Decision, decided
+from hexathermal.learn.diagnosis.evidence import visible
+from hexathermal.learn.diagnosis.limits import limits_of
+from hexathermal.learn.diagnosis.result import Confusion, Limit
+from hexathermal.learn.diagnosis.search import PREFIX
+from hexathermal.learn.diagnosis.stage import Stage
+from hexathermal.learn.diagnosis.trials import Workbench
+from hexathermal.learn.diagnosis.unexplained import flexible_trials
+from hexathermal.learn.diagnosis.view import View
+from hexathermal.machine.leg_terms import term_columns
+from tests.learn.diagnosis.campaigns import viewed
+
+EFFECTS: dict[str, tuple[str, Mapping[str, Any]]] = {"backlash": ("direction", {}), "zero-drift": ("time", {})}
+
+
+@cache
+def clean() -> Stage:
+    return Stage(viewed("quiet", 21, (), 1.0)[0])
+
+
+@cache
+def threshold() -> float:
+    stage = clean()
+    search = stage.search
+    return max(LEAST, chance_threshold(stage.channel, stage.base, stage.step.levels, search.trials, search.largest, 1))
+
+
+@cache
+def told() -> tuple[dict[str, Limit], tuple[Confusion, ...]]:
+    limits, confusions = limits_of(clean(), clean().step.levels, threshold())
+    return {one.cause: one for one in limits}, confusions
+
+
+def changed(view: View, shape: str, parameters: Mapping[str, Any], size: float) -> View:
+    """The view with a shape added to the drift, its visible RMS as given [m]."""
+    shown = float(visible(view.columns(shape, parameters), view.base_columns)[0])
+    runs = []
+    for rows, piece in zip(view.runs, view.pieces, strict=True):
+        column = term_columns(shape, rows.signals, parameters)[:, 0]
+        runs.append(replace(rows, drift=rows.drift + size / shown * (column - column[piece.used[0]])))
+    return replace(view, runs=tuple(runs))
+
+
+def said(cause: str, times: float) -> Decision:
+    """What the first step says of an effect that many times its limit."""
+    shape, parameters = EFFECTS[cause]
+    stage = Stage(changed(clean().view, shape, parameters, times * told()[0][cause].visible))
+    return decided(stage.step, threshold())
+
+
+@pytest.mark.parametrize("cause", sorted(EFFECTS))
+def test_an_effect_of_three_limits_is_named_one_of_a_quarter_is_not(cause: str) -> None:
+    """In a leg with nothing else in it, an effect of three times its limit has its name, a quarter of it none."""
+    above, below = said(cause, 3.0), said(cause, 0.25)
+    assert above.leader is not None
+    assert cause in (above.leader.cause, *above.equivalent)
+    assert below.leader is None or below.leader.cause != cause
+
+
+def test_nothing_is_said_of_the_clean_leg() -> None:
+    """The leg that the limits are told for has no name and nothing nameless in it."""
+    assert decided(clean().step, threshold()).leader is None
+
+
+def test_limits_are_visible_parts_of_whole_effects() -> None:
+    """What is visible of an effect is never more than the effect; limits are finite and positive."""
+    limits, _ = told()
+    assert all(0.0 < one.visible <= one.whole * (1.0 + 1e-9) < np.inf for one in limits.values())
+
+
+def test_confusions_are_ordered_and_of_different_causes() -> None:
+    """Pairs that these data confuse come closest first, each of two causes that have a limit."""
+    limits, confusions = told()
+    gaps = [one.separation for one in confusions]
+    assert gaps == sorted(gaps)
+    assert all(one.causes[0] != one.causes[1] and set(one.causes) <= set(limits) for one in confusions)
+
+
+def test_nameless_shapes_follow_something_and_are_no_cause() -> None:
+    """Flexible columns are finite, vary, say what they follow, and bear no name of the catalogue."""
+    stage = clean()
+    trials = list(flexible_trials(Workbench(stage.view, stage.fit(stage.step.levels)[0])))
+    assert {"q", "T", "t"} <= {trial.target for trial in trials}
+    for trial in trials:
+        assert trial.cause.startswith(PREFIX)
+        assert np.isfinite(trial.columns).all()
+        assert np.ptp(trial.columns, axis=0).max() > 0.0
