@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -34,6 +35,8 @@ USUAL = 0.8
 
 MOST_PARITY = 60.0
 FOLLOWED = 5.0
+MOST_WITNESSED = 16
+"""Trials of a sensor's fault whose parity is asked."""
 
 
 TRIFLE = 0.3
@@ -104,13 +107,17 @@ class Search:
     base : Base
     largest : float
         RMS of the largest effect thought possible.
+    repaired : function, optional
+        From a trial that mends data to the base made of the mended data.
     """
 
     bench: Workbench
     channel: Channel
     base: Base
     largest: float
+    repaired: Callable[[Trial], Base] | None = None
     trials: list[Trial] = field(default_factory=list)
+    _bases: dict[int, Base] = field(default_factory=dict)
 
     def all_trials(self) -> list[Trial]:
         """Return the trials of the catalogue and the nameless ones."""
@@ -140,7 +147,9 @@ class Search:
             fits = {}
             for name in leaders:
                 value, best = families[name]
-                fits[name] = self._fit(best, levels)
+                witnessed = self._witnessed(best, scored)
+                families[name] = (witnessed.value + value - best.value, witnessed)
+                fits[name] = self._fit(witnessed, levels)
                 pool.append(fits[name][0])
             # every noise is open to the null and to every leader
             nulls = [self.channel.evidence(self.base.X, self.base.sd, item) for item in pool]
@@ -164,8 +173,18 @@ class Search:
 
     def system(self, scored: Scored) -> Base:
         """Return the base with the trial in it."""
-        base = changed_base(self.base, scored.trial)
+        trial = scored.trial
+        if trial.base is not None and trial.repair is not None and self.repaired is not None:
+            return self._mended(trial)
+        base = changed_base(self.base, trial)
         return base.extended(scored.trial.columns, scored.size) if scored.trial.columns.shape[1] else base
+
+    def _mended(self, trial: Trial) -> Base:
+        """Return the base of the data that a trial mends."""
+        assert self.repaired is not None  # asked before
+        if id(trial) not in self._bases:
+            self._bases[id(trial)] = self.repaired(trial)
+        return self._bases[id(trial)]
 
     def _fit(self, scored: Scored, begin: Levels) -> tuple[Levels, float]:
         base = self.system(scored)
@@ -174,6 +193,19 @@ class Search:
     def _at(self, scored: Scored, levels: Levels) -> float:
         base = self.system(scored)
         return self.channel.evidence(base.X, base.sd, levels)
+
+    def _witnessed(self, best: Scored, scored: list[Scored]) -> Scored:
+        """Return the trial of a sensor's fault that drift and parity together speak for; others as they are."""
+        if best.trial.parity is None or best.trial.least_parity >= 0.0:
+            return best
+        own = [item for item in scored if item.trial.cause == best.trial.cause]
+        top = sorted(own, key=lambda item: -item.value)[:MOST_WITNESSED]
+        return max(top, key=lambda item: item.value + self._gain(item.trial, item.trial.target))
+
+    def _gain(self, trial: Trial, sensor: str | None) -> float:
+        """Return the log evidence of one sensor's parity for a trial."""
+        model = None if sensor is None else self.bench.model(sensor)
+        return 0.0 if model is None or trial.parity is None else model.gain(*trial.parity(model))
 
     def _with_witness(self, trial: Trial, drift: float) -> float:
         """Return the evidence of a trial in the drift with that of other witnesses.
@@ -190,13 +222,9 @@ class Search:
         """Return the log evidence of the parity for a trial, less what other sensors show of the same by chance."""
         if trial.parity is None or trial.target is None:
             return 0.0
-        gains = {}
-        for sensor in (trial.target, *self._bystanders(trial.target)):  # the target first
-            model = self.bench.model(sensor)
-            if model is not None:
-                gains[sensor] = model.gain(*trial.parity(model))
-        own = gains.pop(trial.target, 0.0)
-        usual = float(np.quantile(list(gains.values()), USUAL)) if gains else 0.0
+        own = self._gain(trial, trial.target)
+        others = [self._gain(trial, sensor) for sensor in self._bystanders(trial.target)]
+        usual = float(np.quantile(others, USUAL)) if others else 0.0
         return float(np.clip(own - max(usual, 0.0), max(trial.least_parity, -MOST_PARITY), MOST_PARITY))
 
     def _bystanders(self, sensor: str) -> tuple[str, ...]:

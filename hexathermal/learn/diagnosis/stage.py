@@ -98,9 +98,17 @@ class Stage:
     def search(self) -> Search:
         """The search over all causes."""
         largest = LARGEST * float(np.sqrt((self.channel.y**2).mean()))
-        search = Search(self.bench, self.channel, self.base, largest)
+        search = Search(self.bench, self.channel, self.base, largest, self._repaired_base)
         search.trials = search.all_trials()
         return search
+
+    def _repaired_base(self, trial: Trial) -> Base:
+        """Return the base of the data that a trial mends, errors of the thermometers as they are then."""
+        base = self.with_effect(Scored(trial, 0.0, 0.0, 1.0, 0.0, np.zeros(0))).base
+        # the same priors: evidence is compared
+        sd = base.sd.copy()
+        sd[: len(self.law_sizes)] = self.law_sizes
+        return Base(base.X, sd, base.plain)
 
     @cached_property
     def trials_left(self) -> list[Trial]:

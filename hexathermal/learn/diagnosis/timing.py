@@ -24,14 +24,14 @@ PROFILES = 2
 FEWEST = 10
 """Points of the grid that a run must have to bear witness."""
 
-SHARE = 0.15
+SHARE = 0.3
 """Of this log evidence that is believed: the regression is a sketch of conduction."""
 
 TOLERANCE_S = 30.0
 """Heat may take so much longer, or less, than the low passes can say."""
 
 REACH_S, STEP_S = 1300.0, 20.0
-MOST = 60.0
+MOST = 150.0
 
 
 class Timing:

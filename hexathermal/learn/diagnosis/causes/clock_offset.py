@@ -24,7 +24,7 @@ CAUSE = Cause(
     words="the clock of the temperatures runs ahead of that of the displacement",
 )
 
-OFFSETS_S = tuple(np.geomspace(10.0, 1200.0, 20))
+OFFSETS_S = tuple(np.geomspace(10.0, 1200.0, 28))
 
 
 def trials(bench: Workbench) -> Iterator[Trial]:
