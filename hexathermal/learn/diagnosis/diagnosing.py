@@ -88,9 +88,11 @@ def _verdict(course: Course) -> tuple[str, float, str | None]:
 
 def _candidates(course: Course) -> tuple[Candidate, ...]:
     """Return causes that were named, in their order, then the ranking of the first step."""
-    found = [Candidate(one.ranked.cause, one.ranked.best.trial.target, float(one.ranked.value),
-                       one.decision.probability, one.ranked.best.visible,
-                       dict(one.ranked.best.trial.parameters)) for one in course.found]  # fmt: skip
+    found = []
+    for one in course.found:
+        best = one.ranked.best
+        found.append(Candidate(one.ranked.cause, best.trial.target, float(one.ranked.value), one.decision.probability,
+                               best.visible, dict(best.trial.parameters), best.spread))  # fmt: skip
     first = course.steps[0]
     decision = course.found[0].decision if course.found else course.end
     for item in first.ranking:
@@ -98,7 +100,7 @@ def _candidates(course: Course) -> tuple[Candidate, ...]:
             trial = item.best.trial
             found.append(Candidate(item.cause, trial.target, float(item.value),
                                    decision.probabilities.get(item.cause, 0.0), item.best.visible,
-                                   dict(trial.parameters)))  # fmt: skip
+                                   dict(trial.parameters), item.best.spread))  # fmt: skip
     return tuple(found)
 
 

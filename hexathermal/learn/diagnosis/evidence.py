@@ -55,6 +55,8 @@ class Scored:
         Visible RMS of what was found, in the channel's unit.
     noise : float
         RMS of the noise that it was scored at.
+    spread : float
+        Standard uncertainty of `visible`; NaN where data are mended.
     rho : float
         The best size of the prior.
     size : array, shape (k,)
@@ -65,6 +67,7 @@ class Scored:
     value: float
     visible: float
     noise: float
+    spread: float
     rho: float
     size: FloatArray
 
@@ -139,19 +142,18 @@ def screened(channel: Channel, base: Base, levels: Levels, trials: list[Trial], 
         size = sizes_of(trial, left[own], levels.rms, largest)
         S = Z[:, own].T @ Z[:, own] - HZ[:, own].T @ HZ[:, own]
         parts = [_log_bayes(S, g[own], rho * size) for rho in RHO]
-        values = np.array([value for value, _mean in parts])
+        values = np.array([value for value, _mean, _size in parts])
         best = int(np.argmax(values))
         shown = float(np.sqrt(((parts[best][1] * plain[own]) ** 2).sum()))
-        found.append(
-            Scored(trial, mean_log(values) + trial.advantage, shown, levels.rms, float(RHO[best]), RHO[best] * size)
-        )
+        spread, rho = shown / max(parts[best][2], 1e-12), float(RHO[best])
+        found.append(Scored(trial, mean_log(values) + trial.advantage, shown, levels.rms, spread, rho, rho * size))
     null, before, _ = marginal(r, X, base.sd)
     for trial in trials:
         if trial.base is not None:
             value, after = _changed(channel, base, levels, trial)
             moved = changed_base(base, trial).X @ after - base.X @ before
             shown = float(np.sqrt((moved**2).mean()))
-            found.append(Scored(trial, value - null + trial.advantage, shown, levels.rms, 0.0, np.zeros(0)))
+            found.append(Scored(trial, value - null + trial.advantage, shown, levels.rms, math.nan, 0.0, np.zeros(0)))
     return found
 
 
@@ -171,17 +173,19 @@ def changed_base(base: Base, trial: Trial) -> Base:
     return Base(np.column_stack([trial.base, base.X[:, p:]]), base.sd, base.plain)
 
 
-def _log_bayes(S: FloatArray, g: FloatArray, sd: FloatArray) -> tuple[float, FloatArray]:
-    """Return ``1/2 g' (S + D^-1)^-1 g - 1/2 log det(I + D S)`` with D = diag(sd^2), and the amplitudes."""
+def _log_bayes(S: FloatArray, g: FloatArray, sd: FloatArray) -> tuple[float, FloatArray, float]:
+    """Return ``1/2 g' (S + D^-1)^-1 g - 1/2 log det(I + D S)``, D = diag(sd^2), amplitudes, their size over error."""
     if len(g) == 1:
         s, v = float(sd[0] ** 2 * S[0, 0]), float(sd[0] * g[0])
-        return 0.5 * v * v / (1.0 + s) - 0.5 * math.log1p(s), sd * v / (1.0 + s)
+        size = abs(v) / math.sqrt(1.0 + s)
+        return 0.5 * size**2 - 0.5 * math.log1p(s), sd * v / (1.0 + s), size
     M = S * np.outer(sd, sd)
     M[np.diag_indices_from(M)] += 1.0
     factor = linalg.cho_factor(M, lower=True, check_finite=False)
     b = sd * g
     z = linalg.cho_solve(factor, b, check_finite=False)
-    return float(0.5 * b @ z - np.log(np.diag(factor[0])).sum()), sd * z
+    size = math.sqrt(max(float(b @ z), 0.0))
+    return 0.5 * size**2 - float(np.log(np.diag(factor[0])).sum()), sd * z, size
 
 
 def mean_log(values: FloatArray) -> float:

@@ -24,7 +24,7 @@ def next_experiments(
     names = [one for one in candidates if one.cause in known]
     if course.found:
         leader = names[0]
-        rivals = tuple(one.cause for one in names[1:3])
+        rivals = tuple(dict.fromkeys(one.cause for one in names[1:] if one.cause != leader.cause))[:2]
         found.append(Experiment(known[leader.cause].CAUSE.experiment, (leader.cause, *rivals), leader.evidence))
     for pair in confusions:
         for cause in pair.causes:

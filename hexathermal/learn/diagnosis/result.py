@@ -6,6 +6,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
+import numpy as np
+
 from hexathermal.learn.diagnosis.channels import Levels
 from hexathermal.learn.law import IdentifiedLaw
 from hexathermal.learn.validation_gain import Gain
@@ -72,6 +74,8 @@ class Candidate:
         RMS of what stays visible of it.
     settings : mapping
         Parameters at which it explains most.
+    spread : float [m]
+        Standard uncertainty of `visible`.
     """
 
     cause: str
@@ -80,6 +84,7 @@ class Candidate:
     probability: float
     visible: float
     settings: Mapping[str, Any]
+    spread: float = float("nan")
 
 
 @dataclass(frozen=True)
@@ -194,8 +199,10 @@ class Diagnosis:
         """The diagnosis in one sentence."""
         if self.verdict == "effect":
             return " ".join(effect.sentence for effect in self.effects)
-        limit = max((item.visible for item in self.limits), default=float("nan")) * UM
+        if self.verdict == "none" and not self.limits:
+            return "No effect of the catalogue is seen: the law explains these data to their noise."
         if self.verdict == "none":
+            limit = max(item.visible for item in self.limits) * UM
             return (
                 f"No effect of the catalogue stands above {limit:.2g} um (visible RMS): the law explains these data to "
                 "their noise."
@@ -233,10 +240,7 @@ class Diagnosis:
                          for name, run in self.gain.runs.items()} if self.gain is not None else {},
                 "rmse_reachable_um": None if self.reachable is None else self.reachable * UM,
             },
-            "candidates": [
-                {"cause": one.cause, "target": one.target, "evidence": one.evidence, "probability": one.probability,
-                 "visible_rms_um": one.visible * UM, "settings": dict(one.settings)} for one in self.candidates
-            ],
+            "candidates": [_ranked(one) for one in self.candidates],
             "next_experiment": self.experiments[0].words if self.experiments else None,
             "experiments": [{"words": one.words, "causes": list(one.causes), "separation": one.separation}
                             for one in self.experiments],
@@ -249,6 +253,19 @@ class Diagnosis:
             "sensors": list(self.law.sensors),
             "notes": list(self.notes),
         }  # fmt: skip
+
+
+def _ranked(one: Candidate) -> dict[str, Any]:
+    """Return a line of the ranking."""
+    return {
+        "cause": one.cause,
+        "target": one.target,
+        "evidence": one.evidence,
+        "probability": one.probability,
+        "visible_rms_um": one.visible * UM,
+        "visible_std_um": None if np.isnan(one.spread) else one.spread * UM,
+        "settings": dict(one.settings),
+    }
 
 
 def _parameters(effect: Effect | None) -> dict[str, Any]:

@@ -104,7 +104,7 @@ class Stage:
 
     def _repaired_base(self, trial: Trial) -> Base:
         """Return the base of the data that a trial mends, errors of the thermometers as they are then."""
-        base = self.with_effect(Scored(trial, 0.0, 0.0, 1.0, 0.0, np.zeros(0))).base
+        base = self.with_effect(Scored(trial, 0.0, 0.0, 1.0, 0.0, 0.0, np.zeros(0))).base
         # the same priors: evidence is compared
         sd = base.sd.copy()
         sd[: len(self.law_sizes)] = self.law_sizes

@@ -38,6 +38,17 @@ STEPS: dict[str, tuple[str, str, float]] = {
 }
 """The same of repairs and steps."""
 
+SPOKEN = {
+    "time_constant_s": "time constant", "pitch_m": "pitch", "time_s": "at", "offset_s": "offset", "step_um": "step",
+    "rate_um_per_h": "rate", "rate_K_per_h": "rate", "kick_um": "after each move", "scale_ppm": "scale",
+    "coefficient_per_K": "coefficient", "coefficient_um_per_K": "coefficient", "curvature_per_K2": "curvature",
+    "amplitude_um": "amplitude", "share": "share", "amplitude_per_K": "coefficient",
+}  # fmt: skip
+"""Words of parameters that a sentence tells."""
+
+HIDDEN = ("ratio", "path_m", "stroke_share", "decay_runs", "order", "power")
+"""Settings of shapes that say nothing to a reader."""
+
 UNITS = {"time_constant_s": "s", "pitch_m": "m", "time_s": "s", "offset_s": "s"}
 
 
@@ -55,10 +66,13 @@ def effect_of(found: Found, stage: Stage, final: Stage, covariance: FloatArray, 
         Of the coefficients and amplitudes fitted together at the end.
     """
     trial = found.ranked.best.trial
-    parameters, settings = _set(trial.parameters)
+    parameters, settings = _set(found, stage)
     amplitudes, spread = _amplitudes(found, final, mean, covariance)
     if trial.shape:
         names, unit, factor = AMPLITUDES[trial.shape]
+        if stage.view.kind != "leg" and unit in ("1/K", "1/K^2"):
+            # a part without a stroke: lengths for a kelvin
+            unit, factor = unit.replace("1/", "um/"), UM
         for name, value, std in zip(names, amplitudes, spread, strict=True):
             parameters[name] = Quantity(float(value * factor), float(std * factor), unit)
         if trial.shape == "periodic":
@@ -76,16 +90,32 @@ def effect_of(found: Found, stage: Stage, final: Stage, covariance: FloatArray, 
                   found.decision.equivalent, visible, sentence, found.joined)  # fmt: skip
 
 
-def _set(parameters: Mapping[str, Any]) -> tuple[dict[str, Quantity], dict[str, Any]]:
-    """Return parameters of the grid: numbers with units, and names."""
+def _set(found: Found, stage: Stage) -> tuple[dict[str, Quantity], dict[str, Any]]:
+    """Return parameters of the trials: numbers with units and uncertainty, and names."""
     numbers, names = {}, {}
-    for name, value in parameters.items():
+    for name, value in found.ranked.best.trial.parameters.items():
         if name in UNITS:
-            # a grid of steps g: the parameter lies within half a step
-            numbers[name] = Quantity(float(value), float("nan"), UNITS[name])
-        elif name != "ratio":
+            numbers[name] = Quantity(float(value), _grid_spread(found, stage, name), UNITS[name])
+        elif name not in HIDDEN:
             names[name] = value
     return numbers, names
+
+
+def _grid_spread(found: Found, stage: Stage, name: str) -> float:
+    """Return the standard uncertainty of a parameter that was tried at several values: by their evidence, and steps."""
+    best = found.ranked.best.trial
+    own = (best.cause, best.shape, best.target)
+    alike = [one for one in stage.trials_left if (one.cause, one.shape, one.target) == own and name in one.parameters]
+    scored = stage.search.scored(found.ranked.levels, alike)
+    values = np.array([float(one.trial.parameters[name]) for one in scored])
+    evidence = np.array([one.value for one in scored])
+    weights = np.exp(evidence - evidence.max())
+    weights /= weights.sum()
+    mean = float(weights @ values)
+    apart = np.abs(np.unique(values) - float(best.parameters[name]))
+    step = float(np.min(apart[apart > 0.0], initial=np.inf))
+    within = step / np.sqrt(12.0) if np.isfinite(step) else 0.0
+    return float(np.sqrt(weights @ (values - mean) ** 2 + within**2))
 
 
 def _amplitudes(found: Found, final: Stage, mean: FloatArray, covariance: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -111,18 +141,29 @@ def _sentence(
 ) -> str:
     """Return the finding in one sentence."""
     known = catalogue()[cause].CAUSE
-    parts = []
-    for name, one in parameters.items():
-        spread = f" ± {one.std:.2g}" if np.isfinite(one.std) else ""
-        words = name.rsplit("_", 1)[0].replace("_", " ")
-        parts.append(f"{words} {one.value:.3g}{spread} {one.unit}")
+    parts = [f"{SPOKEN.get(name, name)} {told(one)}" for name, one in parameters.items() if name in SPOKEN]
     if "other" in settings:
         parts.append(f"the other is {settings['other']}")
-    words = known.words.format(target=target or "the leg")
     inside = f" ({'; '.join(parts)})" if parts else ""
     return (
-        f"The residual is {cause}{inside}: {words}; {visible * UM:.2g} um of it stay visible when the law is refitted."
+        f"The residual is {cause}{inside}: {known.words.format(target=target or 'the part')}; "
+        f"{visible * UM:.2g} um of it stay visible when the law is refitted."
     )
+
+
+def told(one: Quantity) -> str:
+    """Return a quantity as a text, rounded to two digits of its standard uncertainty.
+
+    >>> told(Quantity(0.31294, 0.0213, "um"))
+    '0.313 ± 0.021 um'
+    """
+    if not np.isfinite(one.std) or one.std <= 0.0:
+        return f"{one.value:.3g} {one.unit}".removesuffix(" 1")
+    digits = 1 - int(np.floor(np.log10(one.std)))
+    if not -6 < digits < 6:
+        return f"{one.value:.3g} ± {one.std:.2g} {one.unit}".removesuffix(" 1")
+    places = max(digits, 0)
+    return f"{round(one.value, digits):.{places}f} ± {round(one.std, digits):.{places}f} {one.unit}".removesuffix(" 1")
 
 
 def experiment_of(cause: str) -> str:

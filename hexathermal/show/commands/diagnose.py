@@ -11,7 +11,6 @@ from hexathermal.show.commands import Answer, Progress, add_json
 from hexathermal.show.commands.identify import free
 from hexathermal.show.hexapod_answers import is_hexapod_campaign
 from hexathermal.show.options import EXIT_CODES, STYLE, path
-from hexathermal.show.outputs import protect
 
 if TYPE_CHECKING:
     from hexathermal.learn.campaign import Campaign
@@ -132,7 +131,6 @@ def _refuse_extended(arguments: argparse.Namespace) -> None:
 
     try:
         free(arguments.extend, arguments.force)
-        protect(argparse.Namespace(campaign=arguments.campaign, law=arguments.law, out=arguments.extend))
     except ArgumentError as error:
         raise ArgumentError(str(error).replace("--out", "--extend")) from None
     refuse_no_folder(arguments.extend)
