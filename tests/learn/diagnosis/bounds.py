@@ -14,6 +14,9 @@ from benchmarks.hidden_rates import of_kind, stronger
 CHANCE = 1e-4
 """Chance that a diagnosis of the stated rate breaks one bound; there are fewer than ten."""
 
+SHORTFALL = 0.25
+"""Stated probabilities may be so much above the rate of being right."""
+
 VISIBLE = 0.7
 """Visible strength from which an effect counts as plain."""
 
@@ -98,7 +101,7 @@ def gains_of(outcomes: Sequence[Outcome]) -> tuple[np.ndarray, np.ndarray]:
 
 
 def overconfidence(outcomes: Sequence[Outcome]) -> float:
-    """Return how many standard deviations fewer verdicts are right than their probabilities, each less 0.1, say."""
-    stated = np.clip([one.probability - 0.1 for one in outcomes], 0.0, 0.9)
+    """Return by how many standard deviations fewer verdicts are right than probabilities less `SHORTFALL` say."""
+    stated = np.clip([one.probability - SHORTFALL for one in outcomes], 0.0, 1.0 - SHORTFALL)
     right = np.array([one.right_or_equivalent for one in outcomes], dtype=float)
     return float((stated - right).sum() / np.sqrt((stated * (1.0 - stated)).sum() + 1e-12))

@@ -2,17 +2,28 @@
 
 from __future__ import annotations
 
+from dataclasses import fields, replace
 from types import SimpleNamespace
 
 import numpy as np
 import pytest
 from scipy.stats import binom, multivariate_normal
 
-from hexathermal.learn.diagnosis import chance, evidence
+from hexathermal.learn.diagnosis import chance
 from hexathermal.learn.diagnosis.chance import FALSE_ALARMS, chance_threshold
 from hexathermal.learn.diagnosis.channels import Channel, Levels
 from hexathermal.learn.diagnosis.deciding import LEAST, decided
-from hexathermal.learn.diagnosis.evidence import RHO, Base, Scored, mean_log, relevance, screened, sizes_of, visible
+from hexathermal.learn.diagnosis.evidence import (
+    RHO,
+    TOLERATED,
+    Base,
+    Scored,
+    mean_log,
+    relevance,
+    screened,
+    sizes_of,
+    visible,
+)
 from hexathermal.learn.diagnosis.search import NONE, Ranked, Search, Step
 from hexathermal.learn.diagnosis.trials import Trial
 from hexathermal.poses import FloatArray
@@ -96,11 +107,24 @@ def test_mean_log_survives_large_evidence() -> None:
     assert mean_log(np.log([1.0, 3.0])) == pytest.approx(np.log(2.0))
 
 
+def scored(trial: Trial, value: float, shown: float, noise: float) -> Scored:
+    """A trial with its evidence and what is visible of it; all else does not matter."""
+    known = {"trial": trial, "value": value, "visible": shown, "noise": noise, "size": np.ones(1)}
+    return Scored(**{field.name: known.get(field.name, 1.0) for field in fields(Scored)})  # type: ignore[arg-type]
+
+
 def test_many_rows_do_not_make_a_trifle_large() -> None:
-    """An effect of a tenth of the noise says at most 2 log units, however many rows tell of it."""
-    trifle = Scored(Trial("creep", np.zeros((1, 1))), 1e4, 0.1, 1.0, 1.0, np.ones(1))
-    assert trifle.gated == relevance(0.1) == pytest.approx(2.0)
-    assert Scored(trifle.trial, 1.0, 5.0, 1.0, 1.0, np.ones(1)).gated == 1.0
+    """However many rows tell of it, an effect says at most half the square of it over what the null tolerates."""
+    trial = Trial("creep", np.zeros((1, 1)))
+    assert scored(trial, 1e4, 2.0 * TOLERATED, 1.0).gated == pytest.approx(2.0)
+    assert scored(trial, 1.0, 5.0, 1.0).gated == 1.0
+
+
+def test_what_thermometers_feign_is_tolerated() -> None:
+    """An effect as large as thermometers may feign says at most 1/2, ten times that 50."""
+    assert relevance(0.3, 0.1, 0.3) == pytest.approx(0.5, rel=0.01)
+    feigned = replace(Trial("hidden-heat", np.zeros((1, 1))), feigned=0.3)
+    assert scored(feigned, 1e4, 3.0, 0.1).gated == pytest.approx(50.0, rel=0.01)
 
 
 def drawn_maxima(channel: Channel, base: Base, trials: list[Trial], rng: np.random.Generator, count: int) -> FloatArray:
@@ -142,8 +166,8 @@ def test_the_threshold_repeats(channel: Channel, base: Base, rng: np.random.Gene
 
 def ranked(cause: str, value: float, seen: float = 2.0) -> Ranked:
     """A cause with an evidence, as large as may be seen."""
-    scored = Scored(Trial(cause, np.zeros((1, 1))), value, seen * LEVELS.rms, LEVELS.rms, 1.0, np.ones(1))
-    return Ranked(cause, value, scored, LEVELS)
+    trial = Trial(cause, np.zeros((1, 1)))
+    return Ranked(cause, value, scored(trial, value, seen * LEVELS.rms, LEVELS.rms), LEVELS)
 
 
 def step(*items: Ranked) -> Step:
@@ -200,6 +224,6 @@ def test_the_null_is_given_every_noise_that_a_leader_is_given(
 def test_names_of_the_verdicts() -> None:
     """'none' is what nothing is called, and no cause."""
     assert NONE == "none"
-    assert evidence.TOLERATED < 0.2
+    assert TOLERATED < 0.2
     assert 0.0 < chance.FALSE_ALARMS <= 0.02
     assert isinstance(LEVELS, Levels)

@@ -60,7 +60,7 @@ def test_knowing_the_name_pays(outcomes: list[Outcome]) -> None:
 
 
 def test_probabilities_mean_what_they_say(outcomes: list[Outcome]) -> None:
-    """Verdicts are right as often as their probabilities, less 0.1, say, within four standard deviations."""
+    """Verdicts are right as often as their probabilities less `SHORTFALL` say, within four sigma."""
     assert overconfidence(outcomes) < MOST_OVERCONFIDENCE
 
 
