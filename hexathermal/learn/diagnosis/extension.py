@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from contextlib import suppress
 from dataclasses import replace
 from typing import Any
@@ -11,13 +11,14 @@ import numpy as np
 import numpy.typing as npt
 
 from hexathermal.errors import ArgumentError
-from hexathermal.learn.campaign import Campaign
-from hexathermal.learn.campaign_laws import validate_campaign
+from hexathermal.learn.campaign import Block, Campaign
+from hexathermal.learn.campaign_laws import role_blocks
 from hexathermal.learn.diagnosis.stage import Stage, mended, view_of
 from hexathermal.learn.law import IdentifiedLaw
 from hexathermal.learn.signals import RunRows
+from hexathermal.learn.validation import Validation, validate
 from hexathermal.learn.validation_gain import Gain, gain
-from hexathermal.machine.leg_repairs import SensorRepair
+from hexathermal.learn.validation_rows import RowsPredictor
 from hexathermal.machine.leg_terms import LegTerm
 from hexathermal.poses import FloatArray
 
@@ -47,16 +48,29 @@ def extended_law(law: IdentifiedLaw, stage: Stage) -> IdentifiedLaw:
 
 
 def gained(law: IdentifiedLaw, extended: IdentifiedLaw, campaign: Campaign) -> Gain | None:
-    """Return what the extended law gains on the campaign's runs for validation; None where there are none."""
+    """Return what the extended law gains on the campaign's runs for validation; None where there are none.
+
+    Both laws meet the rows in which the sensors of both have values.
+    """
     if not campaign.runs_of("validation"):
         return None
-    # a sensor that a repair replaces costs no rows: nor must it cost any before
-    same = tuple(SensorRepair(one.cause, "detached", {"sensor": one.replaced, "weights": {one.replaced: 1.0}})
-                 for one in extended.repairs if one.replaced is not None)  # fmt: skip
-    try:
-        return gain(validate_campaign(replace(law, repairs=same), campaign), validate_campaign(extended, campaign))
-    except ArgumentError:
-        return None
+    needed = [campaign.sensors.index(name) for name in dict.fromkeys((*law.sensors, *extended.read_sensors))]
+
+    def judged(one: IdentifiedLaw) -> Validation:
+        predictor = RowsPredictor(one, campaign) if one.extended else None
+        return validate(one, _with_values(role_blocks(campaign, "validation"), needed), campaign.sensors, predictor)
+
+    return gain(judged(law), judged(extended))
+
+
+def _with_values(blocks: Iterable[Block], sensors: Sequence[int]) -> Iterator[Block]:
+    """Return the rows of blocks in which some sensors have values."""
+    for block in blocks:
+        good = np.isfinite(block.dT[:, sensors]).all(axis=1)
+        if good.any():
+            yield replace(block, time=block.time[good], dT=block.dT[good], drift=block.drift[good],
+                          q=None if block.q is None else block.q[good], landing=block.landing[good],
+                          inputs=block.inputs[good], air=block.air[good])  # fmt: skip
 
 
 def reachable(campaign: Campaign, last: Stage, rows: Sequence[RunRows], base: tuple[str, ...]) -> float | None:

@@ -34,7 +34,7 @@ USUAL = 0.8
 """Quantile of the bystanders that counts as chance."""
 
 MOST_PARITY = 60.0
-FOLLOWED = 5.0
+FOLLOWED = 2.0
 MOST_WITNESSED = 16
 """Trials of a sensor's fault whose parity is asked."""
 
@@ -174,7 +174,7 @@ class Search:
     def system(self, scored: Scored) -> Base:
         """Return the base with the trial in it."""
         trial = scored.trial
-        if trial.base is not None and trial.repair is not None and self.repaired is not None:
+        if trial.anew and self.repaired is not None:
             return self._mended(trial)
         base = changed_base(self.base, trial)
         return base.extended(scored.trial.columns, scored.size) if scored.trial.columns.shape[1] else base

@@ -20,6 +20,9 @@ if TYPE_CHECKING:
 USUAL_BIAS_K = 0.05
 """Slow bias of a thermometer of which nothing is known."""
 
+ASKED = 5
+"""Thermometers outside the law that are asked for their bias."""
+
 FEIGNED = 0.35
 """Part of the thermometers' errors that may look like a cause: most of it looks like a slow process."""
 
@@ -89,6 +92,8 @@ class Trial:
         From the model of a sensor to columns in its parity, shape (m, k), and their sizes, shape (k,).
     least_parity : float
         Least log evidence of the parity: 0 where the cause need not show there.
+    anew : bool
+        Whether errors of the thermometers are to be made anew of the mended data: all sensors are mended alike.
     advantage : float
         Log evidence from what the drift does not show: order of positions, clocks against motion.
     feigned : float [m]
@@ -104,6 +109,7 @@ class Trial:
     repair: Callable[[], SensorRepair] | None = None
     parity: Callable[[SensorModel], tuple[FloatArray, FloatArray]] | None = None
     least_parity: float = -np.inf
+    anew: bool = False
     advantage: float = 0.0
     feigned: float = 0.0
 
@@ -143,6 +149,14 @@ class Workbench:
         return self.view.base[int(np.argmax(size))]
 
     @cached_property
+    def usual_bias(self) -> float:
+        """Slow bias that the parity of other thermometers shows, the middle one [K]."""
+        others = [name for name in self.view.sensors if name not in self.view.base]
+        chosen = np.unique(np.linspace(0, len(others) - 1, min(ASKED, len(others))).astype(int))
+        models = [model for k in chosen if (model := self.model(others[k])) is not None]
+        return float(np.median([model.null[0].slow for model in models])) if models else USUAL_BIAS_K
+
+    @cached_property
     def feigned(self) -> float:
         """Misfit that errors of the law's thermometers may feign in thermal causes, RMS [m].
 
@@ -151,7 +165,7 @@ class Workbench:
         parts = []
         for sensor in self.view.base:
             model = self.model(sensor)
-            bias = USUAL_BIAS_K if model is None else model.null[0].slow
+            bias = USUAL_BIAS_K if model is None else min(model.null[0].slow, self.usual_bias)
             error = np.hypot(bias, resolution(self.view, sensor) / np.sqrt(12.0))
             span = float(np.sqrt((self.slopes_span(sensor) ** 2).mean()))
             parts.append(self.slopes[sensor] * span * error)

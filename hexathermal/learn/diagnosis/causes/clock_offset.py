@@ -35,4 +35,4 @@ def trials(bench: Workbench) -> Iterator[Trial]:
         base = view.base_of([view.shifted(name, offset) for name in view.base])
         yield Trial(CAUSE.name, np.zeros((len(view.q), 0)), None, "", {"offset_s": float(offset)}, base=base,
                     repair=partial(SensorRepair, CAUSE.name, "clock", {"offset_s": float(offset)}),
-                    advantage=timing.advantage(offset))  # fmt: skip
+                    anew=True, advantage=timing.advantage(offset))  # fmt: skip

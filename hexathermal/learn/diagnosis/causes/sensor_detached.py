@@ -32,10 +32,10 @@ CAUSE = Cause(
     ),
     experiment="Look at it; touch it and see whether it answers as before.",
     words="{target} has come off and reads the air",
-    thermal=True,
 )
 
-PARTS_OF_RUN = (0.0, 0.15, 0.3, 0.45, 0.6, 0.75, 0.9)
+MOST_MOMENTS = 63
+"""Of all runs together."""
 
 
 def trials(bench: Workbench) -> Iterator[Trial]:
@@ -49,7 +49,7 @@ def trials(bench: Workbench) -> Iterator[Trial]:
             continue
         span, own = bench.slopes_span(sensor), view.temperatures(sensor)
         for k, rows in enumerate(view.runs):
-            for part in PARTS_OF_RUN:
+            for part in np.linspace(0.0, 0.9, max(2, min(7, MOST_MOMENTS // len(view.runs)))):
                 if k == 0 and part == 0.0:
                     continue
                 begin, end = float(rows.signals.time[0]), float(rows.signals.time[-1])

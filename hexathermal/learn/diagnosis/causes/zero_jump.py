@@ -24,18 +24,20 @@ CAUSE = Cause(
     words="the zero jumps in {target}",
 )
 
-MOST_MOMENTS = 60
+MOST_MOMENTS = 480
+"""Of all runs together, so that the work grows with the rows alone."""
 
 
 def trials(bench: Workbench) -> Iterator[Trial]:
     """Give steps at the beginnings of windows, run by run."""
     view = bench.view
     run, time = view.channel.run, view.time
+    moments = max(4, MOST_MOMENTS // len(view.runs))
     for k, rows in enumerate(view.runs):
         own = np.flatnonzero(run == k)
         later = run > k if not view.zeroed_by_run else np.zeros(len(run), dtype=bool)
         first = 1 if (k == 0 or view.zeroed_by_run) else 0
-        chosen = own[np.unique(np.linspace(first, len(own) - 1, MOST_MOMENTS).astype(int))] if len(own) > 2 else ()
+        chosen = own[np.unique(np.linspace(first, len(own) - 1, moments).astype(int))] if len(own) > 2 else ()
         for i in chosen:
             step = (((run == k) & (np.arange(len(run)) >= i)) | later).astype(float)
             where = {"run": rows.run.name, "time_s": round(float(time[i]), 1)}
