@@ -264,7 +264,7 @@ def sentences(found: Diagnosis) -> list[str]:
 def gain_words(found: Diagnosis) -> str:
     """Return what the extended law gains on runs for validation, in words."""
     if found.gain is None:
-        return "There are no runs for validation: what the extended law gains is not known."
+        return "There are no runs for validation that could be judged: what the extended law gains is not known."
     one = found.gain.total
     before, after, part = one.rmse_before * 1e6, one.rmse_after.value * 1e6, one.rmse_gain
     if not changed(found):

@@ -3,19 +3,22 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 
 from hexathermal.learn.campaign import Campaign
+from hexathermal.learn.diagnosis.causes import catalogue
 from hexathermal.learn.diagnosis.course import Course, Progress, base_law, searched
 from hexathermal.learn.diagnosis.extension import extended_law, gained, reachable
 from hexathermal.learn.diagnosis.limits import limits_of
 from hexathermal.learn.diagnosis.next_experiments import next_experiments
+from hexathermal.learn.diagnosis.recorded import judged_runs, refuse_silent, silence_words
 from hexathermal.learn.diagnosis.residuals import run_residuals
 from hexathermal.learn.diagnosis.result import Candidate, Diagnosis
 from hexathermal.learn.diagnosis.words import effect_of
 from hexathermal.learn.law import IdentifiedLaw
-from hexathermal.learn.signals import campaign_rows
+from hexathermal.learn.signals import RunRows, campaign_rows
 
 MOST_CANDIDATES = 12
 
@@ -53,10 +56,10 @@ def diagnose(
         progress(0, 5, "reading the runs")
     base = base_law(campaign, sensors, law)
     rows = campaign_rows(campaign, "identification")
+    refuse_silent(rows, base.sensors)
     course = searched(campaign, base, rows, progress)
     if progress is not None:
         progress(4, 5, "what it gains on runs never fitted")
-    held = campaign_rows(campaign, "validation")
     last = course.last
     mean, covariance = last.fit(last.levels)
     effects = tuple(
@@ -64,14 +67,16 @@ def diagnose(
         for found, stage in zip(course.found, course.stages, strict=True)
     )
     extended = extended_law(base, last)
+    held, mute = judged_runs(campaign_rows(campaign, "validation"), (base, extended))
+    seen = replace(campaign, runs=tuple(run for run in campaign.runs if run.name not in mute))
     verdict, probability, follows = _verdict(course)
     limits, confusions = limits_of(course.first, course.steps[0].levels, course.threshold)
     candidates = _candidates(course)
     return Diagnosis(
-        verdict, probability, effects, follows, candidates, base, extended, gained(base, extended, campaign),
+        verdict, probability, effects, follows, candidates, base, extended, gained(base, extended, seen),
         reachable(campaign, last, held, base.sensors), last.levels, course.threshold, limits, confusions,
         next_experiments(course, confusions, candidates), run_residuals(campaign, course, rows, held, base, extended),
-        campaign.title, _notes(course),
+        campaign.title, (*_notes(course), *_unseen(course, rows, mute)),
     )  # fmt: skip
 
 
@@ -116,6 +121,18 @@ def _notes(course: Course) -> tuple[str, ...]:
     if len(view.base) == 1 and view.kind == "leg" and course.first.bench.model(view.base[0]) is None:
         notes.append("too few other thermometers: a fault of the law's own sensor cannot be told from the leg's")
     return tuple(notes)
+
+
+def _unseen(course: Course, rows: Sequence[RunRows], mute: Sequence[str]) -> list[str]:
+    """Return what was not looked at, and why."""
+    notes = silence_words(rows)
+    if mute:
+        notes.append(f"not judged, what the law reads has no values there: {', '.join(mute)}")
+    tried = {trial.cause for trial in course.first.search.trials}
+    lost = [name for name in catalogue() if name not in tried]
+    if lost:
+        notes.append(f"not looked for, since this campaign does not record what would show them: {', '.join(lost)}")
+    return notes
 
 
 def _aliases(course: Course) -> list[str]:

@@ -84,6 +84,8 @@ def reachable(campaign: Campaign, last: Stage, rows: Sequence[RunRows], base: tu
     for repair in last.repairs:
         rows = [mended(one, repair) for one in rows]
     fresh = Stage(view_of(campaign, rows, base))
+    if fresh.view.sensors != last.view.sensors:
+        return None
     train, held = _free_columns(last), _free_columns(fresh)
     if train.shape[1] != held.shape[1]:
         return None

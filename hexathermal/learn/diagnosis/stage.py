@@ -11,6 +11,7 @@ import numpy as np
 from hexathermal.learn.campaign import Campaign
 from hexathermal.learn.diagnosis.channels import Channel, Levels, marginal
 from hexathermal.learn.diagnosis.evidence import Base, Scored
+from hexathermal.learn.diagnosis.recorded import silent_inputs, silent_sensors, without_inputs
 from hexathermal.learn.diagnosis.search import REPEATED, TWINS, Ranked, Search, Step, base_sizes
 from hexathermal.learn.diagnosis.trials import Trial, Workbench
 from hexathermal.learn.diagnosis.view import View
@@ -23,10 +24,12 @@ LARGEST = 3.0
 
 
 def view_of(campaign: Campaign, runs: Sequence[RunRows], base: tuple[str, ...]) -> View:
-    """Return runs as the diagnosis sees them."""
+    """Return runs as the diagnosis sees them: sensors and inputs without values in one of them are left out."""
+    silent, inputs = silent_sensors(runs), silent_inputs(runs)
+    sensors = tuple(name for name in campaign.sensors if name not in silent)
     placed = [item for item in campaign.thermocouples if item.position is not None]
     return View(
-        tuple(runs), campaign.sensors, base, campaign.kind, campaign.zero == "run",
+        tuple(without_inputs(rows, inputs) for rows in runs), sensors, base, campaign.kind, campaign.zero == "run",
         campaign.beams.dead_path if campaign.beams is not None else 0.0,
         {item.name: float(item.position or 0.0) for item in placed}, {item.name: item.part for item in placed},
         tuple(run.name for run in campaign.runs),
