@@ -21,7 +21,7 @@ from rich.progress import track
 
 from benchmarks import hidden_rates as rates
 from benchmarks.ablation import SWITCHES, without
-from benchmarks.hidden_effects import CLEAN, ONE, OUTSIDE, Outcome, outcome_of, plan
+from benchmarks.hidden_effects import BENCHES, CLEAN, HELD_OUT, ONE, OUTSIDE, Outcome, outcome_of, plan
 from benchmarks.hidden_timing import Timed, timed
 
 WHOLE = next(iter(SWITCHES))
@@ -33,6 +33,8 @@ def _options(arguments: Sequence[str] | None) -> argparse.Namespace:
     parser = argparse.ArgumentParser(prog="python -m benchmarks.diagnosis", description=__doc__)
     parser.add_argument("--draws", type=int, default=500, metavar="N", help="how many (default 500)")
     parser.add_argument("--seed", type=int, metavar="S", help="of the draws; default: fresh, or the records' own")
+    parser.add_argument("--bench", action="append", choices=(*BENCHES, HELD_OUT), metavar="NAME",
+                        help=f"one bench, again for more (default all but {HELD_OUT}, kept for the end)")  # fmt: skip
     parser.add_argument("--ablation", type=int, default=0, metavar="N", help="draws for each ingredient (default none)")
     parser.add_argument("--processes", type=int, default=2, metavar="N", help="(default 2)")
     parser.add_argument("--records", type=Path, default=Path("build/diagnosis.jsonl"), metavar="FILE",
@@ -149,7 +151,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         return 1
     if known is None:
         options.records.write_text(json.dumps({"seed_of_all": seed}) + "\n", encoding="utf-8")
-    draws = plan(options.draws, seed)
+    draws = plan(options.draws, seed, options.bench or BENCHES)
     jobs: list[Job] = [(WHOLE, *draw) for draw in draws]
     jobs += [(name, *draw) for draw in draws[: options.ablation] for name in SWITCHES if name != WHOLE]
     found |= dict(_run([job for job in jobs if job not in found], options.processes, options.records, console))

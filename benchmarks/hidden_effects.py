@@ -9,6 +9,7 @@ from __future__ import annotations
 import json
 import tempfile
 import time
+from collections.abc import Sequence
 from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from typing import Any
@@ -17,6 +18,9 @@ CLEAN, ONE, TWO, OUTSIDE = "clean", "one", "two", "outside"
 KINDS = (CLEAN, ONE, TWO, OUTSIDE)
 BENCHES = ("modal", "finite_volume", "component", "quiet", "rough")
 """Benches of `hexathermal.simulate.hidden`."""
+
+HELD_OUT = "held_out"
+"""The bench that no figure of the diagnosis was ever chosen by: looked at for the closing figures only."""
 
 TOP = 4
 
@@ -179,9 +183,9 @@ def outcome_of(bench: str, seed: int, causes: tuple[str, ...] | None = None, str
     )  # fmt: skip
 
 
-def plan(count: int, seed: int) -> list[tuple[str, int]]:
+def plan(count: int, seed: int, of: Sequence[str] = BENCHES) -> list[tuple[str, int]]:
     """Return benches and seeds of draws: benches in turn, seeds from one."""
     import numpy as np
 
     seeds = np.random.default_rng(seed).integers(2**53, size=count)
-    return [(BENCHES[k % len(BENCHES)], int(one)) for k, one in enumerate(seeds)]
+    return [(of[k % len(of)], int(one)) for k, one in enumerate(seeds)]
