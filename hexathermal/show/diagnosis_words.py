@@ -14,16 +14,6 @@ if TYPE_CHECKING:
 COVERAGE = 1.96
 """Half of a 95 % interval over the standard uncertainty."""
 
-UNITS: dict[str, tuple[str, float]] = {
-    "1/K": ("um/m/K", 1e6),
-    "1/K^2": ("um/m/K^2", 1e6),
-    "m": ("mm", 1e3),
-    "m per unit": ("um per unit", 1e6),
-    "1e-6": ("um/m", 1.0),
-    "1": ("", 1.0),
-}
-"""Unit that is shown for a unit of a parameter, and its factor; others stay."""
-
 ENDINGS = ("_per_K2", "_um_per_K", "_um_per_h", "_K_per_h", "_per_K", "_um", "_mm", "_ppm", "_s", "_m")
 """Of a parameter's name: the unit, which is shown apart."""
 
@@ -88,7 +78,9 @@ def parameter(name: str, quantity: Quantity, kind: str = "leg") -> Shown:
     >>> parameter("pitch_m", Quantity(2e-3, 1e-5, "m")).cells
     ('2.000', '0.010', '1.980 to 2.020')
     """
-    unit, factor = UNITS.get(quantity.unit, (quantity.unit, 1.0))
+    from hexathermal.learn.diagnosis.words import WORKSHOP
+
+    unit, factor = WORKSHOP.get(quantity.unit, (quantity.unit, 1.0))
     if kind != "leg":
         unit = unit.replace("/m/K", "/K")
     if quantity.unit == "s" and abs(quantity.value) >= 120.0:

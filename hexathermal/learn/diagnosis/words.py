@@ -49,6 +49,16 @@ SPOKEN = {
 HIDDEN = ("ratio", "path_m", "stroke_share", "decay_runs", "order", "power")
 """Settings of shapes that say nothing to a reader."""
 
+WORKSHOP: dict[str, tuple[str, float]] = {
+    "1/K": ("um/m/K", 1e6),
+    "1/K^2": ("um/m/K^2", 1e6),
+    "m": ("mm", 1e3),
+    "m per unit": ("um per unit", 1e6),
+    "1e-6": ("um/m", 1.0),
+    "1": ("", 1.0),
+}
+"""Unit in which people measure, for a unit of a parameter, and its factor; others stay."""
+
 UNITS = {"time_constant_s": "s", "pitch_m": "m", "time_s": "s", "offset_s": "s"}
 
 
@@ -141,29 +151,33 @@ def _sentence(
 ) -> str:
     """Return the finding in one sentence."""
     known = catalogue()[cause].CAUSE
-    parts = [f"{SPOKEN.get(name, name)} {told(one)}" for name, one in parameters.items() if name in SPOKEN]
+    words = known.words.format(target=target or "the part")
     if "other" in settings:
-        parts.append(f"the other is {settings['other']}")
+        words = words.replace("another thermometer", str(settings["other"]))
+    if "offset_s" in parameters and parameters["offset_s"].value < 0.0:
+        words = words.replace("runs ahead of", "runs behind")
+    parts = [f"{SPOKEN.get(name, name)} {told(one)}" for name, one in parameters.items() if name in SPOKEN]
     inside = f" ({'; '.join(parts)})" if parts else ""
     return (
-        f"The residual is {cause}{inside}: {known.words.format(target=target or 'the part')}; "
-        f"{visible * UM:.2g} um of it stay visible when the law is refitted."
+        f"The residual is {cause}{inside}: {words}; {visible * UM:.2g} um of it stay visible when the law is refitted."
     )
 
 
 def told(one: Quantity) -> str:
-    """Return a quantity as a text, rounded to two digits of its standard uncertainty.
+    """Return a quantity as a text in a unit that people measure in, rounded to two digits of its uncertainty.
 
-    >>> told(Quantity(0.31294, 0.0213, "um"))
-    '0.313 ± 0.021 um'
+    >>> told(Quantity(0.31294, 0.0213, "um")), told(Quantity(9.66e-07, 6e-08, "1/K"))
+    ('0.313 ± 0.021 um', '0.966 ± 0.060 um/m/K')
     """
+    unit, factor = WORKSHOP.get(one.unit, (one.unit, 1.0))
+    one = Quantity(one.value * factor, one.std * factor, unit)
     if not np.isfinite(one.std) or one.std <= 0.0:
-        return f"{one.value:.3g} {one.unit}".removesuffix(" 1")
+        return f"{one.value:.3g} {one.unit}".rstrip()
     digits = 1 - int(np.floor(np.log10(one.std)))
     if not -6 < digits < 6:
-        return f"{one.value:.3g} ± {one.std:.2g} {one.unit}".removesuffix(" 1")
+        return f"{one.value:.3g} ± {one.std:.2g} {one.unit}".rstrip()
     places = max(digits, 0)
-    return f"{round(one.value, digits):.{places}f} ± {round(one.std, digits):.{places}f} {one.unit}".removesuffix(" 1")
+    return f"{round(one.value, digits):.{places}f} ± {round(one.std, digits):.{places}f} {one.unit}".rstrip()
 
 
 def experiment_of(cause: str) -> str:
