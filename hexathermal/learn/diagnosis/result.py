@@ -159,7 +159,7 @@ class Diagnosis:
     gain : Gain or None
         On validation runs; None where there are none.
     reachable : float or None
-        RMSE [m] on validation runs that a free fit of flexible columns reaches: a floor for any extension.
+        RMSE [m] on validation runs that a free fit of flexible columns reaches, for comparison.
     noise : Levels
         Of the drift in the end [m].
     threshold : float
