@@ -34,7 +34,9 @@ USUAL = 0.8
 """Quantile of the bystanders that counts as chance."""
 
 MOST_PARITY = 60.0
-FOLLOWED = 2.0
+FOLLOWED, LEAST_WITNESS = 5.0, 2.0
+"""What the drift says for a sensor's fault counts up to so many times what the parity says beyond so much."""
+
 MOST_WITNESSED = 16
 """Trials of a sensor's fault whose parity is asked."""
 
@@ -211,11 +213,11 @@ class Search:
         """Return the evidence of a trial in the drift with that of other witnesses.
 
         A fault of a thermometer must show against the other thermometers too: what the drift says for it counts up to
-        `FOLLOWED` times what they say.
+        `FOLLOWED` times what they say beyond `LEAST_WITNESS`.
         """
         parity = self._parity(trial)
         if trial.parity is not None and trial.least_parity < 0.0:
-            drift = min(drift, FOLLOWED * max(parity, 0.0))
+            drift = min(drift, FOLLOWED * max(parity - LEAST_WITNESS, 0.0))
         return drift + trial.advantage + parity
 
     def _parity(self, trial: Trial) -> float:

@@ -32,6 +32,7 @@ CAUSE = Cause(
     ),
     experiment="Look at it; touch it and see whether it answers as before.",
     words="{target} has come off and reads the air",
+    thermal=True,
 )
 
 MOST_MOMENTS = 63

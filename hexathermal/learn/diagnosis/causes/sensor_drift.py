@@ -28,6 +28,7 @@ CAUSE = Cause(
     ),
     experiment="Read the thermometer beside a second one for a day at constant temperature.",
     words="the reading of {target} drifts",
+    thermal=True,
 )
 
 DECAYS = (1e9, 3.0)
