@@ -8,7 +8,7 @@ from itertools import pairwise
 import numpy as np
 from scipy.stats import beta
 
-from benchmarks.hidden_effects import BENCHES, CLEAN, KINDS, ONE, OUTSIDE, TWO, Outcome
+from benchmarks.hidden_effects import CLEAN, KINDS, ONE, OUTSIDE, TWO, Outcome
 
 STRENGTHS = {"0.25 to 0.35": (0.0, 0.354), "0.35 to 0.7": (0.354, 0.707), "0.7 to 1.4": (0.707, 1.414),
              "1.4 to 2": (1.414, np.inf)}  # fmt: skip
@@ -123,7 +123,7 @@ def by_cause(draws: Sequence[Outcome]) -> str:
 def by_bench(draws: Sequence[Outcome]) -> str:
     """Return the main rates of each bench."""
     rows = []
-    for bench in BENCHES:
+    for bench in dict.fromkeys(one.bench for one in draws):
         own = [one for one in draws if one.bench == bench]
         single, clean, strange = of_kind(own, ONE), of_kind(own, CLEAN), of_kind(own, OUTSIDE)
         rates = [_share(stronger(single, *bounds), lambda one: one.right) for bounds in STRENGTHS.values()]
