@@ -100,10 +100,10 @@ ABOUT = """\
 # The diagnosis on hidden effects, measured
 
 {count} draws of `hexathermal.simulate.hidden`, seed {seed}, bench: {benches}. The generator shares no code with the
-diagnosis. Rates of the benches but `held_out` were looked at while it was made; `held_out` was made and drawn
-from last, and after its draws were seen one rule was made stricter (what a fault of a thermometer must show against the
-others), so that a fresh seed shows fewer such names, right and wrong. Causes, strengths (log-uniform 0.25 to 2), noise,
-bias of the sensors and the number of effects are drawn. Each campaign is a folder, diagnosed from its files with the
+diagnosis. Rates of the benches but `held_out` were looked at while it was made; `held_out` was made last.
+After its first draws were seen one rule was made stricter (what a fault of a thermometer must show against the others);
+a table of it is of draws made after that. Causes, strengths (log-uniform 0.25 to 2), noise, bias of the sensors and the
+number of effects are drawn. Each campaign is a folder, diagnosed from its files with the
 sensors of the base law; the answer is read afterwards. [How it is done](diagnosis.md). Repeat:
 
 ```text
