@@ -7,10 +7,9 @@ whitened data a draw is a vector of independent normal numbers, so that hundreds
 from __future__ import annotations
 
 import numpy as np
-from scipy import linalg
 
 from hexathermal.learn.diagnosis.channels import Channel, Levels
-from hexathermal.learn.diagnosis.evidence import RHO, Base, sizes_of, visible
+from hexathermal.learn.diagnosis.evidence import RHO, Base, mean_log, projected, sizes_of, stacked_columns
 from hexathermal.learn.diagnosis.trials import Trial
 from hexathermal.poses import FloatArray
 
@@ -35,26 +34,13 @@ def chance_threshold(
     terms = [trial for trial in trials if trial.base is None and trial.columns.shape[1] <= 2]
     if not terms:
         return 0.0
-    n = base.X.shape[1]
-    columns = np.column_stack([trial.columns for trial in terms])
-    table, _ = channel.whitened(np.column_stack([base.X, columns]), levels)
-    Xs, Z = table[:, :n] * base.sd, table[:, n:]
-    factor = linalg.cho_factor(Xs.T @ Xs + np.eye(n), lower=True)
-    half = linalg.solve_triangular(factor[0], Xs.T, lower=True)
-    draws = np.random.default_rng(seed).standard_normal((len(channel), DRAWS))
-    G = Z.T @ (draws - Xs @ linalg.cho_solve(factor, Xs.T @ draws))
-    HZ = half @ Z
-    left = visible(columns, base.X)
+    view = projected(channel, base, levels, stacked_columns(channel, terms), terms)
+    G = view.scores(np.random.default_rng(seed).standard_normal((len(channel), DRAWS)))
     families: dict[str, list[FloatArray]] = {}
-    at = 0
-    for trial in terms:
-        k = trial.columns.shape[1]
-        own = slice(at, at + k)
-        at += k
-        size = sizes_of(trial, left[own], levels.rms, largest)
-        S = Z[:, own].T @ Z[:, own] - HZ[:, own].T @ HZ[:, own]
-        families.setdefault(trial.cause, []).append(_values(S, G[own], size))
-    best = np.max([_mean_log(np.array(values)) for values in families.values()], axis=0)
+    for trial, own in zip(terms, view.places, strict=True):
+        size = sizes_of(trial, view.left[own], levels.rms, largest)
+        families.setdefault(trial.cause, []).append(_values(view.information(own), G[own], size))
+    best = np.max([mean_log(np.array(values)) for values in families.values()], axis=0)
     scale = np.sqrt(6.0) / np.pi * float(best.std())
     return float(best.mean() - 0.5772 * scale - scale * np.log(-np.log(1.0 - FALSE_ALARMS)))
 
@@ -67,10 +53,4 @@ def _values(S: FloatArray, g: FloatArray, size: FloatArray) -> FloatArray:
         M = S * np.outer(sd, sd) + np.eye(len(sd))
         b = g * sd[:, None]
         found.append(0.5 * (b * np.linalg.solve(M, b)).sum(axis=0) - 0.5 * np.linalg.slogdet(M)[1])
-    return _mean_log(np.array(found))
-
-
-def _mean_log(values: FloatArray) -> FloatArray:
-    """Return the logarithm of the mean of exponentials over the first axis."""
-    top = values.max(axis=0)
-    return np.asarray(top + np.log(np.exp(values - top).mean(axis=0)))
+    return mean_log(np.array(found))

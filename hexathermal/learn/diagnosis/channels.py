@@ -121,6 +121,11 @@ class Channel:
         table, logdet = self.whitened(np.column_stack([self.y, X]), levels)
         return marginal(table[:, 0], table[:, 1:], sd)[0] - 0.5 * logdet + self.prior(levels)
 
+    def solved(self, X: FloatArray, sd: FloatArray, levels: Levels) -> tuple[float, FloatArray, FloatArray]:
+        """Return `marginal` of the whitened channel with columns X: evidence without log det V, means, covariance."""
+        table, _ = self.whitened(np.column_stack([self.y, X]), levels)
+        return marginal(table[:, 0], table[:, 1:], sd)
+
     def prior(self, levels: Levels) -> float:
         """Return the log prior of levels: loose about the channel's own scale; an offset is the first row's noise."""
         *theta, ratio = self.theta(levels).tolist()

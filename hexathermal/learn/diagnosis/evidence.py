@@ -13,7 +13,9 @@ Theory of Statistics 2B, 2004, 7.37 ff.).
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 from scipy import linalg
@@ -82,19 +84,23 @@ class Scored:
         return min(self.value, relevance(self.visible, self.noise, self.trial.feigned))
 
 
+def tolerance(noise: float, feigned: float) -> float:
+    """Return the misfit that the null tolerates in any shape, RMS: of the noise, and what thermometers feign."""
+    return float(np.hypot(TOLERATED * noise, feigned))
+
+
 def relevance(shown: float, noise: float, feigned: float) -> float:
     """Return the most that an effect of some visible size may say against a null that tolerates small misfit.
 
-    The null's misfit is ``N(0, tolerance^2)`` in the effect's own shape, `TOLERATED` of the noise and what thermometers
-    feign: many rows cannot make it more certain than ``1/2 (shown / tolerance)^2``.
+    The null's misfit is ``N(0, tolerance^2)`` in the effect's own shape: many rows cannot make it more certain than
+    ``1/2 (shown / tolerance)^2``.
     """
-    return 0.5 * (shown / float(np.hypot(TOLERATED * noise, feigned))) ** 2
+    return 0.5 * (shown / tolerance(noise, feigned)) ** 2
 
 
 def visible(columns: FloatArray, base: FloatArray) -> FloatArray:
     """Return the RMS of what stays of columns after the base is refitted, shape (m,)."""
-    N = base
-    Q, R = linalg.qr(N / (np.sqrt((N**2).mean(axis=0)) + 1e-30), mode="economic")
+    Q, R = linalg.qr(base / (np.sqrt((base**2).mean(axis=0)) + 1e-30), mode="economic")
     keep = np.abs(np.diag(R)) > 1e-9 * np.abs(np.diag(R)).max()
     left = columns - Q[:, keep] @ (Q[:, keep].T @ columns)
     return np.asarray(np.sqrt((left**2).mean(axis=0)))
@@ -106,6 +112,61 @@ def sizes_of(trial: Trial, left: FloatArray, noise: float, largest: float) -> Fl
     k = trial.columns.shape[1]
     wanted = noise / np.sqrt(k) / np.maximum(left, 1e-3 * rms)
     return np.asarray(np.minimum(wanted, largest / rms))
+
+
+@dataclass(frozen=True, eq=False)
+class Projection:
+    """A channel, a base and trials' columns, whitened, with the base integrated out.
+
+    Attributes
+    ----------
+    r, X, Z : array, shape (n,), (n, p), (n, m)
+        Of the channel, the base and all columns, whitened.
+    Xs : array, shape (n, p)
+        X times the sizes of the priors.
+    factor : array, shape (p, p)
+        Lower Cholesky factor of ``Xs' Xs + I``.
+    HZ : array, shape (p, m)
+    left : array, shape (m,)
+        RMS of what stays visible of each column.
+    places : tuple of slice
+        Columns of each trial.
+    """
+
+    r: FloatArray
+    X: FloatArray
+    Z: FloatArray
+    Xs: FloatArray
+    factor: FloatArray
+    HZ: FloatArray
+    left: FloatArray
+    places: tuple[slice, ...]
+
+    def scores(self, rows: FloatArray) -> FloatArray:
+        """Return ``Z' P r`` of whitened data r, shape (n,) or (n, d)."""
+        return np.asarray(self.Z.T @ (rows - self.Xs @ linalg.cho_solve((self.factor, True), self.Xs.T @ rows)))
+
+    def information(self, own: slice) -> FloatArray:
+        """Return ``S = Z' P Z`` of a trial's columns."""
+        return np.asarray(self.Z[:, own].T @ self.Z[:, own] - self.HZ[:, own].T @ self.HZ[:, own])
+
+
+def stacked_columns(channel: Channel, trials: Sequence[Trial]) -> FloatArray:
+    """Return the columns of all trials beside each other, shape (n, m)."""
+    return np.column_stack([trial.columns for trial in trials]) if trials else np.zeros((len(channel), 0))
+
+
+def projected(channel: Channel, base: Base, levels: Levels, columns: FloatArray, trials: Sequence[Trial]) -> Projection:
+    """Return the projection of trials whose columns stand in `columns`."""
+    n = base.X.shape[1]
+    table, _logdet = channel.whitened(np.column_stack([channel.y, base.X, columns]), levels)
+    r, X, Z = table[:, 0], table[:, 1 : n + 1], table[:, n + 1 :]
+    Xs = X * base.sd
+    factor, _lower = linalg.cho_factor(Xs.T @ Xs + np.eye(n), lower=True)
+    HZ = linalg.solve_triangular(factor, Xs.T, lower=True) @ Z
+    edges = np.cumsum([0, *(trial.columns.shape[1] for trial in trials)]).tolist()
+    places = tuple(slice(a, b) for a, b in pairwise(edges))
+    return Projection(r, X, Z, Xs, factor, HZ, visible(columns, base.X), places)
 
 
 def screened(channel: Channel, base: Base, levels: Levels, trials: list[Trial], largest: float) -> list[Scored]:
@@ -121,48 +182,30 @@ def screened(channel: Channel, base: Base, levels: Levels, trials: list[Trial], 
     largest : float
         RMS of the largest effect thought possible, in the channel's unit.
     """
-    n = base.X.shape[1]
     terms = [trial for trial in trials if trial.base is None]
-    columns = np.column_stack([trial.columns for trial in terms]) if terms else np.zeros((len(channel), 0))
-    table, _logdet = channel.whitened(np.column_stack([channel.y, base.X, columns]), levels)
-    r, X, Z = table[:, 0], table[:, 1 : n + 1], table[:, n + 1 :]
-    Xs = X * base.sd
-    factor = linalg.cho_factor(Xs.T @ Xs + np.eye(n), lower=True)
-    half = linalg.solve_triangular(factor[0], Xs.T, lower=True)
-    rp = r - Xs @ linalg.cho_solve(factor, Xs.T @ r)
-    HZ = half @ Z
-    g = Z.T @ rp
-    left = visible(columns, base.X)
+    columns = stacked_columns(channel, terms)
+    view = projected(channel, base, levels, columns, terms)
+    g = view.scores(view.r)
     plain = visible(columns, base.X[:, : base.plain])
-    found, at = [], 0
-    for trial in terms:
-        k = trial.columns.shape[1]
-        own = slice(at, at + k)
-        at += k
-        size = sizes_of(trial, left[own], levels.rms, largest)
-        S = Z[:, own].T @ Z[:, own] - HZ[:, own].T @ HZ[:, own]
+    found = []
+    for trial, own in zip(terms, view.places, strict=True):
+        size = sizes_of(trial, view.left[own], levels.rms, largest)
+        S = view.information(own)
         parts = [_log_bayes(S, g[own], rho * size) for rho in RHO]
         values = np.array([value for value, _mean, _size in parts])
         best = int(np.argmax(values))
         shown = float(np.sqrt(((parts[best][1] * plain[own]) ** 2).sum()))
         spread, rho = shown / max(parts[best][2], 1e-12), float(RHO[best])
-        found.append(Scored(trial, mean_log(values) + trial.advantage, shown, levels.rms, spread, rho, rho * size))
-    null, before, _ = marginal(r, X, base.sd)
+        value = float(mean_log(values)) + trial.advantage
+        found.append(Scored(trial, value, shown, levels.rms, spread, rho, rho * size))
+    null, before, _ = marginal(view.r, view.X, base.sd)
     for trial in trials:
         if trial.base is not None:
-            value, after = _changed(channel, base, levels, trial)
-            moved = changed_base(base, trial).X @ after - base.X @ before
-            shown = float(np.sqrt((moved**2).mean()))
+            X = changed_base(base, trial).X
+            value, after, _ = channel.solved(X, base.sd, levels)
+            shown = float(np.sqrt(((X @ after - base.X @ before) ** 2).mean()))
             found.append(Scored(trial, value - null + trial.advantage, shown, levels.rms, math.nan, 0.0, np.zeros(0)))
     return found
-
-
-def _changed(channel: Channel, base: Base, levels: Levels, trial: Trial) -> tuple[float, FloatArray]:
-    """Return the log evidence, log det V apart, with the base's first columns changed by a trial, and coefficients."""
-    X = changed_base(base, trial).X
-    table, _ = channel.whitened(np.column_stack([channel.y, X]), levels)
-    value, mean, _ = marginal(table[:, 0], table[:, 1:], base.sd)
-    return value, mean
 
 
 def changed_base(base: Base, trial: Trial) -> Base:
@@ -188,7 +231,7 @@ def _log_bayes(S: FloatArray, g: FloatArray, sd: FloatArray) -> tuple[float, Flo
     return 0.5 * size**2 - float(np.log(np.diag(factor[0])).sum()), sd * z, size
 
 
-def mean_log(values: FloatArray) -> float:
-    """Return the logarithm of the mean of exponentials."""
-    top = float(np.max(values))
-    return top + float(np.log(np.mean(np.exp(values - top))))
+def mean_log(values: FloatArray) -> FloatArray:
+    """Return the logarithm of the mean of exponentials over the first axis."""
+    top = values.max(axis=0)
+    return np.asarray(top + np.log(np.exp(values - top).mean(axis=0)))

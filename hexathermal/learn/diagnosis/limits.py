@@ -6,11 +6,14 @@ import numpy as np
 from scipy import linalg
 
 from hexathermal.learn.diagnosis.channels import Levels
-from hexathermal.learn.diagnosis.evidence import TOLERATED, changed_base, visible
+from hexathermal.learn.diagnosis.evidence import changed_base, tolerance, visible
 from hexathermal.learn.diagnosis.result import Confusion, Limit
 from hexathermal.learn.diagnosis.stage import Stage
-from hexathermal.learn.diagnosis.trials import Trial
+from hexathermal.learn.diagnosis.trials import Trial, evenly
 from hexathermal.poses import FloatArray
+
+ASKED = 9
+"""Trials of a cause whose strength is asked."""
 
 CLOSE = 6.0
 """Log evidence below which two causes are told to be confused."""
@@ -26,21 +29,20 @@ def limits_of(stage: Stage, levels: Levels, threshold: float) -> tuple[tuple[Lim
     """
     causes: dict[str, list[Trial]] = {}
     for trial in stage.search.trials:
-        if not trial.cause.startswith("follows"):
+        if trial.named:
             causes.setdefault(trial.cause, []).append(trial)
     Q = _whitened_base(stage, levels)
     limits, shapes = [], {}
     for name, trials in sorted(causes.items()):
-        chosen = [trials[k] for k in np.unique(np.linspace(0, len(trials) - 1, 9).astype(int))]
-        found = [_strength(stage, levels, Q, trial) for trial in chosen]
+        found = [_strength(stage, levels, Q, trial) for trial in evenly(trials, ASKED)]
         usable = [one for one in found if one is not None]
         if not usable:
             continue
         s = float(np.median([one[0] for one in usable]))
         share = float(np.median([one[1] for one in usable]))
         need = threshold + np.log(len(trials))
-        tolerance = float(np.hypot(TOLERATED * levels.rms, trials[0].feigned))
-        least = max(np.sqrt(2.0 * need / s), np.sqrt(2.0 * threshold) * tolerance)
+        tolerated = tolerance(levels.rms, trials[0].feigned)
+        least = max(np.sqrt(2.0 * need / s), np.sqrt(2.0 * threshold) * tolerated)
         limits.append(Limit(name, float(least), float(least / max(share, 1e-3))))
         shapes[name] = (np.column_stack([one[2] for one in usable]), s, least)
     return tuple(limits), _confused(shapes)

@@ -29,7 +29,7 @@ class Order:
     @cached_property
     def loadings(self) -> FloatArray:
         """Loadings of each placed thermometer, in the unit of the leading profile's, shape (s, k)."""
-        table = np.concatenate([np.column_stack([s.dT[n] for n in self.names])[::10] for s in self.view.signals])
+        table = np.concatenate([table[::10] for table in self.view.tables(self.names)])
         w, vectors = np.linalg.eigh(table.T @ table / len(table))
         count = min(PROFILES, len(self.names) - 2)
         return np.asarray(vectors[:, ::-1][:, :count] * np.sqrt(np.maximum(w[::-1][:count], 0.0)))

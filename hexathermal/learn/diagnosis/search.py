@@ -11,7 +11,7 @@ from hexathermal.learn.diagnosis.causes import catalogue
 from hexathermal.learn.diagnosis.channels import Channel, Levels
 from hexathermal.learn.diagnosis.evidence import RHO, Base, Scored, changed_base, mean_log, relevance, screened
 from hexathermal.learn.diagnosis.trials import Trial, Workbench
-from hexathermal.learn.diagnosis.unexplained import PREFIX, THERMAL, flexible_trials
+from hexathermal.learn.diagnosis.unexplained import THERMAL, flexible_trials
 from hexathermal.poses import FloatArray
 
 NONE = "none"
@@ -69,14 +69,9 @@ class Ranked:
         return min(self.value, relevance(self.best.visible, self.levels.rms, self.best.trial.feigned))
 
     @property
-    def seen(self) -> float:
-        """Visible RMS of what was found, over the noise that is left beside it."""
-        return self.best.visible / self.levels.rms
-
-    @property
     def named(self) -> bool:
         """Whether it is a cause of the catalogue."""
-        return not self.cause.startswith(PREFIX)
+        return self.best.trial.named
 
 
 @dataclass(frozen=True, eq=False)
@@ -225,15 +220,9 @@ class Search:
         if trial.parity is None or trial.target is None:
             return 0.0
         own = self._gain(trial, trial.target)
-        others = [self._gain(trial, sensor) for sensor in self._bystanders(trial.target)]
+        others = [self._gain(trial, sensor) for sensor in self.bench.bystanders(BYSTANDERS)]
         usual = float(np.quantile(others, USUAL)) if others else 0.0
         return float(np.clip(own - max(usual, 0.0), max(trial.least_parity, -MOST_PARITY), MOST_PARITY))
-
-    def _bystanders(self, sensor: str) -> tuple[str, ...]:
-        """Return sensors outside the law, evenly chosen."""
-        others = [name for name in self.bench.view.sensors if name not in self.bench.view.base and name != sensor]
-        chosen = np.unique(np.linspace(0, len(others) - 1, min(BYSTANDERS, len(others))).astype(int))
-        return tuple(others[k] for k in chosen)
 
 
 def _families(scored: list[Scored]) -> dict[str, tuple[float, Scored]]:
@@ -245,7 +234,7 @@ def _families(scored: list[Scored]) -> dict[str, tuple[float, Scored]]:
     for name, items in groups.items():
         values = np.array([item.value for item in items])
         best = items[int(np.argmax(values))]
-        found[name] = (mean_log(values), best)
+        found[name] = (float(mean_log(values)), best)
     return found
 
 

@@ -13,7 +13,7 @@ import numpy as np
 
 from hexathermal.learn.diagnosis.along_leg import smooth_along
 from hexathermal.learn.diagnosis.channels import Channel, Levels
-from hexathermal.learn.diagnosis.view import View, smoothed
+from hexathermal.learn.diagnosis.view import View, leading_profiles, smoothed
 from hexathermal.poses import FloatArray
 
 FEWEST_OTHERS = 5
@@ -59,8 +59,7 @@ class SensorModel:
     @cached_property
     def profiles(self) -> list[FloatArray]:
         """Leading profiles of the others in all rows of each run, shape (n, k)."""
-        basis = self.basis
-        return [np.column_stack([s.dT[name] for name in self.others]) @ basis for s in self.view.signals]
+        return [table @ self.basis for table in self.view.tables(self.others)]
 
     @cached_property
     def own(self) -> list[FloatArray]:
@@ -70,10 +69,7 @@ class SensorModel:
     @cached_property
     def basis(self) -> FloatArray:
         """Weights of the others in each leading profile, shape (s, k)."""
-        tables = [np.column_stack([signals.dT[name] for name in self.others]) for signals in self.view.signals]
-        stacked = np.concatenate([table[:: max(1, len(table) // 300)] for table in tables])
-        _w, vectors = np.linalg.eigh(stacked.T @ stacked)
-        return np.asarray(vectors[:, ::-1][:, : min(MOST_PROFILES, max(1, len(self.others) // 2))])
+        return leading_profiles(self.view.tables(self.others), min(MOST_PROFILES, max(1, len(self.others) // 2)))
 
     @cached_property
     def expected(self) -> tuple[FloatArray, FloatArray]:

@@ -31,7 +31,7 @@ def view_of(campaign: Campaign, runs: Sequence[RunRows], base: tuple[str, ...]) 
     return View(
         tuple(without_inputs(rows, inputs) for rows in runs), sensors, base, campaign.kind, campaign.zero == "run",
         campaign.beams.dead_path if campaign.beams is not None else 0.0,
-        {item.name: float(item.position or 0.0) for item in placed}, {item.name: item.part for item in placed},
+        {item.name: float(item.position or 0.0) for item in placed},
         tuple(run.name for run in campaign.runs),
     )  # fmt: skip
 
@@ -69,10 +69,7 @@ class Stage:
     @cached_property
     def bench(self) -> Workbench:
         """What trials are built from, with the law as it fits at first."""
-        X, sd = self._plain
-        levels, _ = self.channel.fitted(X, sd)
-        table, _ = self.channel.whitened(np.column_stack([self.channel.y, X]), levels)
-        coefficients = marginal(table[:, 0], table[:, 1:], sd)[1]
+        coefficients, _ = self.fit(self.levels)
         return Workbench(self.view, coefficients[: self.view.base_columns.shape[1]])
 
     @cached_property
@@ -139,17 +136,14 @@ class Stage:
     def amplitudes(self, leader: Ranked) -> tuple[FloatArray, FloatArray]:
         """Return the amplitudes of a leader's columns beside the base, and their standard uncertainties."""
         base = self.search.system(leader.best)
-        table, _ = self.channel.whitened(np.column_stack([self.channel.y, base.X]), leader.levels)
-        _, mean, covariance = marginal(table[:, 0], table[:, 1:], base.sd)
+        _, mean, covariance = self.channel.solved(base.X, base.sd, leader.levels)
         k = leader.best.trial.columns.shape[1]
         own = slice(len(mean) - k, len(mean))
         return mean[own], np.sqrt(np.diagonal(covariance)[own])
 
     def fit(self, levels: Levels) -> tuple[FloatArray, FloatArray]:
         """Return the coefficients of the law and of what joined it, and their covariance, at one noise."""
-        X, sd = self._plain
-        table, _ = self.channel.whitened(np.column_stack([self.channel.y, X]), levels)
-        _, mean, covariance = marginal(table[:, 0], table[:, 1:], sd)
+        _, mean, covariance = self.channel.solved(*self._plain, levels)
         return mean, covariance
 
     def predicted(self, coefficients: FloatArray) -> FloatArray:
@@ -159,8 +153,7 @@ class Stage:
     @cached_property
     def levels(self) -> Levels:
         """Noise of the drift beside the law and what joined it."""
-        X, sd = self._plain
-        return self.channel.fitted(X, sd)[0]
+        return self.channel.fitted(*self._plain)[0]
 
     def left_out(self, levels: Levels) -> FloatArray:
         """Return residuals in windows of each run by a fit of all others, shape (n,)."""

@@ -12,7 +12,7 @@ from functools import cached_property
 import numpy as np
 from scipy import special
 
-from hexathermal.learn.diagnosis.view import View, smoothed
+from hexathermal.learn.diagnosis.view import View, leading_profiles, smoothed
 from hexathermal.machine.leg_signals import Memory
 from hexathermal.poses import FloatArray
 
@@ -44,9 +44,8 @@ class Timing:
     def _grids(self) -> list[tuple[FloatArray, FloatArray, FloatArray, FloatArray]]:
         """Of each run: times, leading profiles, the grid, and the motion's columns on it."""
         view = self.view
-        tables = [np.column_stack([signals.dT[name] for name in view.sensors]) for signals in view.signals]
-        stacked = np.concatenate([table[:: max(1, len(table) // 300)] for table in tables])
-        _w, vectors = np.linalg.eigh(stacked.T @ stacked)
+        tables = view.tables(view.sensors)
+        chosen = leading_profiles(tables, PROFILES)
         found = []
         for signals, table in zip(view.signals, tables, strict=True):
             time = signals.time
@@ -60,7 +59,7 @@ class Timing:
             columns = smoothed(time, passed)
             at = np.column_stack([np.interp(grid, time, column) for column in columns.T])
             rows = np.column_stack([at[1:], np.diff(at, axis=0), np.ones(len(at) - 1)])
-            found.append((time, table @ vectors[:, ::-1][:, :PROFILES], grid, rows))
+            found.append((time, table @ chosen, grid, rows))
         return found
 
     def _misfit(self, offset: float) -> float:

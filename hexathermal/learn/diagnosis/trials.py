@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import TYPE_CHECKING, Any, Protocol
+from typing import TYPE_CHECKING, Any, Protocol, TypeVar
 
 import numpy as np
 
@@ -16,6 +16,11 @@ from hexathermal.poses import FloatArray
 if TYPE_CHECKING:
     from hexathermal.machine.leg_repairs import SensorRepair
 
+
+Item = TypeVar("Item")
+
+PREFIX = "follows "
+"""What a nameless trial's cause begins with."""
 
 USUAL_BIAS_K = 0.05
 """Slow bias of a thermometer of which nothing is known."""
@@ -113,6 +118,11 @@ class Trial:
     advantage: float = 0.0
     feigned: float = 0.0
 
+    @property
+    def named(self) -> bool:
+        """Whether it is of the catalogue."""
+        return not self.cause.startswith(PREFIX)
+
 
 class Workbench:
     """What causes build their trials from: the view, the law found so far, models of the sensors.
@@ -148,12 +158,14 @@ class Workbench:
         size = [abs(self.slopes[name]) * self.view.temperatures(name).std() for name in self.view.base]
         return self.view.base[int(np.argmax(size))]
 
+    def bystanders(self, most: int) -> list[str]:
+        """Return sensors outside the law, evenly chosen."""
+        return evenly([name for name in self.view.sensors if name not in self.view.base], most)
+
     @cached_property
     def usual_bias(self) -> float:
         """Slow bias that the parity of other thermometers shows, the middle one [K]."""
-        others = [name for name in self.view.sensors if name not in self.view.base]
-        chosen = np.unique(np.linspace(0, len(others) - 1, min(ASKED, len(others))).astype(int))
-        models = [model for k in chosen if (model := self.model(others[k])) is not None]
+        models = [model for name in self.bystanders(ASKED) if (model := self.model(name)) is not None]
         return float(np.median([model.null[0].slow for model in models])) if models else USUAL_BIAS_K
 
     @cached_property
@@ -180,6 +192,11 @@ class Workbench:
         view = self.view
         columns = view.quick_columns(shape, parameters) if quick else view.columns(shape, parameters)
         return Trial(cause, columns, target, shape, parameters)
+
+
+def evenly(items: Sequence[Item], most: int) -> list[Item]:
+    """Return at most so many items, evenly chosen, first and last among them."""
+    return [items[k] for k in np.unique(np.linspace(0, len(items) - 1, min(most, len(items))).astype(int))]
 
 
 def resolution(view: View, sensor: str) -> float:

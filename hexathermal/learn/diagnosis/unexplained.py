@@ -7,10 +7,9 @@ from collections.abc import Iterator
 import numpy as np
 import numpy.typing as npt
 
-from hexathermal.learn.diagnosis.trials import Trial, Workbench
+from hexathermal.learn.diagnosis.trials import PREFIX, Trial, Workbench
 from hexathermal.poses import FloatArray
 
-PREFIX = "follows "
 THERMAL = ("T", "qT", "input")
 """What errors of thermometers can feign."""
 

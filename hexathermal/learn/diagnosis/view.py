@@ -27,6 +27,9 @@ SMOOTHED_S = 300.0
 LONGER_S = (900.0, 2400.0)
 """Longer smoothing, for what the law may rather not believe of a thermometer."""
 
+THINNED_ROWS = 300
+"""About so many rows of a run are enough to tell its leading profiles."""
+
 MOST_WINDOWS = 500
 """Windows of a run; longer runs take longer windows."""
 
@@ -83,6 +86,13 @@ def smoothed(time: FloatArray, values: FloatArray, over: float = SMOOTHED_S) -> 
     return np.asarray(signal.savgol_filter(values, count, 2, axis=0, mode="interp"))
 
 
+def leading_profiles(tables: Sequence[FloatArray], count: int) -> FloatArray:
+    """Return the weights of columns in their leading profiles over all runs, largest first, shape (s, count)."""
+    stacked = np.concatenate([table[:: max(1, len(table) // THINNED_ROWS)] for table in tables])
+    _w, vectors = np.linalg.eigh(stacked.T @ stacked)
+    return np.asarray(vectors[:, ::-1][:, :count])
+
+
 @dataclass(frozen=True, eq=False)
 class View:
     """Runs as the diagnosis sees them.
@@ -101,7 +111,7 @@ class View:
     dead_path : float [m]
         Of the interferometer; 0 where it is not stated.
     positions : mapping of str to float [m]
-        Of the thermometers whose places are stated, and `parts` the parts they sit on.
+        Of the thermometers whose places are stated.
     order : tuple of str
         Names of all runs of the campaign, those for validation too, in the order in which they were made.
     """
@@ -113,7 +123,6 @@ class View:
     zeroed_by_run: bool = True
     dead_path: float = 0.0
     positions: Mapping[str, float] = field(default_factory=dict)
-    parts: Mapping[str, str] = field(default_factory=dict)
     order: tuple[str, ...] = ()
 
     @cached_property
@@ -134,20 +143,20 @@ class View:
             found.append(replace(signals, dT=dict(zip(self.sensors, table.T, strict=True)), air=air))
         return tuple(found)
 
+    def tables(self, sensors: Sequence[str]) -> list[FloatArray]:
+        """Return the smoothed temperatures of some sensors in all rows of each run, shape (n, s)."""
+        return [np.column_stack([signals.dT[name] for name in sensors]) for signals in self.signals]
+
     @cached_property
     def channel(self) -> Channel:
         """The measured drift in windows."""
-        return self.channel_of([rows.drift for rows in self.runs])
-
-    def channel_of(self, values: Sequence[FloatArray]) -> Channel:
-        """Return a quantity of every row of each run as a channel."""
         parts = []
-        for k, (rows, piece, value) in enumerate(zip(self.runs, self.pieces, values, strict=True)):
+        for k, (rows, piece) in enumerate(zip(self.runs, self.pieces, strict=True)):
             time, w = piece.means(rows.signals.time), len(piece.edges)
             start = np.arange(w) == 0
             fresh = np.concatenate([[True], piece.landing[1:] != piece.landing[:-1]])
             step = np.diff(time, prepend=time[:1])
-            parts.append((piece.means(value), start, fresh, step, piece.rows, np.full(w, k)))
+            parts.append((piece.means(rows.drift), start, fresh, step, piece.rows, np.full(w, k)))
         y, start, fresh, step, count, run = (np.concatenate(items) for items in zip(*parts, strict=True))
         has = self.kind == "leg" and bool((fresh & ~start).any())
         return Channel(y, start, fresh, step, count, run, np.ones(len(y)), has, self.zeroed_by_run)

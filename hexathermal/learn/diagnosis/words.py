@@ -178,8 +178,3 @@ def told(one: Quantity) -> str:
         return f"{one.value:.3g} ± {one.std:.2g} {one.unit}".rstrip()
     places = max(digits, 0)
     return f"{round(one.value, digits):.{places}f} ± {round(one.std, digits):.{places}f} {one.unit}".rstrip()
-
-
-def experiment_of(cause: str) -> str:
-    """Return the measurement that decides about a cause."""
-    return catalogue()[cause].CAUSE.experiment

@@ -15,9 +15,8 @@ from hexathermal.learn.diagnosis.deciding import LEAST, Decision, decided
 from hexathermal.learn.diagnosis.evidence import visible
 from hexathermal.learn.diagnosis.limits import limits_of
 from hexathermal.learn.diagnosis.result import Confusion, Limit
-from hexathermal.learn.diagnosis.search import PREFIX
 from hexathermal.learn.diagnosis.stage import Stage
-from hexathermal.learn.diagnosis.trials import Workbench
+from hexathermal.learn.diagnosis.trials import PREFIX, Workbench
 from hexathermal.learn.diagnosis.unexplained import flexible_trials
 from hexathermal.learn.diagnosis.view import View
 from hexathermal.machine.leg_terms import term_columns
