@@ -12,6 +12,8 @@ import pinocchio as pin
 
 from hexathermal.errors import ArgumentError
 from hexathermal.machine.bodies import Bodies, PoseLimits
+from hexathermal.machine.compliance import Compliance, same_value
+from hexathermal.machine.measuring_frame import MeasuringFrame
 from hexathermal.machine.thermal import TemperaturesLike, ThermalModel, frozen, refreeze
 from hexathermal.poses import FloatArray, Frames, PoseLike, as_array, finite_array, pose_array
 
@@ -79,6 +81,10 @@ class Hexapod:
         Grade "A" identified, "B" measured, "C" drawing or published values.
     bodies, limits : Bodies, PoseLimits, optional
         For collisions, loads and drawings; travel allowed by the maker.
+    compliance : Compliance, optional
+        Sag of the legs under a payload; joins corrected lengths and predicted poses.
+    measuring_frame : MeasuringFrame, optional
+        Drift of what measures poses; no part of the machine, commands do not know it.
 
     Raises
     ------
@@ -116,6 +122,8 @@ class Hexapod:
     grade: str = "C"
     bodies: Bodies | None = None
     limits: PoseLimits | None = None
+    compliance: Compliance | None = None
+    measuring_frame: MeasuringFrame | None = None
     _prepared: dict[str, Any] = field(default_factory=dict, init=False, repr=False, compare=False)
 
     def __init__(
@@ -133,6 +141,8 @@ class Hexapod:
         grade: str = "C",
         bodies: Bodies | None = None,
         limits: PoseLimits | None = None,
+        compliance: Compliance | None = None,
+        measuring_frame: MeasuringFrame | None = None,
     ) -> None:
         set_ = object.__setattr__
         set_(self, "_prepared", {})
@@ -149,6 +159,8 @@ class Hexapod:
             ("thermal", thermal, ThermalModel),
             ("bodies", bodies, Bodies),
             ("limits", limits, PoseLimits),
+            ("compliance", compliance, Compliance),
+            ("measuring_frame", measuring_frame, MeasuringFrame),
         ):
             if part is not None and not isinstance(part, kind):
                 raise ArgumentError(f"{what} must be a {kind.__name__}, found {type(part).__name__}")
@@ -283,7 +295,7 @@ class Hexapod:
     def __eq__(self, other: object) -> bool:
         if not isinstance(other, Hexapod):
             return NotImplemented
-        return all(_same(getattr(self, name), getattr(other, name)) for name in _FIELDS)
+        return all(same_value(getattr(self, name), getattr(other, name)) for name in _FIELDS)
 
     def __hash__(self) -> int:
         return hash((self.name, self.base_joints.tobytes(), self.platform_joints.tobytes(), self.home.tobytes()))
@@ -353,13 +365,6 @@ def _lift(flat: FloatArray, wanted: float) -> float:
         short = np.linalg.norm(flat + [0.0, 0.0, middle], axis=1).mean() < wanted
         low, high = (middle, high) if short else (low, middle)
     return 0.5 * (low + high)
-
-
-def _same(a: Any, b: Any) -> bool:
-    """Whether two fields hold the same values."""
-    if isinstance(a, np.ndarray) or isinstance(b, np.ndarray):
-        return a is not None and b is not None and np.array_equal(a, b)
-    return bool(a == b)
 
 
 def _radii(joints: FloatArray) -> FloatArray:

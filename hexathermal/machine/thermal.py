@@ -32,6 +32,9 @@ LARGEST_EXPANSION_PER_K = 1e-3
 """Coefficients above this are taken for a wrong unit: metals stay below 3e-5 /K, polymers below 3e-4 /K."""
 
 
+AS_RECORDED = (1, 2, 3, 4, 5, 6)
+"""Thermometers of legs that are recorded under the legs they sit on."""
+
 LARGEST_STRAIN = 0.2
 """Largest part of its length by which a law may change a leg or a plate within the range of validity."""
 
@@ -204,14 +207,22 @@ class PlateLaw:
     expansion : float [1/K]
     sensor : str or None
         Name of its thermometer; None: the plate is not compensated, its expansion enters the error budget.
+    expansion_std : float [1/K], optional
+        Standard uncertainty of the expansion; without it a budget counts an engineering value.
     """
 
     expansion: float
     sensor: str | None = None
+    expansion_std: float | None = None
 
     def __post_init__(self) -> None:
         value = _coefficients([self.expansion], 1, "expansion_per_K")[0]
         object.__setattr__(self, "expansion", float(value))
+        if self.expansion_std is not None:
+            spread = float(_coefficients([self.expansion_std], 1, "expansion_std_per_K")[0])
+            if spread < 0.0:
+                raise ArgumentError(f"expansion_std_per_K must be 0 or more, found {spread:g} /K")
+            object.__setattr__(self, "expansion_std", spread)
         if self.sensor is not None and not (isinstance(self.sensor, str) and self.sensor):
             raise ArgumentError(f"the plate's sensor must be a name or left out, found {self.sensor!r}")
 
@@ -229,11 +240,15 @@ class ThermalModel:
         Temperature at which the machine was calibrated; one, or one for each of `sensor_names`.
     valid_degC : (float, float)
         Temperatures outside are refused.
+    thermometers_of_leg : six int
+        Leg ``i`` is told by the thermometers that are recorded as those of leg ``thermometers_of_leg[i]``, from 1: other
+        than 1 to 6 where the plugs of legs were exchanged. Readings stay as they are recorded.
 
     Attributes
     ----------
     sensor_names : tuple of str
-        ``leg1_<sensor>`` .. ``leg6_<sensor>``, then ``platform_<sensor>`` and ``base_<sensor>`` where they exist.
+        ``leg1_<sensor>`` .. ``leg6_<sensor>``, then ``platform_<sensor>`` and ``base_<sensor>`` where they exist: names
+        under which temperatures are recorded.
     """
 
     legs: tuple[LegLaw, ...]
@@ -241,6 +256,7 @@ class ThermalModel:
     base: PlateLaw | None = None
     reference_temperature_degC: FloatArray = field(default_factory=lambda: np.array(20.0))
     valid_degC: tuple[float, float] = DEFAULT_RANGE_DEGC
+    thermometers_of_leg: tuple[int, ...] = AS_RECORDED
     sensor_names: tuple[str, ...] = field(init=False)
 
     def __init__(
@@ -250,6 +266,7 @@ class ThermalModel:
         base: PlateLaw | None = None,
         reference_temperature_degC: npt.ArrayLike = 20.0,
         valid_degC: Sequence[float] | FloatArray = DEFAULT_RANGE_DEGC,
+        thermometers_of_leg: Sequence[int] = AS_RECORDED,
     ) -> None:
         set_ = object.__setattr__
         laws: tuple[LegLaw, ...] = (legs,) * 6 if isinstance(legs, LegLaw) else _tuple(legs)
@@ -261,7 +278,12 @@ class ThermalModel:
         set_(self, "legs", laws)
         set_(self, "platform", platform)
         set_(self, "base", base)
-        names = [_full_name(f"leg{i + 1}", sensor) for i, law in enumerate(laws) for sensor in law.sensors]
+        set_(self, "thermometers_of_leg", _exchanged(thermometers_of_leg))
+        names = [
+            _full_name(f"leg{recorded + 1}", sensor.removeprefix(f"leg{leg + 1}_") if leg != recorded else sensor)
+            for recorded, leg in enumerate(self.legs_as_recorded)
+            for sensor in laws[leg].sensors
+        ]
         for part, plate in (("platform", self.platform), ("base", self.base)):
             if plate is not None and plate.sensor is not None:
                 names.append(_full_name(part, plate.sensor))
@@ -311,6 +333,7 @@ class ThermalModel:
         return (
             self.legs == other.legs
             and (self.platform, self.base, self.valid_degC) == (other.platform, other.base, other.valid_degC)
+            and self.thermometers_of_leg == other.thermometers_of_leg
             and np.array_equal(self.reference_temperature_degC, other.reference_temperature_degC)
         )
 
@@ -333,13 +356,38 @@ class ThermalModel:
         """Return the model without the terms of `states`: that of a machine which has long been at rest."""
         return ThermalModel(
             [law.without_states() for law in self.legs], self.platform, self.base, self.reference_temperature_degC,
-            self.valid_degC,
+            self.valid_degC, self.thermometers_of_leg,
         )  # fmt: skip
+
+    @property
+    def legs_as_recorded(self) -> tuple[int, ...]:
+        """Leg, from 0, whose temperatures are recorded as those of leg 1, 2 .. 6."""
+        return tuple(self.thermometers_of_leg.index(recorded) for recorded in AS_RECORDED)
+
+    @property
+    def columns_of_leg(self) -> tuple[slice, ...]:
+        """Columns of temperatures, in the order of `sensor_names`, that tell each leg, in the order of its sensors."""
+        found, first = [slice(0)] * 6, 0
+        for leg in self.legs_as_recorded:
+            found[leg] = slice(first, first + len(self.legs[leg].sensors))
+            first = found[leg].stop
+        return tuple(found)
 
     @property
     def common_law(self) -> bool:
         """Whether all six legs follow the same law."""
         return all(law == self.legs[0] for law in self.legs)
+
+
+def _exchanged(given: Sequence[int]) -> tuple[int, ...]:
+    """Return a checked `thermometers_of_leg`."""
+    numbers = as_array(given, "thermometers_of_leg")
+    if numbers.shape != (6,) or sorted(numbers.tolist()) != list(AS_RECORDED):
+        raise ArgumentError(
+            f"thermometers_of_leg must hold each leg from 1 to 6 once, found {numbers.tolist()}; legs 3 and 4 exchanged "
+            "are [1, 2, 4, 3, 5, 6]"
+        )
+    return tuple(int(number) for number in numbers)
 
 
 def _tuple(value: Any) -> tuple[Any, ...]:
