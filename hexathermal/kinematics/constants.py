@@ -107,7 +107,10 @@ def _machine(hexapod: Hexapod, lengths: FloatArray, size: float) -> FloatArray:
     for first, cone in ((at.BASE_COSINES, hexapod.base_cone), (at.PLATFORM_COSINES, hexapod.platform_cone)):
         c[first : first + 6] = -2.0 if cone is None else np.cos(cone) - 1e-15
         c[at.HAS_CONES] = max(c[at.HAS_CONES], float(cone is not None))
-    c[at.FIRST_SENSOR : at.FIRST_SENSOR + 9] = _first_sensors(hexapod.thermal)
+    columns = _columns(hexapod.thermal)
+    c[at.FIRST_SENSOR : at.FIRST_SENSOR + 8] = [own.start for own in columns]
+    c[at.LAST_SENSOR : at.LAST_SENSOR + 8] = [own.stop for own in columns]
+    c[at.SENSORS] = max(own.stop for own in columns)
     c[at.SIZE] = size
     c[at.LARGEST_LENGTH] = reach(hexapod)
     return c
@@ -179,8 +182,10 @@ def thermal_rows(thermal: ThermalModel | None) -> FloatArray:
     law = np.zeros((at.LAW_ROWS, 0 if thermal is None else len(thermal.sensor_names)))
     if thermal is None:
         return law
-    law[at.LAW_A] = [*(a for leg in thermal.legs for a in leg.A), *(plate.expansion for plate in _measured(thermal))]
-    law[at.LAW_B] = [*(b for leg in thermal.legs for b in leg.B), *(0.0 for _plate in _measured(thermal))]
+    for leg, own in zip(thermal.legs, thermal.columns_of_leg, strict=True):
+        law[at.LAW_A, own], law[at.LAW_B, own] = leg.A, leg.B
+    plates = [plate.expansion for plate in _measured(thermal)]
+    law[at.LAW_A, law.shape[1] - len(plates) :] = plates
     law[at.LAW_REFERENCE] = thermal.reference_temperature_degC
     law[at.LAW_LOWEST], law[at.LAW_HIGHEST] = thermal.valid_degC
     return law
@@ -191,11 +196,12 @@ def _measured(thermal: ThermalModel) -> list[PlateLaw]:
     return [plate for plate in (thermal.platform, thermal.base) if plate is not None and plate.sensor is not None]
 
 
-def _first_sensors(thermal: ThermalModel | None) -> list[int]:
-    """Return the first column of each part's sensors (six legs, platform, base) and the number of columns."""
-    counts = [0] * 8
-    if thermal is not None:
-        counts[:6] = [len(leg.sensors) for leg in thermal.legs]
-        for part, plate in ((at.PLATFORM_PART, thermal.platform), (at.BASE_PART, thermal.base)):
-            counts[part] = int(plate is not None and plate.sensor is not None)
-    return [0, *np.cumsum(counts).tolist()]
+def _columns(thermal: ThermalModel | None) -> list[slice]:
+    """Return the columns of each part's sensors: six legs, platform, base."""
+    if thermal is None:
+        return [slice(0, 0)] * 8
+    found = list(thermal.columns_of_leg)
+    for plate in (thermal.platform, thermal.base):
+        first = max(own.stop for own in found)
+        found.append(slice(first, first + int(plate is not None and plate.sensor is not None)))
+    return found

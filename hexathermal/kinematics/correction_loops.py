@@ -28,6 +28,7 @@ from hexathermal.kinematics.layout import (
     FIRST_SENSOR,
     HAS_CONES,
     LARGEST_LENGTH,
+    LAST_SENSOR,
     LAW_A,
     LAW_B,
     LAW_HIGHEST,
@@ -51,8 +52,14 @@ from hexathermal.kinematics.lengths_loops import bad_bottom, bad_cone, entry, ga
 
 @formula
 def first_sensor(c, part):
-    """Return the first column of a part's sensors: legs 0-5, platform, base, end."""
+    """Return the first column of a part's sensors: legs 0-5, platform, base."""
     return int(c[FIRST_SENSOR + part])
+
+
+@formula
+def last_sensor(c, part):
+    """Return the column after a part's sensors."""
+    return int(c[LAST_SENSOR + part])
 
 
 @formula
@@ -67,13 +74,13 @@ def weighted(law, row, temps, first, last):
 @formula
 def plate_expansion(c, law, temps, part):
     """Return ``alpha dT`` of a plate, 0 where it has no sensor."""
-    return weighted(law, LAW_A, temps, first_sensor(c, part), first_sensor(c, part + 1))
+    return weighted(law, LAW_A, temps, first_sensor(c, part), last_sensor(c, part))
 
 
 @formula
 def leg_coefficients(c, law, temps, i):
     """Return ``a = sum A_s dT_s`` and ``b = sum B_s dT_s`` of a leg."""
-    first, last = first_sensor(c, i), first_sensor(c, i + 1)
+    first, last = first_sensor(c, i), last_sensor(c, i)
     return weighted(law, LAW_A, temps, first, last), weighted(law, LAW_B, temps, first, last)
 
 
@@ -123,7 +130,7 @@ def block_coefficients(c, law, t, w, error):
         row_a, row_b = (2 * part) * BLOCK, (2 * part + 1) * BLOCK
         for j in range(BLOCK):
             w[row_a + j], w[row_b + j] = 0.0, 0.0
-        for k in range(first_sensor(c, part), first_sensor(c, part + 1)):
+        for k in range(first_sensor(c, part), last_sensor(c, part)):
             A, B, reference = law[LAW_A, k], law[LAW_B, k], law[LAW_REFERENCE, k]
             low, high = law[LAW_LOWEST, k], law[LAW_HIGHEST, k]
             for j in range(BLOCK):

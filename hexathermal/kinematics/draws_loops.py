@@ -11,7 +11,7 @@ from __future__ import annotations
 import numpy as np
 
 from hexathermal.kinematics.compiled import formula, loop
-from hexathermal.kinematics.correction_loops import first_sensor
+from hexathermal.kinematics.correction_loops import first_sensor, last_sensor
 from hexathermal.kinematics.formulas import (
     chord_step,
     cross,
@@ -81,7 +81,7 @@ def true_machine(c, law, told, dT, lag, plates, x, lengths, joints):
     expansion, warmth, slope, reference = growth + 54, growth + 56, growth + 58, growth + 64
     for i in range(6):
         a, b, mean = 0.0, 0.0, 0.0
-        first, last = first_sensor(c, i), first_sensor(c, i + 1)
+        first, last = first_sensor(c, i), last_sensor(c, i)
         for k in range(first, last):
             d = dT[k] * (1.0 + x[gain + k]) + x[contact + k] * lag[k] + x[k] - x[reference]
             a += (law[LAW_A, k] + x[A + k]) * d
@@ -94,7 +94,7 @@ def true_machine(c, law, told, dT, lag, plates, x, lengths, joints):
     for part in range(2):
         k = first_sensor(c, PLATFORM_PART + part)
         d = plates[part, 1] + x[warmth + part] - x[reference]
-        if first_sensor(c, PLATFORM_PART + part + 1) > k:
+        if last_sensor(c, PLATFORM_PART + part) > k:
             d += dT[k] * (1.0 + x[gain + k]) + x[contact + k] * lag[k] + x[k]
         alpha = plates[part, 0] + x[expansion + part]
         g = (

@@ -17,7 +17,8 @@ LARGEST_LENGTH = 103
 HAS_CONES = 104
 FIRST_SENSOR = 105
 SENSORS = 113
-MACHINE_LENGTH = 114
+LAST_SENSOR = 114
+MACHINE_LENGTH = 122
 
 # --- forward constants: joints with the legs in elimination order, home, and the inverse of Newton's matrix at home.
 # The solver's origins are the centroids of the joints (F_CENTRE in the platform frame, F_ORIGIN in the base frame), so
@@ -41,8 +42,8 @@ F_SHIFT = 141
 F_COSINE = 142
 FORWARD_LENGTH = 143
 
-# --- rows of the thermal law, one column a sensor, in the order leg 1 .. leg 6, platform, base; the machine's constants
-# from FIRST_SENSOR on tell which columns are whose
+# --- rows of the thermal law, one column a sensor, as temperatures are recorded: leg 1 .. leg 6, platform, base; the
+# machine's constants from FIRST_SENSOR and LAST_SENSOR on tell which columns are whose, up to but not with the last
 LAW_A = 0
 """Coefficient of the retracted length; the expansion for a plate's sensor."""
 LAW_B = 1

@@ -48,8 +48,8 @@ def blocks(hexapod: Hexapod, quantity: str) -> tuple[npt.NDArray[np.int64], int,
         alike = len(set(counts)) == 1
         return np.arange(first, first + sum(counts)), 6 if alike else 1, counts[0] if alike else sum(counts)
     counts = [len(law.sensors) for law in active_model(hexapod).legs]
-    starts = np.concatenate([[0], np.cumsum(counts)])
-    index = [3 * n + half * m + k for i in range(6) for half in (0, 1) for k in range(starts[i], starts[i + 1])]
+    columns = active_model(hexapod).columns_of_leg
+    index = [3 * n + half * m + k for own in columns for half in (0, 1) for k in range(own.start, own.stop)]
     if len(set(counts)) > 1:
         return np.array(index), 1, 2 * m
     return np.array(index), 6, 2 * counts[0]

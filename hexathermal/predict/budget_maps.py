@@ -245,6 +245,7 @@ def graded_temperatures(hexapod: Hexapod, mean_degC: float, gradient_K_per_m: np
     moved = hexapod.platform_joints @ hexapod.home[:3, :3].T + hexapod.home[:3, 3]
     middles = 0.5 * (moved + hexapod.base_joints)
     legs = mean + (middles - middles.mean(axis=0)) @ slope
-    counts = [len(law.sensors) for law in model.legs]
-    rest = len(model.sensor_names) - sum(counts)
-    return np.concatenate([np.repeat(legs, counts), np.full(rest, mean)])
+    temps = np.full(len(model.sensor_names), mean)
+    for leg, own in enumerate(model.columns_of_leg):
+        temps[own] = legs[leg]
+    return temps

@@ -2,7 +2,8 @@
 
 ``drift_i = sum_s A_s q0 dT_s + B_s q dT_s`` (paper, eqs. 4 and 8), with ``q`` the commanded rod displacement, and
 plates that expand about their origins (eq. 1).  ``corrected = wanted - drift(corrected)`` is solved exactly; terms that
-extend a leg's law (`hexathermal.predict.leg_drift`) join the drift, and are then solved for step by step.
+extend a leg's law (`hexathermal.predict.leg_drift`) join the drift, and are then solved for step by step.  Where legs
+give way to a payload, their sag at the wanted pose joins too (`hexathermal.kinematics.statics`).
 """
 
 from __future__ import annotations
@@ -21,9 +22,11 @@ from hexathermal.kinematics.constants import constants
 from hexathermal.kinematics.forward import checked_lengths, run
 from hexathermal.kinematics.inverse import inverse_kinematics, poses_of, refuse_pose
 from hexathermal.kinematics.refusals import refuse_cone, refuse_forward, refuse_stroke
+from hexathermal.kinematics.statics import payload_sag
 from hexathermal.machine.hexapod import Hexapod
 from hexathermal.machine.thermal import TemperaturesLike
 from hexathermal.poses import FloatArray, PoseLike, like
+from hexathermal.predict.balance import balanced
 from hexathermal.predict.leg_drift import added_drift, refuse_states
 from hexathermal.predict.temperatures import (
     active_model,
@@ -55,6 +58,7 @@ def corrected_leg_lengths(hexapod: Hexapod, pose: PoseLike, temps: TemperaturesL
     With ``a = sum A_s dT_s``, ``b = sum B_s dT_s`` and the length ``L`` of the leg between the expanded plates at the
     wanted pose: ``corrected = q0 + (L - q0 - a q0) / (1 + b)``, which solves ``corrected + drift(corrected) = L``
     exactly. Terms of the legs' laws that follow from displacement and temperature join; those with a state are refused.
+    The sag under a payload is made up for: ``corrected + drift(corrected) + sag(pose) = L``.
 
     Parameters
     ----------
@@ -107,26 +111,27 @@ def corrected_leg_lengths(hexapod: Hexapod, pose: PoseLike, temps: TemperaturesL
 
 def _prepared(hexapod: Hexapod) -> tuple[Any, FloatArray]:
     """Return the loop for one pose and the machine's numbers, kept for the next call."""
-    one = _never if active_model(hexapod).has_terms else correctors().corrected_one
+    extended = active_model(hexapod).has_terms or hexapod.compliance is not None
+    one = _never if extended else correctors().corrected_one
     pair = hexapod._prepared["correction"] = (one, constants(hexapod).both_law)
     return pair
 
 
 def _never(numbers: FloatArray, pose: FloatArray, temps: FloatArray, out: FloatArray) -> int:
-    """Refuse: the loop for one pose knows no terms."""
+    """Refuse: the loop for one pose knows neither terms nor sag."""
     return at.BAD_SHAPE
 
 
 def _corrected(hexapod: Hexapod, poses: FloatArray, temps: FloatArray) -> FloatArray:
     """Return corrected lengths of checked-in arrays of any leading shapes that broadcast."""
-    if not active_model(hexapod).has_terms:
+    if not active_model(hexapod).has_terms and hexapod.compliance is None:
         return _by_law(hexapod, poses, temps, constants(hexapod).both_law)
     refuse_states(hexapod)
     return with_added(hexapod, poses, temps, lambda told, dT: added_drift(hexapod, told, dT))
 
 
 def with_added(hexapod: Hexapod, poses: FloatArray, temps: FloatArray, added: Added, jump: float = 0.0) -> FloatArray:
-    """Return corrected lengths where `added` joins the drift of the laws, ``c + drift(c) + added(c) = L``.
+    """Return corrected lengths where `added` joins the drift of the laws, ``c + drift(c) + added(c) + sag = L``.
 
     Parameters
     ----------
@@ -147,7 +152,7 @@ def with_added(hexapod: Hexapod, poses: FloatArray, temps: FloatArray, added: Ad
     unlimited = made.both_law.copy()
     unlimited[0, : len(made.unlimited)] = made.unlimited
     told = _by_law(hexapod, poses, temps, unlimited)
-    wanted = base_warm(hexapod, told, temps)[0]
+    wanted = base_warm(hexapod, told, temps)[0] - payload_sag(hexapod, poses)
     lead, close = told.shape[:-1], 4.0 * np.finfo(float).eps * float(np.abs(wanted).max(initial=1.0))
     flat, dT = told.reshape(-1, 6), since_reference(hexapod, temps, lead)
     size, stalled = np.inf, 0
@@ -268,7 +273,8 @@ def corrected_pose(hexapod: Hexapod, pose: PoseLike, temps: TemperaturesLike) ->
 def leg_drift(hexapod: Hexapod, lengths: npt.ArrayLike, temps: TemperaturesLike) -> FloatArray:
     """Return how much longer each warm leg is than it was told to be.
 
-    ``drift = sum_s A_s q0 dT_s + B_s q dT_s`` with ``q = lengths - q0`` (paper, eqs. 4 and 8).
+    ``drift = sum_s A_s q0 dT_s + B_s q dT_s`` with ``q = lengths - q0`` (paper, eqs. 4 and 8), and the terms that extend
+    it. The sag under a payload is no drift: it follows from the pose, see `hexathermal.kinematics.statics.payload_sag`.
 
     Parameters
     ----------
@@ -315,7 +321,7 @@ def predicted_pose(hexapod: Hexapod, lengths: npt.ArrayLike, temps: Temperatures
     """Return where the platform of a warm machine really stands at given commanded lengths.
 
     Each leg is ``commanded + drift`` long and runs between the expanded plates; the pose is their exact forward
-    kinematics.  With nominal lengths (`inverse_kinematics`) this is the platform without correction, with
+    kinematics.  Where legs give way to a payload, ``commanded + drift + sag(pose)`` is solved for the pose.  With nominal lengths (`inverse_kinematics`) this is the platform without correction, with
     `corrected_leg_lengths` the platform with correction.
 
     Parameters
@@ -351,11 +357,7 @@ def predicted_pose(hexapod: Hexapod, lengths: npt.ArrayLike, temps: Temperatures
     told = np.array(np.broadcast_to(commands, warm.shape).reshape(-1, 6))
     flat = np.array(expansions.reshape(-1, 2))
     _check_strokes(hexapod, told, lead)
-    poses, codes, _info = run(hexapod, true, None, commands=told, expansions=flat)
-    if codes.any():
-        bad = int(np.flatnonzero(codes)[0])
-        refuse_forward(hexapod, int(codes[bad]), poses[bad], true[bad], place(bad, lead), flat[bad])
-    return poses.reshape(*lead, 4, 4)
+    return balanced(hexapod, true, told, flat, lead).reshape(*lead, 4, 4)
 
 
 def _check_strokes(hexapod: Hexapod, told: FloatArray, lead: tuple[int, ...]) -> None:

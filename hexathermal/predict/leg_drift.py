@@ -44,9 +44,8 @@ def leg_signals(
     inputs: Mapping[str, FloatArray] | None = None,
 ) -> LegSignals:  # fmt: skip
     """Return the signals of leg 0 to 5 at commanded lengths (n, 6) [m] and temperatures since the reference (n, s)."""
-    laws = active_model(hexapod).legs
-    first = sum(len(law.sensors) for law in laws[:leg])
-    own = {name: dT[:, first + k] for k, name in enumerate(laws[leg].sensors)}
+    model = active_model(hexapod)
+    own = dict(zip(model.legs[leg].sensors, dT[:, model.columns_of_leg[leg]].T, strict=True))
     q = hexapod.strokes(lengths)[:, leg]
     assert hexapod.retracted_length is not None  # a thermal law asks for it
     q0 = float(hexapod.retracted_length[leg])

@@ -1,0 +1,115 @@
+"""Static balance of the platform: the axial force in each leg under a weight, and how far the legs give way.
+
+Joints carry no torque, so that the virtual work of the six axial forces is that of the weight.  Joints count where they
+are drawn: what expansion of the plates does to the forces is some 1e-5 of them.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from hexathermal.errors import SingularPoseError
+from hexathermal.kinematics.batches import place, where
+from hexathermal.kinematics.constants import LARGEST_CONDITION
+from hexathermal.kinematics.inverse import poses_of
+from hexathermal.kinematics.jacobian import condition_number, jacobian
+from hexathermal.machine.hexapod import Hexapod
+from hexathermal.poses import FloatArray, PoseLike
+
+
+def leg_forces(hexapod: Hexapod, pose: PoseLike, weight: FloatArray, centre: FloatArray) -> FloatArray:
+    """Return the axial force in each leg that holds a weight, compression positive.
+
+    ``J^T F = -[w, (R r) x w]`` with the weight ``w`` at ``r`` (principle of virtual work: Merlet, Parallel Robots, 2006,
+    ch. 9).  Linear in ``w`` and in ``r w``.
+
+    Parameters
+    ----------
+    hexapod : Hexapod
+    pose : SE3 or array, shape (..., 4, 4) [m]
+        Platform in base.
+    weight : array, shape (3,) or (..., 3) [N]
+        Force on the platform, base axes.
+    centre : array, shape (3,) or (..., 3) [m]
+        Where it acts, platform frame.
+
+    Returns
+    -------
+    array, shape (..., 6) [N]
+
+    Raises
+    ------
+    SingularPoseError
+        The legs do not hold the platform: the condition number of the Jacobian is above 1e7.
+    ArgumentError, KinematicsError
+        As `jacobian`.
+
+    Examples
+    --------
+    >>> import hexathermal as ht
+    >>> hexapod = ht.load_hexapod("reference")
+    >>> F = leg_forces(hexapod, hexapod.home, np.array([0.0, 0.0, -600.0]), np.zeros(3))
+    >>> upright = hexapod.jacobian(hexapod.home)[:, 2]
+    >>> round(float(upright @ F), 9)                          # the legs together carry 600 N
+    600.0
+    """
+    poses = poses_of(pose)
+    J, conditions = jacobian(hexapod, poses), np.asarray(condition_number(hexapod, poses))
+    held = conditions <= LARGEST_CONDITION
+    if not held.all():
+        worst = int(np.flatnonzero(~held.ravel())[0])
+        number = float(conditions.ravel()[worst])
+        raise SingularPoseError(
+            f"leg forces are not defined{where(place(worst, held.shape))}: the legs do not hold the platform, condition "
+            f"number {number:.3g}, must be at most {LARGEST_CONDITION:g}; move away from the singular pose",
+            value=number, upper=LARGEST_CONDITION, index=place(worst, held.shape),
+        )  # fmt: skip
+    arm = np.einsum("...ij,...j->...i", poses[..., :3, :3], np.asarray(centre))
+    force = np.broadcast_to(weight, arm.shape)
+    wrench = np.concatenate([force, np.cross(arm, force)], axis=-1)
+    return np.asarray(np.linalg.solve(np.swapaxes(J, -1, -2), -wrench[..., None])[..., 0])
+
+
+def sag(
+    hexapod: Hexapod, pose: PoseLike, compliance: FloatArray, mass: FloatArray | float, centre: FloatArray,
+    gravity: FloatArray,
+) -> FloatArray:  # fmt: skip
+    """Return how much longer each leg is for the load than without it, ``-c_i F_i``: below 0 where it is compressed.
+
+    Parameters
+    ----------
+    hexapod, pose
+        As `leg_forces`.
+    compliance : array, shape (6,) or (..., 6) [m/N]
+    mass : float or array, shape (...) [kg]
+    centre : array, shape (3,) or (..., 3) [m]
+        Platform frame.
+    gravity : array, shape (3,) [m/s^2]
+        Base frame.
+
+    Returns
+    -------
+    array, shape (..., 6) [m]
+    """
+    weight = np.asarray(mass, dtype=np.float64)[..., None] * gravity
+    return np.asarray(-compliance * leg_forces(hexapod, pose, weight, centre))
+
+
+def payload_sag(hexapod: Hexapod, pose: PoseLike) -> FloatArray:
+    """Return how much longer each leg is under the machine's payload, shape (..., 6) [m]; 0 without a compliance.
+
+    See `hexathermal.machine.compliance.Compliance` and `sag`.
+
+    Examples
+    --------
+    >>> import dataclasses
+    >>> import hexathermal as ht
+    >>> from hexathermal.machine.compliance import Compliance
+    >>> soft = dataclasses.replace(ht.load_hexapod("reference"), compliance=Compliance(2e-8, 60.0))
+    >>> bool((payload_sag(soft, soft.home) < 0.0).all())              # all legs are pressed
+    True
+    """
+    own = hexapod.compliance
+    if own is None:
+        return np.zeros((*poses_of(pose).shape[:-2], 6))
+    return sag(hexapod, pose, own.leg_compliance, own.payload_mass, own.payload_centre, own.gravity)
