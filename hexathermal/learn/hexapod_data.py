@@ -71,6 +71,8 @@ class HexapodRows:
         Reasons and numbers of rows.
     fingerprints : dict of str to str
         Of the rows of each run, see `hexathermal.learn.row_fingerprints`.
+    air : array, shape (n,) [K], optional
+        Of the air, from the zero; NaN in rows without a value; None where it is not recorded.
     """
 
     hexapod: Hexapod
@@ -88,6 +90,7 @@ class HexapodRows:
     plates_zero_degC: FloatArray
     left_out: dict[str, int] = field(default_factory=dict)
     fingerprints: dict[str, str] = field(default_factory=dict)
+    air: FloatArray | None = None
 
     def __len__(self) -> int:
         return len(self.time)
@@ -105,7 +108,8 @@ class HexapodRows:
     def rows(self, keep: npt.NDArray[np.bool_]) -> HexapodRows:
         """Return some of the rows."""
         names = ("run", "time", "commanded", "measured", "q", "dT", "plates")
-        return replace(self, **{name: getattr(self, name)[keep] for name in names})
+        air = None if self.air is None else self.air[keep]
+        return replace(self, air=air, **{name: getattr(self, name)[keep] for name in names})
 
 
 def _retracted(hexapod: Hexapod) -> FloatArray:
@@ -159,19 +163,21 @@ def hexapod_rows(
         if not len(table["time"]):
             continue
         zero = _zero(table) if first is None else first
-        table |= {"run": np.full(len(table["time"]), k), "zero": zero[0], "plates_zero": zero[1]}
+        table |= {"run": np.full(len(table["time"]), k), "zero": zero[0], "plates_zero": zero[1], "air_zero": zero[2]}
         found.append(table)
     if not found:
         raise UnusableRowsError(f"{campaign.file}: no row of the {role} runs can be used: {_said(left_out)}")
     whole = {name: np.concatenate([table[name] for table in found]) for name in ("run", "time", "six", "seen", "q")}
     heat = np.concatenate([table["heat"] - table["zero"] for table in found])
     plate = np.concatenate([table["plates"] - table["plates_zero"] for table in found])
+    air = np.concatenate([table["air"] - table["air_zero"] for table in found])
     return HexapodRows(
         machine, names, plates, tuple(run.name for run in runs), whole["run"], frozen(whole["time"]),
         frozen(pose_from_coordinates(whole["six"], hexapod=machine)),
         frozen(pose_from_coordinates(whole["seen"], hexapod=machine)), frozen(whole["q"]), frozen(heat), frozen(plate),
         frozen(np.mean([table["zero"] for table in found], axis=0)),
         frozen(np.mean([table["plates_zero"] for table in found], axis=0)), left_out, marks.made(),
+        frozen(air) if np.isfinite(air).any() else None,
     )  # fmt: skip
 
 
@@ -259,10 +265,13 @@ def _table(
             left_out[reason] = left_out.get(reason, 0) + count
         good &= ~bad
     told = np.flatnonzero(np.isfinite(own).all(axis=(1, 2)) & np.isfinite(plate[:, known]).all(axis=1))
-    first = None if not told.size else (own[told[0]], plate[told[0]])
+    air = data["air_temperature"].values if "air_temperature" in data else np.full(len(time), np.nan)
+    air = np.where(codes_in(air[:, None], True)[:, 0], np.nan, air)
+    read = np.flatnonzero(np.isfinite(air))
+    first = None if not told.size else (own[told[0]], plate[told[0]], air[read[0]] if read.size else np.nan)
     begun = float(np.nanmin(time)) if np.isfinite(time).any() else 0.0
     return {"time": time[good] - begun, "six": six[good], "seen": seen[good], "q": data["leg_q"].values[good],
-            "heat": own[good], "plates": plate[good], "first": first}  # fmt: skip
+            "heat": own[good], "plates": plate[good], "air": air[good], "first": first}  # fmt: skip
 
 
 def coded(data: xr.Dataset, which: str) -> npt.NDArray[np.bool_]:
@@ -281,12 +290,14 @@ def coded(data: xr.Dataset, which: str) -> npt.NDArray[np.bool_]:
     return np.asarray(codes_in(np.column_stack(six), False).any(axis=1))
 
 
-def _zero(table: dict[str, Any]) -> tuple[FloatArray, FloatArray]:
-    """Return the temperatures of legs and plates that a run counts from: those of its first row that has them all.
+def _zero(table: dict[str, Any]) -> tuple[FloatArray, FloatArray, float]:
+    """Return the temperatures of legs, plates and air that a run counts from: those of its first row that has them all.
+
+    The air has its own first row.
 
     Whether the pose of that row can be used does not matter: temperatures alone count from a zero.
     """
-    first: tuple[FloatArray, FloatArray] | None = table["first"]
+    first: tuple[FloatArray, FloatArray, float] | None = table["first"]
     if first is None:
         raise UnusableRowsError(
             "the run that temperatures count from has no row with all of them; set zero in campaign.toml"

@@ -1,0 +1,49 @@
+"""The frame of the measuring system moves with the room.
+
+The same rigid motion ``[v, w] dT`` about home is in every measured pose, whatever the pose:
+``y_i = [J (v + w x (t - h), w)]_i dT`` with the temperature of the air, or of a plate on which the tracker stands: six
+parameters.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from hexathermal.learn.diagnosis.trials import Cause, Parameter
+from hexathermal.learn.hexapod_data import PLATES
+from hexathermal.learn.machine_diagnosis.candidate import Candidate
+from hexathermal.learn.machine_diagnosis.view import AIR, MachineView
+
+USUAL_SHIFT_PER_K = 0.5e-6
+USUAL_TURN_PER_K = 1e-6
+
+AXES = "xyz"
+
+CAUSE = Cause(
+    name="tracker-drift",
+    physics="The tracker, its stand or the floor move with the temperature of the room; the machine does not.",
+    signature="All measured poses move together as a rigid body, in proportion to a temperature of the room.",
+    parameters=tuple(Parameter(f"shift_{axis}_per_K", "m/K", "0, 0.5 um/K") for axis in AXES)
+    + tuple(Parameter(f"turn_{axis}_per_K", "rad/K", "0, 1 urad/K") for axis in AXES),
+    confused_with=("platform-expansion", "base-expansion", "leg-coefficient"),
+    experiment="Measure fixed marks beside the machine along with the platform while the room warms.",
+    words="the measuring frame moves with {target}",
+)
+
+
+def candidates(view: MachineView) -> list[Candidate]:
+    """Give the air, and the plates' thermometers."""
+    followed = {AIR: view.air}
+    for k, part in enumerate(PLATES):
+        sensor = view.plate_sensors[k]
+        if sensor is not None:
+            followed[sensor if sensor.startswith(part) else f"{part}_{sensor}"] = view.plates[:, k]
+    names = tuple(f"{word}_{axis}_per_K" for word in ("shift", "turn") for axis in AXES)
+    scale = np.array([USUAL_SHIFT_PER_K] * 3 + [USUAL_TURN_PER_K] * 3)
+    found = []
+    for sensor, heat in followed.items():
+        if np.isfinite(heat).all() and np.ptp(heat) > 0.0:
+            columns = view.frame * heat[:, None, None]
+            found.append(Candidate(CAUSE.name, sensor, names, ("m/K",) * 3 + ("rad/K",) * 3, columns, scale,
+                                   np.zeros(6)))  # fmt: skip
+    return found
