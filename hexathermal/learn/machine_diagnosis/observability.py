@@ -1,0 +1,365 @@
+"""What poses and temperatures of a whole machine can tell: how large a fault must be, and which faults look alike.
+
+Everything follows from the columns of the candidates alone (`hexathermal.learn.machine_diagnosis.separation`); nothing
+that was measured enters, so the same is told of a campaign and of a plan.
+
+**Limit of detection.** Named is what gains a log evidence above a threshold T.  With the amplitude's prior at the size
+of the effect a candidate of k parameters pays about ``k/2 log(2 + 2 T / k)`` for them, so twice its evidence must exceed
+``need = 2 T + k log(2 + 2 T / k)``; the least effect is the noncentrality x at which ``P(chi2_k(x) >= need)`` is the
+power asked for.
+
+**Classes.** Candidates of which each two separate by less than a log evidence of `CLOSE`, each true at twice its limit
+(complete linkage): these data answer with all their names.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from hexathermal.errors import ArgumentError
+from hexathermal.learn.machine_diagnosis.circumstances import Circumstance, circumstances, missing_channels
+from hexathermal.learn.machine_diagnosis.separation import (
+    Information,
+    Noise,
+    information_of_runs,
+    least_amplitude,
+    places_of,
+    separation,
+    share_left,
+)
+from hexathermal.poses import FloatArray
+
+if TYPE_CHECKING:
+    from hexathermal.learn.machine_diagnosis.candidate import Candidate
+    from hexathermal.learn.machine_diagnosis.view import MachineView
+
+THRESHOLD = 6.0
+"""Log evidence above which a cause is named, where the caller does not say."""
+
+POWER = 0.9
+"""Part of campaigns in which an effect at its limit is named."""
+
+CLOSE = 6.0
+"""Log evidence below which two candidates are not told apart."""
+
+TWICE = 2.0
+"""Strength at which separations are asked, over the limit."""
+
+
+@dataclass(frozen=True)
+class DetectionLimit:
+    """How large an effect must be to be named.
+
+    Attributes
+    ----------
+    cause : str
+    target : str or None
+    strength : float
+        RMS of the effect over the noise, over the six coordinates; infinite where the rows do not see it.
+    translation, rotation : float [m], [rad]
+        The same, RMS of each coordinate.
+    parameters : dict of str to (float, str)
+        Least value of each parameter, alone, and its unit.
+    visible : float
+        Part of the effect (RMS) that law and frames do not absorb, 0 to 1.
+    """
+
+    cause: str
+    target: str | None
+    strength: float
+    translation: float
+    rotation: float
+    parameters: dict[str, tuple[float, str]]
+    visible: float
+
+    @property
+    def name(self) -> str:
+        """Cause and target in words."""
+        return self.cause if self.target is None else f"{self.cause} of {self.target}"
+
+    @property
+    def seen(self) -> bool:
+        """Whether any effect, however large, would be named."""
+        return bool(np.isfinite(self.strength))
+
+
+@dataclass(frozen=True)
+class Separation:
+    """Two candidates, and the least log evidence by which the true one beats the other on average.
+
+    `alike` is the correlation of what is visible of the two: with its sign of single columns, else the largest one.
+    """
+
+    first: str
+    second: str
+    evidence: float
+    alike: float
+
+
+@dataclass(frozen=True)
+class AlikeClass:
+    """Candidates that these rows cannot tell apart, and what of poses and temperatures explains it."""
+
+    names: tuple[str, ...]
+    causes: tuple[str, ...]
+    reasons: tuple[str, ...]
+
+    def __str__(self) -> str:
+        return f"{', '.join(self.names)} look alike: {'; '.join(self.reasons) or 'their columns are nearly the same'}"
+
+
+@dataclass(frozen=True, eq=False)
+class MachineObservability:
+    """What poses and temperatures of a machine can tell.
+
+    Attributes
+    ----------
+    limits : tuple of DetectionLimit
+        In the order of the candidates.
+    evidence : array, shape (c, c)
+        Row true, column its rival: mean log evidence between them at twice the limit; NaN where the row is not seen.
+    separations : tuple of Separation
+        Of each two candidates that are seen, least first.
+    classes : tuple of AlikeClass
+        Of two candidates and more.
+    missing : tuple of str
+        Recorded channels that candidates would need.
+    circumstances : tuple of str
+        What limits these rows: constant or equal temperatures, few poses.
+    threshold, power, close : float
+        What was asked for, see `machine_observability`.
+    """
+
+    limits: tuple[DetectionLimit, ...]
+    evidence: FloatArray
+    separations: tuple[Separation, ...]
+    classes: tuple[AlikeClass, ...]
+    missing: tuple[str, ...]
+    circumstances: tuple[str, ...]
+    threshold: float
+    power: float
+    close: float
+
+    @property
+    def unseen(self) -> tuple[str, ...]:
+        """Candidates that these rows do not see at all."""
+        return tuple(limit.name for limit in self.limits if not limit.seen)
+
+    @property
+    def words(self) -> tuple[str, ...]:
+        """What is to be said: what is not seen, what looks alike, what is missing."""
+        lines = [str(one) for one in self.classes]
+        if self.unseen:
+            because = "; ".join(self.circumstances)
+            lines.append(f"not seen: {', '.join(self.unseen)}{f' ({because})' if because else ''}")
+        return (*lines, *self.missing)
+
+    def limit(self, cause: str, target: str | None = None) -> DetectionLimit:
+        """Return the limit of a candidate."""
+        for one in self.limits:
+            if (one.cause, one.target) == (cause, target):
+                return one
+        names = ", ".join(one.name for one in self.limits)
+        asked = cause if target is None else f"{cause} of {target}"
+        raise ArgumentError(f"{asked} was not among the candidates: {names}")
+
+    def equivalents(self, cause: str, target: str | None = None) -> tuple[str, ...]:
+        """Return the names of candidates that explain one, when it is true, as well as itself: within `close`."""
+        i = self.limits.index(self.limit(cause, target))
+        near = np.flatnonzero(self.evidence[i] < self.close)
+        return tuple(self.limits[j].name for j in near if j != i)
+
+
+def one_of_each(candidates: Sequence[Candidate]) -> tuple[Candidate, ...]:
+    """Return one candidate of each cause and target: where settings differ, that in their middle."""
+    groups: dict[str, list[Candidate]] = {}
+    for one in candidates:
+        groups.setdefault(one.called, []).append(one)
+    return tuple(group[len(group) // 2] for group in groups.values())
+
+
+def usual_size(one: Candidate) -> FloatArray:
+    """Return the root mean square of a candidate's parameters before anything is measured, shape (k,)."""
+    return np.hypot(one.scale, one.mean)
+
+
+@dataclass(frozen=True, eq=False)
+class Shapes:
+    """Candidates beside each other: where their columns stand, usual sizes (K,), and what rows tell of them."""
+
+    names: tuple[str, ...]
+    places: tuple[slice, ...]
+    scale: FloatArray
+    information: Information
+    G: FloatArray
+
+
+Law = tuple[FloatArray, FloatArray]
+"""Columns of the law in leg lengths (n, 6, p), and standard deviations of their coefficients (p,); infinite: free."""
+
+
+def shapes_of(
+    view: MachineView, candidates: Sequence[Candidate], noise: Noise, law: Law | None = None, frame: bool = True
+) -> Shapes:
+    """Return what the rows of a view tell of candidates.
+
+    Raises
+    ------
+    ArgumentError
+        There is no candidate, or one's columns do not belong to the rows.
+    """
+    n = len(view.poses)
+    if not candidates:
+        raise ArgumentError("no candidate was given: nothing can be told apart")
+    for one in candidates:
+        if one.columns.shape[:2] != (n, 6):
+            raise ArgumentError(
+                f"{one.called} has columns of shape {one.columns.shape}; expected ({n}, 6, k)"
+            )
+    X, sd = (np.zeros((n, 6, 0)), np.zeros(0)) if law is None else law
+    columns = np.concatenate([one.columns for one in candidates], axis=2)
+    made = information_of_runs(view.hexapod, view.poses, view.run, X, columns, noise, frame=frame)
+    return Shapes(
+        tuple(one.called for one in candidates),
+        places_of([one.columns.shape[2] for one in candidates]),
+        np.concatenate([usual_size(one) for one in candidates]),
+        made, made.visible(sd),
+    )  # fmt: skip
+
+
+def machine_observability(
+    view: MachineView, candidates: Sequence[Candidate], noise: Noise, *, law: Law | None = None, frame: bool = True,
+    threshold: float = THRESHOLD, power: float = POWER, close: float = CLOSE,
+) -> MachineObservability:  # fmt: skip
+    """Return what the rows of a view, measured or planned, can tell of candidates.
+
+    Parameters
+    ----------
+    view : MachineView
+    candidates : sequence of Candidate
+        Made of this view; of those that differ in settings alone, the one in the middle counts.
+    noise : Noise
+    law : (array (n, 6, p), array (p,)), optional
+        Columns of the law that is refitted beside every candidate, and its prior; default: the law is kept.
+    frame : bool
+        The measuring frame is free in each run.
+    threshold : float
+        Log evidence that a name needs.
+    power : float
+        Part of campaigns in which an effect at its limit is to be named.
+    close : float
+        Log evidence below which two candidates look alike.
+
+    Raises
+    ------
+    ArgumentError
+        As `shapes_of`; a threshold below 0, a power not between 0 and 1.
+    """
+    if not (threshold >= 0.0 and 0.0 < power < 1.0 and close >= 0.0):
+        raise ArgumentError(f"expected threshold >= 0, 0 < power < 1, close >= 0; found {threshold}, {power}, {close}")
+    candidates = one_of_each(candidates)
+    shapes = shapes_of(view, candidates, noise, law, frame)
+    limits = tuple(
+        _limit(one, own, shapes, threshold, power) for one, own in zip(candidates, shapes.places, strict=True)
+    )
+    found = _evidence(limits, shapes)
+    facts = circumstances(view)
+    return MachineObservability(
+        limits, found, _separations(found, shapes), _classes(candidates, limits, found, close, facts),
+        missing_channels(view), tuple(fact.words for fact in facts), threshold, power, close,
+    )  # fmt: skip
+
+
+def _limit(one: Candidate, own: slice, shapes: Shapes, threshold: float, power: float) -> DetectionLimit:
+    """Return a candidate's limit of detection."""
+    s = shapes.scale[own]
+    G = shapes.G[own, own]
+    weight = np.diag(np.square(s))
+    share = share_left(shapes.information, shapes.G, own, shapes.scale)
+    k = len(s)
+    x = least_amplitude(2.0 * threshold + k * np.log(2.0 + 2.0 * threshold / k), power, k)
+    total = float(np.trace(weight @ G))
+    rows = 6.0 * shapes.information.rows
+    if share == 0.0 or total <= 0.0:
+        lost = {name: (float("inf"), unit) for name, unit in zip(one.names, one.units, strict=True)}
+        return DetectionLimit(one.cause, one.target, float("inf"), float("inf"), float("inf"), lost, 0.0)
+    t2 = x / total
+    whole, shift, turn = (float(np.trace(weight @ square[own, own])) * t2 for square in shapes.information.squares)
+    alone = least_amplitude(2.0 * threshold + np.log(2.0 + 2.0 * threshold), power, 1)
+    with np.errstate(divide="ignore"):
+        values = np.sqrt(alone / np.maximum(np.diagonal(G), 0.0))
+    parameters = {name: (float(v), unit) for name, v, unit in zip(one.names, values, one.units, strict=True)}
+    return DetectionLimit(
+        one.cause, one.target, float(np.sqrt(whole / rows)), float(np.sqrt(2.0 * shift / rows)),
+        float(np.sqrt(2.0 * turn / rows)), parameters, share,
+    )  # fmt: skip
+
+
+def mean_square_at(shapes: Shapes, which: int, strength: float) -> FloatArray:
+    """Return the mean square of a candidate's amplitudes, shape (k, k), at an RMS of its effect over the noise."""
+    own = shapes.places[which]
+    weight = np.diag(np.square(shapes.scale[own]))
+    whole = float(np.trace(weight @ shapes.information.squares[0][own, own]))
+    return weight * (strength**2 * 6.0 * shapes.information.rows / whole) if whole > 0.0 else weight
+
+
+def _evidence(limits: Sequence[DetectionLimit], shapes: Shapes) -> FloatArray:
+    """Return the mean log evidence of each true candidate over each rival at twice its limit, shape (c, c)."""
+    c = len(limits)
+    found = np.full((c, c), np.nan)
+    for i, limit in enumerate(limits):
+        if limit.seen:
+            Theta = mean_square_at(shapes, i, TWICE * limit.strength)
+            for j in range(c):
+                found[i, j] = separation(shapes.G, shapes.places[i], shapes.places[j], Theta, shapes.scale)
+    return found
+
+
+def _separations(found: FloatArray, shapes: Shapes) -> tuple[Separation, ...]:
+    """Return the separations of each two candidates that are seen, least first."""
+    pairs = []
+    for i, first in enumerate(shapes.names):
+        for j in range(i + 1, len(shapes.names)):
+            least = min(found[i, j], found[j, i])
+            if np.isfinite(least):
+                alike = _alike(shapes.G, shapes.places[i], shapes.places[j])
+                pairs.append(Separation(first, shapes.names[j], float(least), alike))
+    return tuple(sorted(pairs, key=lambda pair: pair.evidence))
+
+
+def _alike(G: FloatArray, first: slice, second: slice) -> float:
+    """Return the largest canonical correlation of what is visible of two candidates, with its sign where k = 1."""
+    A, B, cross = G[first, first], G[second, second], G[first, second]
+    if cross.shape == (1, 1):
+        return float(np.clip(cross[0, 0] / np.sqrt(A[0, 0] * B[0, 0]), -1.0, 1.0))
+    inside = np.linalg.pinv(A, rcond=1e-9, hermitian=True) @ cross @ np.linalg.pinv(B, rcond=1e-9, hermitian=True)
+    values = np.linalg.eigvals(inside @ cross.T).real
+    return float(np.sqrt(np.clip(values.max(), 0.0, 1.0)))
+
+
+def _classes(
+    candidates: Sequence[Candidate], limits: Sequence[DetectionLimit], found: FloatArray, close: float, facts: Sequence[Circumstance],
+) -> tuple[AlikeClass, ...]:  # fmt: skip
+    """Return groups of which each two look alike."""
+    from scipy.cluster.hierarchy import fcluster, linkage
+    from scipy.spatial.distance import squareform
+
+    seen = [k for k, limit in enumerate(limits) if limit.seen]
+    if len(seen) < 2:
+        return ()
+    both = found[np.ix_(seen, seen)]
+    apart = np.maximum(np.minimum(both, both.T), 0.0)
+    np.fill_diagonal(apart, 0.0)
+    groups = fcluster(linkage(squareform(apart, checks=False), "complete"), close, "distance")
+    made = []
+    for group in range(1, int(groups.max()) + 1):
+        own = [seen[k] for k in np.flatnonzero(groups == group)]
+        if len(own) > 1:
+            causes = tuple(dict.fromkeys(candidates[k].cause for k in own))
+            reasons = tuple(fact.words for fact in facts if fact.concerns(causes))
+            made.append(AlikeClass(tuple(limits[k].name for k in own), causes, reasons))
+    return tuple(made)
