@@ -8,36 +8,41 @@ from typing import Any
 import numpy as np
 
 from hexathermal.machine.bodies import Bodies, PoseLimits
+from hexathermal.machine.extension_files import EXTENSION_TABLES, read_compliance, read_measuring_frame
 from hexathermal.machine.forms import Form, dotted, shown
 from hexathermal.machine.hexapod import GRADES, Hexapod
 from hexathermal.machine.leg_term_files import TERM_TABLES, read_terms
 from hexathermal.machine.thermal import (
     ABSOLUTE_ZERO_DEGC,
+    AS_RECORDED,
     DEFAULT_RANGE_DEGC,
     LARGEST_EXPANSION_PER_K,
     LegLaw,
     PlateLaw,
     ThermalModel,
+    checked_thermometers,
 )
 from hexathermal.machine.toml_positions import Where
 
 FILE, FORMAT = "hexapod.toml", "hexathermal-hexapod/1"
 TABLES: dict[str, dict[str, str]] = {
     "": {"format": "text!", "name": "text!", "source": "text", "grade": "text", "geometry": "table!",
-         "thermal": "table", "limits": "table", "bodies": "table"},
+         "thermal": "table", "limits": "table", "bodies": "table", "compliance": "table",
+         "measuring_frame": "table"},
     "geometry": {"base_joints_mm": "mm(6,3)!", "platform_joints_mm": "mm(6,3)!", "home_mm": "mm(3)", "q0_mm": "mm6",
                  "stroke_mm": "mm2|mm(6,2)", "base_cone_deg": "deg6", "platform_cone_deg": "deg6"},
     "thermal": {"reference_temperature_degC": "number+!", "valid_degC": "number(2)", "leg": "table", "legs": "tables",
-                "platform": "table", "base": "table"},
+                "platform": "table", "base": "table", "thermometers_of_leg": "number(6)"},
     "thermal.leg": {"sensors": "texts!", "A_per_K": "number+!", "B_per_K": "number+!", "covariance_per_K2": "matrix",
                     "spread_per_K": "number+", "campaign": "text", "terms": "tables"},
-    "thermal.plate": {"expansion_per_K": "number!", "sensor": "text"},
+    "thermal.plate": {"expansion_per_K": "number!", "sensor": "text", "expansion_std_per_K": "number"},
     "limits": {"convention": "text", "x_mm": "mm(2)!", "y_mm": "mm(2)!", "z_mm": "mm(2)!", "rx_deg": "deg(2)!",
                "ry_deg": "deg(2)!", "rz_deg": "deg(2)!"},
     "bodies": {"leg_body_diameter_mm": "mm!", "leg_rod_diameter_mm": "mm!", "leg_body_mass_kg": "number",
                "leg_rod_mass_kg": "number", "platform_mass_kg": "number", "platform_thickness_mm": "mm",
                "base_thickness_mm": "mm"},
     **TERM_TABLES,
+    **EXTENSION_TABLES,
 }  # fmt: skip
 """Keys of each table and their rules, see `hexathermal.machine.forms.Form`."""
 
@@ -72,6 +77,10 @@ def read_hexapod(path: str | Path) -> Hexapod:
         fields["limits"] = _limits(form, top["limits"])
     if "bodies" in top:
         fields["bodies"] = _bodies(form, top["bodies"])
+    if "compliance" in top:
+        fields["compliance"] = read_compliance(form, top["compliance"])
+    if "measuring_frame" in top:
+        fields["measuring_frame"] = read_measuring_frame(form, top["measuring_frame"])
     form.finish()
     hexapod = form.build(("geometry",), lambda: Hexapod(**fields))
     form.finish()
@@ -156,11 +165,17 @@ def _plate(form: Form, thermal: dict[str, Any], part: str) -> PlateLaw | None:
     if "expansion_per_K" in plate:
         small = np.abs(plate["expansion_per_K"]) <= LARGEST_EXPANSION_PER_K
         form.check((*path, "expansion_per_K"), small, EXPANSION)
+    if "expansion_std_per_K" in plate:
+        spread = plate["expansion_std_per_K"]
+        sound = (spread >= 0.0) & (spread <= LARGEST_EXPANSION_PER_K)
+        form.check((*path, "expansion_std_per_K"), sound, f"in [0, {LARGEST_EXPANSION_PER_K:g}] /K")
     if "sensor" in plate:
         form.check((*path, "sensor"), bool(plate["sensor"]), "a name, or left out where the plate has no thermometer")
     if len(form.problems) > before:
         return None
-    return form.build(path, lambda: PlateLaw(float(plate["expansion_per_K"]), plate.get("sensor")))
+    expansion, spread = float(plate["expansion_per_K"]), plate.get("expansion_std_per_K")
+    told = None if spread is None else float(spread)
+    return form.build(path, lambda: PlateLaw(expansion, plate.get("sensor"), told))
 
 
 def _thermal(form: Form, data: dict[str, Any]) -> ThermalModel | None:
@@ -177,6 +192,8 @@ def _thermal(form: Form, data: dict[str, Any]) -> ThermalModel | None:
         if len(laws) != 6:
             form.complain((*at, "legs"), f"found {len(laws)} [[thermal.legs]]; expected six, one for each leg")
     platform, base = _plate(form, thermal, "platform"), _plate(form, thermal, "base")
+    exchange = thermal.get("thermometers_of_leg", np.array(AS_RECORDED))
+    form.build((*at, "thermometers_of_leg"), lambda: checked_thermometers(exchange))
     sound = len(form.problems) == before
     valid = thermal.get("valid_degC", np.array(DEFAULT_RANGE_DEGC))
     reference = thermal.get("reference_temperature_degC")
@@ -185,7 +202,7 @@ def _thermal(form: Form, data: dict[str, Any]) -> ThermalModel | None:
     if form.check((*at, "valid_degC"), ordered, wanted) and reference is not None:
         inside = (valid[0] <= reference) & (reference <= valid[1])
         form.check((*at, "reference_temperature_degC"), inside, f"inside valid_degC [{valid[0]:g}, {valid[1]:g}]")
-    model = form.build(at, lambda: ThermalModel(laws, platform, base)) if sound else None
+    model = form.build(at, lambda: ThermalModel(laws, platform, base, thermometers_of_leg=exchange)) if sound else None
     if model is not None and reference is not None and reference.size not in (1, len(model.sensor_names)):
         form.complain(
             (*at, "reference_temperature_degC"),
@@ -194,7 +211,7 @@ def _thermal(form: Form, data: dict[str, Any]) -> ThermalModel | None:
         )
     if reference is None or len(form.problems) > before:
         return None
-    return form.build(at, lambda: ThermalModel(laws, platform, base, reference, valid))
+    return form.build(at, lambda: ThermalModel(laws, platform, base, reference, valid, exchange))
 
 
 def _limits(form: Form, data: dict[str, Any]) -> PoseLimits | None:

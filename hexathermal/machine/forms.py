@@ -18,19 +18,25 @@ import numpy.typing as npt
 
 from hexathermal.errors import ArgumentError, FileFormatError, Problem, UnknownNameError
 from hexathermal.machine.toml_positions import Positions, Where, excess, line_and_column
-from hexathermal.machine.units import metres, radians, same
+from hexathermal.machine.units import from_millionths, metres, radians, same
 
 Reader = Callable[[Decimal], float]
 Made = TypeVar("Made")
 
-_READERS: dict[str, Reader] = {"mm": metres, "deg": radians, "number": same, "matrix": same}
+_READERS: dict[str, Reader] = {
+    "mm": metres,
+    "um": from_millionths,
+    "deg": radians,
+    "number": same,
+    "matrix": same,
+}
 _SIMPLE: dict[str, tuple[type, str]] = {
     "text": (str, "a text"),
     "flag": (bool, "true or false"),
     "table": (dict, "a table"),
     "tables": (list, "tables [[...]]"),
 }
-_SHAPES = {"mm6": "one value, or six", "deg6": "one value, or six", "mm": "one value", "number": "one value",
+_SHAPES = {"mm6": "one value, or six", "deg6": "one value, or six", "um6": "one value, or six", "mm": "one value", "number": "one value",
            "number+": "one value, or a list", "mm2|mm(6,2)": "[low, high], or six such pairs",
            "matrix": "a square matrix"}  # fmt: skip
 _ERROR_PLACE = re.compile(r" \(at (?:line (\d+), column (\d+)|end of document)\)$")
@@ -58,8 +64,8 @@ class Form:
     ----------
     path : Path
     tables : mapping of table kind to its keys and their rules
-        A rule is a kind (``text``, ``texts``, ``flag``, ``table``, ``tables``, ``mm``, ``deg``, ``number``,
-        ``matrix``), a shape in brackets, ``6`` for one or six, ``+`` for one or more, and ``!`` where the key is
+        A rule is a kind (``text``, ``texts``, ``flag``, ``table``, ``tables``, ``mm``, ``um`` (millionths), ``deg``,
+        ``number``, ``matrix``), a shape in brackets, ``6`` for one or six, ``+`` for one or more, and ``!`` where the key is
         required.
 
     Raises
@@ -274,7 +280,7 @@ def _text(path: Path) -> str:
 
 def _shape_fits(shape: tuple[int, ...], rule: str) -> bool:
     """Whether an array's shape is what a rule asks for."""
-    if rule in ("mm6", "deg6"):
+    if rule in ("mm6", "deg6", "um6"):
         return shape in ((), (6,))
     if rule in ("mm", "number"):
         return shape == ()

@@ -1,7 +1,7 @@
 """The frame in which poses are measured, as it drifts with a recorded temperature.
 
-It is no part of the machine: commands do not know it. It enters only where measured poses are held against predicted ones
-(`hexathermal.predict.measured_poses`).
+It is no part of the machine: commands do not know it. It enters only where measured poses are held against predicted
+ones (`hexathermal.predict.measuring`).
 """
 
 from __future__ import annotations

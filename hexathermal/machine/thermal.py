@@ -241,8 +241,8 @@ class ThermalModel:
     valid_degC : (float, float)
         Temperatures outside are refused.
     thermometers_of_leg : six int
-        Leg ``i`` is told by the thermometers that are recorded as those of leg ``thermometers_of_leg[i]``, from 1: other
-        than 1 to 6 where the plugs of legs were exchanged. Readings stay as they are recorded.
+        Leg ``i`` is told by the thermometers that are recorded as those of leg ``thermometers_of_leg[i]``, from 1:
+        other than 1 to 6 where the plugs of legs were exchanged. Readings stay as they are recorded.
 
     Attributes
     ----------
@@ -278,7 +278,7 @@ class ThermalModel:
         set_(self, "legs", laws)
         set_(self, "platform", platform)
         set_(self, "base", base)
-        set_(self, "thermometers_of_leg", _exchanged(thermometers_of_leg))
+        set_(self, "thermometers_of_leg", checked_thermometers(thermometers_of_leg))
         names = [
             _full_name(f"leg{recorded + 1}", sensor.removeprefix(f"leg{leg + 1}_") if leg != recorded else sensor)
             for recorded, leg in enumerate(self.legs_as_recorded)
@@ -379,13 +379,13 @@ class ThermalModel:
         return all(law == self.legs[0] for law in self.legs)
 
 
-def _exchanged(given: Sequence[int]) -> tuple[int, ...]:
+def checked_thermometers(given: Sequence[int]) -> tuple[int, ...]:
     """Return a checked `thermometers_of_leg`."""
     numbers = as_array(given, "thermometers_of_leg")
     if numbers.shape != (6,) or sorted(numbers.tolist()) != list(AS_RECORDED):
         raise ArgumentError(
-            f"thermometers_of_leg must hold each leg from 1 to 6 once, found {numbers.tolist()}; legs 3 and 4 exchanged "
-            "are [1, 2, 4, 3, 5, 6]"
+            f"thermometers_of_leg must hold each leg from 1 to 6 once, found {numbers.tolist()}; legs 3 and 4 "
+            "exchanged are [1, 2, 4, 3, 5, 6]"
         )
     return tuple(int(number) for number in numbers)
 

@@ -11,11 +11,12 @@ import numpy as np
 import tomli_w
 
 from hexathermal.errors import ArgumentError
+from hexathermal.machine.extension_files import compliance_table, measuring_frame_table
 from hexathermal.machine.files import FORMAT
 from hexathermal.machine.forms import Reader
 from hexathermal.machine.hexapod import Hexapod
 from hexathermal.machine.leg_term_files import term_table
-from hexathermal.machine.thermal import LegLaw, PlateLaw, ThermalModel
+from hexathermal.machine.thermal import AS_RECORDED, LegLaw, PlateLaw, ThermalModel
 from hexathermal.machine.units import metres, radians, same, shortest
 from hexathermal.poses import FloatArray
 
@@ -104,6 +105,10 @@ def _document(hexapod: Hexapod) -> dict[str, Any]:
         mm = ("leg_body_diameter", "leg_rod_diameter", "platform_thickness", "base_thickness")
         document["bodies"] = {f"{key}_mm": _numbers(getattr(bodies, key), metres) for key in mm}
         document["bodies"] |= {f"{key}_kg": _numbers(getattr(bodies, key), same) for key in kg}
+    if hexapod.compliance is not None:
+        document["compliance"] = compliance_table(hexapod.compliance)
+    if hexapod.measuring_frame is not None:
+        document["measuring_frame"] = measuring_frame_table(hexapod.measuring_frame)
     return document
 
 
@@ -131,6 +136,8 @@ def _thermal(model: ThermalModel) -> dict[str, Any]:
         "reference_temperature_degC": _one_or_all(model.reference_temperature_degC, same),
         "valid_degC": _numbers(np.array(model.valid_degC), same),
     }
+    if model.thermometers_of_leg != AS_RECORDED:
+        table["thermometers_of_leg"] = list(model.thermometers_of_leg)
     legs = [_leg(law) for law in model.legs]
     if len({str(leg) for leg in legs}) == 1:
         table["leg"] = legs[0]
@@ -162,4 +169,9 @@ def _leg(law: LegLaw) -> dict[str, Any]:
 
 def _plate(plate: PlateLaw) -> dict[str, Any]:
     """Return one plate's table."""
-    return {"expansion_per_K": plate.expansion} | ({} if plate.sensor is None else {"sensor": plate.sensor})
+    table: dict[str, Any] = {"expansion_per_K": plate.expansion}
+    if plate.sensor is not None:
+        table["sensor"] = plate.sensor
+    if plate.expansion_std is not None:
+        table["expansion_std_per_K"] = plate.expansion_std
+    return table

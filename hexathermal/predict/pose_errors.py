@@ -49,3 +49,20 @@ def moved_poses(poses: FloatArray, motion: FloatArray, centre: FloatArray) -> Fl
     arm = poses[..., :3, 3] - centre
     out[..., :3, 3] = centre + np.einsum("...ij,...j->...i", R, arm) + motion[..., :3]
     return out
+
+
+def moved_back(poses: FloatArray, motion: FloatArray, centre: FloatArray) -> FloatArray:
+    """Return the poses that `moved_poses` moved, exactly: ``R = exp(-w) R'``, ``t = c + exp(-w) (t' - c - v)``.
+
+    Parameters as `moved_poses`.
+
+    Examples
+    --------
+    >>> motion = np.array([1e-3, 0, 2e-3, 0, 0.1, 0.2])
+    >>> bool(abs(moved_back(moved_poses(np.eye(4), motion, np.ones(3)), motion, np.ones(3)) - np.eye(4)).max() < 1e-15)
+    True
+    """
+    shift = np.zeros(motion.shape)
+    shift[..., :3] = -motion[..., :3]
+    turn = -motion - shift
+    return moved_poses(moved_poses(poses, shift, centre), turn, centre)
