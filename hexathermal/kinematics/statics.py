@@ -20,8 +20,8 @@ from hexathermal.poses import FloatArray, PoseLike
 def leg_forces(hexapod: Hexapod, pose: PoseLike, weight: FloatArray, centre: FloatArray) -> FloatArray:
     """Return the axial force in each leg that holds a weight, compression positive.
 
-    ``J^T F = -[w, (R r) x w]`` with the weight ``w`` at ``r`` (principle of virtual work: Merlet, Parallel Robots, 2006,
-    ch. 9).  Linear in ``w`` and in ``r w``.
+    ``J^T F = -[w, (R r) x w]`` with the weight ``w`` at ``r`` (virtual work: Merlet, Parallel Robots, 2006, ch. 9).
+    Linear in ``w`` and in ``r w``.
 
     Parameters
     ----------
@@ -60,45 +60,35 @@ def leg_forces(hexapod: Hexapod, pose: PoseLike, weight: FloatArray, centre: Flo
         worst = int(np.flatnonzero(~held.ravel())[0])
         number = float(conditions.ravel()[worst])
         raise SingularPoseError(
-            f"leg forces are not defined{where(place(worst, held.shape))}: the legs do not hold the platform, condition "
-            f"number {number:.3g}, must be at most {LARGEST_CONDITION:g}; move away from the singular pose",
+            f"leg forces are not defined{where(place(worst, held.shape))}: the legs do not hold the platform; "
+            f"condition number {number:.3g}, allowed {LARGEST_CONDITION:g}: move away from the singular pose",
             value=number, upper=LARGEST_CONDITION, index=place(worst, held.shape),
         )  # fmt: skip
+    return forces_in_balance(J, poses, weight, centre)
+
+
+def forces_in_balance(J: FloatArray, poses: FloatArray, weight: FloatArray, centre: FloatArray) -> FloatArray:
+    """Return `leg_forces` from Jacobians (..., 6, 6) at poses (..., 4, 4) that are known to be regular."""
     arm = np.einsum("...ij,...j->...i", poses[..., :3, :3], np.asarray(centre))
-    force = np.broadcast_to(weight, arm.shape)
+    arm, force = np.broadcast_arrays(arm, weight)
     wrench = np.concatenate([force, np.cross(arm, force)], axis=-1)
     return np.asarray(np.linalg.solve(np.swapaxes(J, -1, -2), -wrench[..., None])[..., 0])
 
 
-def sag(
-    hexapod: Hexapod, pose: PoseLike, compliance: FloatArray, mass: FloatArray | float, centre: FloatArray,
-    gravity: FloatArray,
-) -> FloatArray:  # fmt: skip
-    """Return how much longer each leg is for the load than without it, ``-c_i F_i``: below 0 where it is compressed.
+def payload_sag(hexapod: Hexapod, pose: PoseLike) -> FloatArray:
+    """Return how much longer each leg is under the machine's payload, ``-c_i F_i``: below 0 where it is compressed.
+
+    See `hexathermal.machine.compliance.Compliance`.
 
     Parameters
     ----------
     hexapod, pose
         As `leg_forces`.
-    compliance : array, shape (6,) or (..., 6) [m/N]
-    mass : float or array, shape (...) [kg]
-    centre : array, shape (3,) or (..., 3) [m]
-        Platform frame.
-    gravity : array, shape (3,) [m/s^2]
-        Base frame.
 
     Returns
     -------
     array, shape (..., 6) [m]
-    """
-    weight = np.asarray(mass, dtype=np.float64)[..., None] * gravity
-    return np.asarray(-compliance * leg_forces(hexapod, pose, weight, centre))
-
-
-def payload_sag(hexapod: Hexapod, pose: PoseLike) -> FloatArray:
-    """Return how much longer each leg is under the machine's payload, shape (..., 6) [m]; 0 without a compliance.
-
-    See `hexathermal.machine.compliance.Compliance` and `sag`.
+        Zeros without a compliance.
 
     Examples
     --------
@@ -112,4 +102,4 @@ def payload_sag(hexapod: Hexapod, pose: PoseLike) -> FloatArray:
     own = hexapod.compliance
     if own is None:
         return np.zeros((*poses_of(pose).shape[:-2], 6))
-    return sag(hexapod, pose, own.leg_compliance, own.payload_mass, own.payload_centre, own.gravity)
+    return np.asarray(-own.leg_compliance * leg_forces(hexapod, pose, own.weight, own.payload_centre))

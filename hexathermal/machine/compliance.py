@@ -1,7 +1,7 @@
 """Legs that give way under the weight of a payload: stiffnesses and the load, not the equations.
 
-A leg that carries the axial force ``F`` (compression positive) is ``c F`` shorter than without it.  Which force each leg
-carries depends on the pose; the static balance stands in `hexathermal.kinematics.statics`.
+A leg that carries the axial force ``F`` (compression positive) is ``c F`` shorter than without it.  Which force each
+leg carries depends on the pose; the static balance stands in `hexathermal.kinematics.statics`.
 """
 
 from __future__ import annotations
@@ -33,8 +33,8 @@ LARGEST_MASS = 1e6
 class Compliance:
     """Compliance of six legs and the payload that presses on them.
 
-    ``sag_i = -c_i F_i`` with ``J^T F = -[m g, (R r) x m g]``: only the payload counts, which is what the platform carries
-    beyond what lay on it when the machine was calibrated. The weights of platform and legs were there at the calibration.
+    ``sag_i = -c_i F_i`` with ``J^T F = -[m g, (R r) x m g]``: only the payload counts, which is what the platform
+    carries beyond what lay on it when the machine was calibrated. Weights of platform and legs were there already.
 
     Parameters
     ----------
@@ -139,8 +139,8 @@ def _compliances(values: npt.ArrayLike, what: str) -> FloatArray:
     if (array < 0.0).any() or (array > LARGEST_COMPLIANCE).any():
         odd = array.min() if (array < 0.0).any() else array.max()
         raise ArgumentError(
-            f"{what} holds {odd:g} m/N; it must lie in [0, {LARGEST_COMPLIANCE:g}]: a leg gives way to its load; was it "
-            "given in um/N?"
+            f"{what} holds {odd:g} m/N; it must lie in [0, {LARGEST_COMPLIANCE:g}]: a leg gives way to its load; were "
+            "um/N given?"
         )
     return frozen(np.broadcast_to(array, (6,)))
 

@@ -36,7 +36,8 @@ _SIMPLE: dict[str, tuple[type, str]] = {
     "table": (dict, "a table"),
     "tables": (list, "tables [[...]]"),
 }
-_SHAPES = {"mm6": "one value, or six", "deg6": "one value, or six", "um6": "one value, or six", "mm": "one value", "number": "one value",
+_SHAPES = {"mm6": "one value, or six", "deg6": "one value, or six", "um6": "one value, or six",
+           "mm": "one value", "number": "one value",
            "number+": "one value, or a list", "mm2|mm(6,2)": "[low, high], or six such pairs",
            "matrix": "a square matrix"}  # fmt: skip
 _ERROR_PLACE = re.compile(r" \(at (?:line (\d+), column (\d+)|end of document)\)$")
@@ -65,8 +66,8 @@ class Form:
     path : Path
     tables : mapping of table kind to its keys and their rules
         A rule is a kind (``text``, ``texts``, ``flag``, ``table``, ``tables``, ``mm``, ``um`` (millionths), ``deg``,
-        ``number``, ``matrix``), a shape in brackets, ``6`` for one or six, ``+`` for one or more, and ``!`` where the key is
-        required.
+        ``number``, ``matrix``), a shape in brackets, ``6`` for one or six, ``+`` for one or more, and ``!`` where the
+        key is required.
 
     Raises
     ------

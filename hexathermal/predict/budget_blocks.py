@@ -11,6 +11,9 @@ from hexathermal.poses import FloatArray
 from hexathermal.predict.sources import Source
 from hexathermal.predict.temperatures import active_model
 
+LOAD_SIZE = 10
+"""Numbers of a machine with a payload that may be off: compliances of six legs, mass, centre of mass."""
+
 
 def sensor_counts(hexapod: Hexapod) -> tuple[int, int]:
     """Return the number of sensors, and of those on legs."""
@@ -21,7 +24,7 @@ def sensor_counts(hexapod: Hexapod) -> tuple[int, int]:
 def deviation_size(hexapod: Hexapod) -> int:
     """Return how many numbers of a machine may be off."""
     n, m = sensor_counts(hexapod)
-    return 3 * n + 2 * m + 65 + sum(amplitude_counts(hexapod))
+    return 3 * n + 2 * m + 65 + sum(amplitude_counts(hexapod)) + LOAD_SIZE * (hexapod.compliance is not None)
 
 
 def amplitude_counts(hexapod: Hexapod) -> list[int]:
@@ -47,6 +50,12 @@ def blocks(hexapod: Hexapod, quantity: str) -> tuple[npt.NDArray[np.int64], int,
         counts, first = amplitude_counts(hexapod), after + 65
         alike = len(set(counts)) == 1
         return np.arange(first, first + sum(counts)), 6 if alike else 1, counts[0] if alike else sum(counts)
+    load = {"compliance": (0, 6, 1), "payload mass": (6, 1, 1), "payload centre": (7, 1, 3)}
+    if quantity in load:
+        first, groups, width = load[quantity]
+        groups = 0 if hexapod.compliance is None else groups
+        first += after + 65 + sum(amplitude_counts(hexapod))
+        return np.arange(first, first + groups * width), groups, width
     counts = [len(law.sensors) for law in active_model(hexapod).legs]
     columns = active_model(hexapod).columns_of_leg
     index = [3 * n + half * m + k for own in columns for half in (0, 1) for k in range(own.start, own.stop)]
@@ -65,7 +74,10 @@ def source_factors(hexapod: Hexapod, source: Source) -> FloatArray:
     """
     _, groups, width = (None, 1, 6) if source.quantity == "pose" else blocks(hexapod, source.quantity)
     if not groups * width:
-        raise ArgumentError(f"source {source.label!r} is of {source.quantity}, of which the machine's legs have none")
+        raise ArgumentError(
+            f"source {source.label!r} is of {source.quantity}, of which the machine has none; leave it out, or add "
+            "what it speaks of to the machine's file"
+        )
     common = isinstance(source.correlation, str) and source.correlation == "common"
     if source.quantity in ("coefficients", "amplitudes") and groups == 1 and common:
         what = "sensors" if source.quantity == "coefficients" else "amplitudes"

@@ -18,23 +18,25 @@ NO_CAUSE = 1e-12
 """An error [m, rad] below rounding of kinematics."""
 
 
-def cause_steps(hexapod: Hexapod, plates: FloatArray, correction: bool) -> list[tuple[str, FloatArray]]:
-    """Return causes in the order in which they are taken away, each with the plates (2, 8) that are then left.
+def cause_steps(hexapod: Hexapod, plates: FloatArray, correction: bool) -> list[tuple[str, FloatArray, float]]:
+    """Return causes in the order in which they are taken away, each with the plates (2, 8) and the load then left.
 
-    Gradients across the plates, then the expansion of plates that is not corrected.
+    Gradients across the plates, the expansion of plates that is not corrected, the sag under a payload that is not.
     """
     model, rows = active_model(hexapod), plates.copy()
-    steps: list[tuple[str, FloatArray]] = []
+    steps: list[tuple[str, FloatArray, float]] = []
     for k, part in enumerate(PARTS):
         if rows[k, 0] and rows[k, 2:5].any():
             rows[k, 2:5] = 0.0
-            steps.append((f"gradient across the {part}", rows.copy()))
+            steps.append((f"gradient across the {part}", rows.copy(), 1.0))
     for k, part in enumerate(PARTS):
         plate = getattr(model, part)
         blind = plate is not None and plate.sensor is None
         if plate is not None and (blind or not correction):
             rows[k, 1 if blind else 0] = 0.0
-            steps.append((f"expansion of the {part}", rows.copy()))
+            steps.append((f"expansion of the {part}", rows.copy(), 1.0))
+    if hexapod.compliance is not None and not correction:
+        steps.append(("sag under the payload", rows.copy(), 0.0))
     return steps
 
 
@@ -60,5 +62,5 @@ def parts_of_bias(names: Sequence[str], errors: FloatArray, correction: bool) ->
 def bias_causes(here: Situation) -> tuple[tuple[str, ...], FloatArray]:
     """Return the causes of a situation's expected error, and their parts (c, 6), which add up to it."""
     steps = cause_steps(here.hexapod, here.plates, here.correction)
-    errors = [here.errors(), *(replace(here, plates=rows).errors() for _name, rows in steps)]
-    return parts_of_bias([name for name, _rows in steps], np.concatenate(errors), here.correction)
+    errors = [here.errors(), *(replace(here, plates=rows).errors(load=load) for _name, rows, load in steps)]
+    return parts_of_bias([name for name, _rows, _load in steps], np.concatenate(errors), here.correction)

@@ -11,7 +11,9 @@ from collections.abc import Sequence
 import numpy as np
 import numpy.typing as npt
 
+from hexathermal.machine.compliance import Compliance
 from hexathermal.machine.hexapod import Hexapod
+from hexathermal.machine.leg_terms import LegTerm
 from hexathermal.machine.thermal import LegLaw, ThermalModel
 from hexathermal.poses import FloatArray
 from hexathermal.predict.budget_plates import Plates, check_plates
@@ -25,11 +27,26 @@ LEG_TO_LEG = 0.02
 """How differently legs expand that share one law, identified on one of them. Engineering value."""
 
 
+RELATIVE_EXPANSION = 0.1
+"""Half-width of a plate's expansion as a part of it, where its law states no uncertainty. Engineering value."""
+
+RELATIVE_COMPLIANCE = 0.1
+"""Standard uncertainty of a leg's compliance as a part of it, where none is stated. Engineering value."""
+
+RELATIVE_MASS = 0.01
+"""Standard uncertainty of the payload as a part of it, where none is stated. Engineering value."""
+
+PAYLOAD_CENTRE = 5e-3
+"""Standard uncertainty [m] of the payload's centre of mass, where none is stated. Engineering value."""
+
 BLIND_PLATE_K = 2.0
 """Half-width of the temperature of a plate that nobody measured. Engineering value."""
 
 STATED_PLATE_K = 0.2
 """Half-width of the temperature of a plate that somebody read off a thermometer. Engineering value."""
+
+
+LAW_COVARIANCE = "covariance of the law"
 
 
 def default_sources(hexapod: Hexapod, plates: Plates | None = None) -> Sources:
@@ -61,7 +78,8 @@ def default_sources(hexapod: Hexapod, plates: Plates | None = None) -> Sources:
     """
     given = Plates() if plates is None else plates
     check_plates(given)
-    return Sources((*_sensors(), *_laws(hexapod), *_lengths(), *_plates(hexapod, given), *_geometry()))
+    load = () if hexapod.compliance is None else _load(hexapod.compliance)
+    return Sources((*_sensors(), *_laws(hexapod), *_lengths(), *_plates(hexapod, given), *load, *_geometry()))
 
 
 def _sensors() -> tuple[Source, ...]:
@@ -83,11 +101,7 @@ def _sensors() -> tuple[Source, ...]:
 def _laws(hexapod: Hexapod) -> tuple[Source, ...]:
     """Return the sources of the legs' laws."""
     model = active_model(hexapod)
-    shared = model.common_law
-    stated = [law.covariance is not None for law in model.legs]
-    sources = [_coefficients(model.legs, all(stated), "common" if shared else "independent"), *_terms(model)]
-    if shared:
-        sources.append(_leg_to_leg(model.legs[0]))
+    sources = [_coefficients(model), *_terms(model), *_leg_to_leg(model)]
     sources += [
         Source("law residual", "length", 0.35e-6,
                basis="published: mean residual 0.28 um in runs left out (Robert et al.), as that of a normal one"),
@@ -98,19 +112,51 @@ def _laws(hexapod: Hexapod) -> tuple[Source, ...]:
     return tuple(sources)
 
 
-def _coefficients(laws: tuple[LegLaw, ...], stated: bool, correlation: str) -> Source:
-    """Return the source of the identified coefficients."""
-    if not stated:
+def families(model: ThermalModel) -> tuple[int, ...]:
+    """Return for each leg the first leg, from 0, that shares its A and B: what is wrong with them is wrong with all.
+
+    Terms are not looked at: a term that one leg has alone does not make its coefficients its own.
+    """
+    own = [LegLaw(law.sensors, law.A, law.B, law.covariance, law.campaign, (), law.spread) for law in model.legs]
+    return tuple(next(k for k, other in enumerate(own) if other == law) for law in own)
+
+
+def _coefficients(model: ThermalModel) -> Source:
+    """Return the source of the identified coefficients: common to legs that share a law, independent of other legs."""
+    label, laws, kin = "coefficients", model.legs, families(model)
+    guess = f"engineering value: {100 * RELATIVE_COEFFICIENTS:g} % of each, as the law states no covariance"
+    if all(law.covariance is None for law in laws):
         values = [np.concatenate([np.abs(law.A), np.abs(law.B)]) * RELATIVE_COEFFICIENTS for law in laws]
-        whole = values[0] if correlation == "common" else np.concatenate(values)
-        return Source("coefficients", "coefficients", whole, correlation=correlation,
-                      basis=f"engineering value: {100 * RELATIVE_COEFFICIENTS:g} % of each, as the law states no "
-                            "covariance")  # fmt: skip
-    covariances = [np.asarray(law.covariance) for law in laws]
-    if correlation == "common" and laws[0].spread is not None:
-        # the spread is no error that legs have in common: `leg to leg` counts it
-        covariances = [_without(covariances[0], laws[0].spread)]
-    return _stated("coefficients", "coefficients", covariances, correlation)
+        if len(set(kin)) == 1:
+            return Source(label, label, values[0], correlation="common", basis=guess)
+        if len(set(kin)) == 6:
+            return Source(label, label, np.concatenate(values), basis=guess)
+    covariances = [_covariance(law, shared=kin.count(kin[leg]) > 1) for leg, law in enumerate(laws)]
+    if len(set(kin)) == 1:
+        return _stated(label, label, covariances, "common")
+    stated = {law.covariance is not None for law in laws}
+    basis = {(True,): LAW_COVARIANCE, (False,): guess}.get(tuple(stated), f"{LAW_COVARIANCE}; without one, {guess}")
+    if len(set(kin)) == 6:
+        return _stated(label, label, covariances, "independent", basis)
+    deviations = [np.sqrt(np.diag(matrix)) for matrix in covariances]
+    ends = np.cumsum([0, *map(len, deviations)])
+    whole = np.zeros((ends[-1], ends[-1]))
+    for a in range(6):
+        for b in (b for b in range(6) if kin[b] == kin[a]):
+            whole[ends[a] : ends[a + 1], ends[b] : ends[b + 1]] = _correlation(covariances[a], deviations[a])
+    return Source(label, label, np.concatenate(deviations), correlation=_ones(whole), basis=basis)
+
+
+def _covariance(law: LegLaw, shared: bool) -> FloatArray:
+    """Return the covariance of A and B that counts as theirs.
+
+    Where legs share the law its spread between legs is no error that they have in common: `leg to leg` counts it.
+    """
+    if law.covariance is None:
+        return np.diag(np.square(np.concatenate([law.A, law.B]) * RELATIVE_COEFFICIENTS))
+    if shared and law.spread is not None:
+        return _without(law.covariance, law.spread)
+    return law.covariance
 
 
 def _without(covariance: FloatArray, spread: FloatArray) -> FloatArray:
@@ -119,30 +165,47 @@ def _without(covariance: FloatArray, spread: FloatArray) -> FloatArray:
     return np.asarray((vectors * np.maximum(values, 0.0)) @ vectors.T)
 
 
-def _leg_to_leg(law: LegLaw) -> Source:
-    """Return by how much legs that share a law differ: what the law tells, else a part of its coefficients."""
-    usual = np.concatenate([np.abs(law.A), np.abs(law.B)]) * LEG_TO_LEG
-    basis = f"engineering value: legs of one law differ by {100 * LEG_TO_LEG:g} % of it"
-    if law.spread is None:
-        return Source("leg to leg", "coefficients", usual, basis=basis)
-    told = law.spread > 0.0
-    basis = "spread between legs of the law" + f"; where it tells none, {basis}" * bool(not told.all())
-    return Source("leg to leg", "coefficients", np.where(told, law.spread, usual), basis=basis)
+def _leg_to_leg(model: ThermalModel) -> list[Source]:
+    """Return by how much legs that share a law differ: what the law tells, else a part of its coefficients.
+
+    A leg with a law of its own was identified itself, and differs from no other.
+    """
+    kin = families(model)
+    shared = [kin.count(first) > 1 for first in kin]
+    if not any(shared):
+        return []
+    guess = f"engineering value: legs of one law differ by {100 * LEG_TO_LEG:g} % of it"
+    values, told = [], []
+    for law, among in zip(model.legs, shared, strict=True):
+        usual = np.concatenate([np.abs(law.A), np.abs(law.B)]) * LEG_TO_LEG
+        known = np.zeros(len(usual), dtype=bool) if law.spread is None else law.spread > 0.0
+        values.append(among * np.where(known, 0.0 if law.spread is None else law.spread, usual))
+        told.append(known)
+    spoken = np.concatenate([own for own, among in zip(told, shared, strict=True) if among])
+    basis = "spread between legs of the law" + f"; where it tells none, {guess}" * bool(not spoken.all())
+    whole = values[0] if len(set(kin)) == 1 else np.concatenate(values)
+    return [Source("leg to leg", "coefficients", whole, basis=basis if spoken.any() else guess)]
 
 
 def _terms(model: ThermalModel) -> list[Source]:
-    """Return the source of the amplitudes of terms; none where no leg carries any."""
+    """Return the source of the amplitudes of terms; none where no leg carries any.
+
+    Terms that all legs share are wrong in all alike; a term without a covariance counts as wrong by a part of it.
+    """
     if not model.has_terms:
         return []
-    correlation = "common" if model.common_law else "independent"
-    terms = [law.terms for law in (model.legs[:1] if model.common_law else model.legs)]
-    if any(not term.covariance.any() for own in terms for term in own):
-        values = [np.concatenate([np.zeros(0), *(np.abs(term.amplitudes) for term in own)]) for own in terms]
-        basis = f"engineering value: {100 * RELATIVE_COEFFICIENTS:g} % of each, as a term states no covariance"
-        sizes = np.concatenate(values) * RELATIVE_COEFFICIENTS
-        return [Source("terms of the law", "amplitudes", sizes, correlation=correlation, basis=basis)]
-    stated = [_blocks([term.covariance for term in law.terms]) for law in model.legs]
-    return [_stated("terms of the law", "amplitudes", stated, correlation)]
+    common = model.common_law
+    guess = f"engineering value: {100 * RELATIVE_COEFFICIENTS:g} % of each, as a term states no covariance"
+    told = {bool(term.covariance.any()) for law in model.legs for term in law.terms}
+    basis = {(True,): LAW_COVARIANCE, (False,): guess}.get(tuple(told), f"{LAW_COVARIANCE}; without one, {guess}")
+    matrices = [_blocks([_amplitudes(term) for term in law.terms]) for law in model.legs]
+    return [_stated("terms of the law", "amplitudes", matrices, "common" if common else "independent", basis)]
+
+
+def _amplitudes(term: LegTerm) -> FloatArray:
+    """Return the covariance of a term's amplitudes, stated or guessed."""
+    guessed = np.diag(np.square(term.amplitudes * RELATIVE_COEFFICIENTS))
+    return term.covariance if term.covariance.any() else guessed
 
 
 def _blocks(matrices: Sequence[FloatArray]) -> FloatArray:
@@ -154,9 +217,10 @@ def _blocks(matrices: Sequence[FloatArray]) -> FloatArray:
     return whole
 
 
-def _stated(label: str, quantity: str, covariances: Sequence[FloatArray], correlation: str) -> Source:
+def _stated(
+    label: str, quantity: str, covariances: Sequence[FloatArray], correlation: str, basis: str = LAW_COVARIANCE
+) -> Source:
     """Return the source of numbers whose covariance each leg states."""
-    basis = "covariance of the law"
     deviations = [np.sqrt(np.diag(matrix)) for matrix in covariances]
     matrices = [_correlation(C, u) for C, u in zip(covariances, deviations, strict=True)]
     if correlation == "common":
@@ -167,9 +231,13 @@ def _stated(label: str, quantity: str, covariances: Sequence[FloatArray], correl
 def _correlation(C: FloatArray, u: FloatArray) -> FloatArray:
     """Return the correlations of a covariance; ones where a variance is 0."""
     scale = np.divide(1.0, u, out=np.zeros_like(u), where=u > 0.0)
-    matrix = C * np.outer(scale, scale)
+    return _ones(C * np.outer(scale, scale))
+
+
+def _ones(matrix: FloatArray) -> FloatArray:
+    """Return a matrix with ones on its diagonal."""
     np.fill_diagonal(matrix, 1.0)
-    return np.asarray(matrix)
+    return matrix
 
 
 def _lengths() -> tuple[Source, ...]:
@@ -188,14 +256,22 @@ def _plates(hexapod: Hexapod, given: Plates) -> tuple[Source, ...]:
     model = active_model(hexapod)
     plates = (model.platform, model.base)
     known = np.array([0.0 if plate is None else abs(plate.expansion) for plate in plates])
-    if not known.any():
+    told = np.array(
+        [np.nan if plate is None or plate.expansion_std is None else plate.expansion_std for plate in plates]
+    )
+    if not (known.any() or np.nan_to_num(told).any()):
         return ()
     blind = np.array([plate is not None and plate.sensor is None for plate in plates])
     there = np.array([plate is not None for plate in plates])
-    sources = [
-        Source.bounded("plate expansion", "plate expansion", 0.1 * known,
-                       basis="engineering value: 10 % of the material's coefficient"),
-    ]  # fmt: skip
+    sources = []
+    if np.isnan(told).any() and known[np.isnan(told)].any():
+        sources.append(
+            Source.bounded("plate expansion", "plate expansion", RELATIVE_EXPANSION * known * np.isnan(told),
+                           basis="engineering value: 10 % of the material's coefficient")
+        )  # fmt: skip
+    if not np.isnan(told).all():
+        basis = "standard uncertainty that the plate's law states"
+        sources.append(Source("identified plate expansion", "plate expansion", np.nan_to_num(told), basis=basis))
     if blind.any():
         stated = np.array([told is not None for told in (given.platform_degC, given.base_degC)]) & blind
         half_width = np.where(stated, STATED_PLATE_K, BLIND_PLATE_K * blind)
@@ -207,6 +283,23 @@ def _plates(hexapod: Hexapod, given: Plates) -> tuple[Source, ...]:
                basis="engineering value: 0.5 K/m in every direction")
     )  # fmt: skip
     return tuple(sources)
+
+
+def _load(own: Compliance) -> tuple[Source, ...]:
+    """Return the sources of a payload and of the legs that give way to it."""
+    known, told = own.leg_compliance, own.leg_compliance_std
+    alike = len({*known.tolist()}) == 1 and (told is None or len({*told.tolist()}) == 1)
+    mass, centre = own.payload_mass_std, own.payload_centre_std
+    stated = "standard uncertainty that the machine's file states"
+    usual = f"engineering value: {100 * RELATIVE_COMPLIANCE:g} % of it; the same for all where legs are alike"
+    return (
+        Source("leg compliance", "compliance", RELATIVE_COMPLIANCE * known if told is None else told,
+               correlation="common" if alike else "independent", basis=usual if told is None else stated),
+        Source("payload", "payload mass", RELATIVE_MASS * abs(own.payload_mass) if mass is None else mass,
+               basis=f"engineering value: {100 * RELATIVE_MASS:g} % of it" if mass is None else stated),
+        Source("centre of the payload", "payload centre", PAYLOAD_CENTRE if centre is None else centre,
+               basis=f"engineering value: {1e3 * PAYLOAD_CENTRE:g} mm" if centre is None else stated),
+    )  # fmt: skip
 
 
 def _plate_basis(blind: npt.NDArray[np.bool_], stated: npt.NDArray[np.bool_]) -> str:

@@ -19,7 +19,7 @@ from hexathermal.poses import FloatArray, Frames, PoseLike, finite_array, pose_a
 from hexathermal.predict.budget_blocks import blocks, deviation_factors, deviation_size
 from hexathermal.predict.budget_plates import Plates as Plates
 from hexathermal.predict.budget_plates import plate_rows
-from hexathermal.predict.budget_rates import Places, chord_errors, chord_solved, pose_numbers
+from hexathermal.predict.budget_rates import Places, certain, pose_numbers
 from hexathermal.predict.budget_view import View as View
 from hexathermal.predict.budget_view import look
 from hexathermal.predict.correction import corrected_leg_lengths, predicted_pose
@@ -85,8 +85,12 @@ class Situation:
             self.axes[None], self.arm, self.numbers[None],
         )  # fmt: skip
 
-    def errors(self, deviations: FloatArray | None = None, told: FloatArray | None = None) -> FloatArray:
+    def errors(
+        self, deviations: FloatArray | None = None, told: FloatArray | None = None, load: float = 1.0
+    ) -> FloatArray:
         """Return exact errors (N, 6) of the point for many deviations (N, size); one row where there is none.
+
+        `load` 0: the payload is not there.
 
         Raises
         ------
@@ -94,15 +98,15 @@ class Situation:
             A deviation is too far off for the branch of the pose to be certain.
         """
         machines = self.places.machine(0, x=deviations, told=told)
-        return chord_errors(self.numbers, *machines, expected=deviations is None)
+        return certain(*self.places.solved(0, *machines, deviations, load), expected=deviations is None)
 
     def tried(self, deviations: FloatArray) -> tuple[FloatArray, npt.NDArray[np.bool_]]:
         """Return errors (N, 6) for many deviations (N, size), and which of them are certain."""
-        return chord_solved(self.numbers, *self.places.machine(0, x=deviations))
+        return self.places.solved(0, *self.places.machine(0, x=deviations), deviations)
 
     def rates(self) -> FloatArray:
         """Return the derivatives (6, size + 6) of the error for each deviation, at the expected true pose."""
-        return np.asarray(self.places.rates(self.errors(), *self.places.machine(0))[0])
+        return np.asarray(self.places.rates(self.errors(), self.places.machine(0)[1])[0])
 
 
 def situation(

@@ -23,7 +23,7 @@ from hexathermal.predict.budget_causes import cause_steps, parts_of_bias
 from hexathermal.predict.budget_gum import fourth_powers, welch_satterthwaite
 from hexathermal.predict.budget_inputs import commanded, refuse_singular
 from hexathermal.predict.budget_plates import Plates, plate_rows
-from hexathermal.predict.budget_rates import Places, chord_errors, pose_numbers
+from hexathermal.predict.budget_rates import Places, certain, pose_numbers
 from hexathermal.predict.budget_view import Look
 from hexathermal.predict.sources import Sources
 from hexathermal.predict.temperatures import active_model
@@ -127,23 +127,22 @@ def budgets_of_chunk(
     good = np.ones(len(kept), dtype=bool)
     for k in range(len(kept)):
         steps = cause_steps(hexapod, places.plates[k], correction)
-        made = [places.machine(k), *(places.machine(k, plates=rows) for _name, rows in steps)]
+        made = [places.machine(k), *(places.machine(k, plates=rows) for _name, rows, _load in steps)]
+        load = np.array([1.0, *(load for _name, _rows, load in steps), 1.0])[:, None]
         made.append(places.machine(k, told=nominal[k]) if correction else made[0])
         lengths, joints = (np.concatenate(arrays) for arrays in zip(*made, strict=True))
         try:
-            errors = chord_errors(places.numbers[k], lengths, joints, expected=True)
+            errors = certain(*places.solved(k, lengths, joints, load=load), expected=True)
         except NotConvergedError as error:
             refused[int(kept[k])], good[k] = str(error), False
             continue
         machines.append(made[0])
         bias.append(errors[0])
         drift.append(errors[-1])
-        causes.append(parts_of_bias([name for name, _rows in steps], errors[:-1], correction))
+        causes.append(parts_of_bias([name for name, _rows, _load in steps], errors[:-1], correction))
     remaining = np.array(bias).reshape(-1, 6)
-    lengths, joints = (
-        np.array([own[half][0] for own in machines]).reshape(-1, width) for half, width in ((0, 6), (1, 36))
-    )
-    variances, dof = table.spread(_some(places, good).rates(remaining, lengths, joints))
+    joints = np.array([own[1][0] for own in machines]).reshape(-1, 36)
+    variances, dof = table.spread(_some(places, good).rates(remaining, joints))
     return Chunk(kept[good], refused, np.array(drift).reshape(-1, 6), remaining, dof, variances, causes)
 
 

@@ -19,7 +19,14 @@ from hexathermal.kinematics.jacobian import at_centre, jacobian
 from hexathermal.machine.hexapod import Hexapod
 from hexathermal.poses import FloatArray
 from hexathermal.predict.budget_blocks import blocks, deviation_size
+from hexathermal.predict.budget_load import deviated_sag, sag_rates, sag_stiffness
 from hexathermal.predict.leg_drift import deviated_drift, deviated_rates
+
+MOST_STEPS = 40
+"""Steps to the balance under a payload."""
+
+SAG_CHANGE = 1e-15
+"""Change of the sag [m] below which it is settled."""
 
 LARGE_STEPS = ("temperature", "gain", "contact", "plate temperature", "plate gradient", "reference temperature")
 """Quantities that move a machine by micrometres for each unit: differences over a larger step lose no digits."""
@@ -79,12 +86,16 @@ def chord_errors(numbers: FloatArray, lengths: FloatArray, joints: FloatArray, e
     NotConvergedError
         The branch of a pose is not certain.
     """
-    out, good = chord_solved(numbers, lengths, joints)
+    return certain(*chord_solved(numbers, lengths, joints), expected)
+
+
+def certain(out: FloatArray, good: npt.NDArray[np.bool_], expected: bool) -> FloatArray:
+    """Return errors of which all are certain; raises as `chord_errors`."""
     if not good.all():
         if expected:
             raise NotConvergedError(f"the temperatures {TOO_FAR}; check the temperatures of the plates and gradients")
         first = int(np.flatnonzero(~good)[0])
-        many = f"{np.count_nonzero(~good)} of {len(lengths)} deviations (the first at index {first})"
+        many = f"{np.count_nonzero(~good)} of {len(good)} deviations (the first at index {first})"
         raise NotConvergedError(f"{many} {TOO_FAR}; {CHECK_SOURCES}")
     return out
 
@@ -128,7 +139,7 @@ class Places:
     def machine(
         self, k: int, plates: FloatArray | None = None, told: FloatArray | None = None, x: FloatArray | None = None
     ) -> tuple[FloatArray, FloatArray]:
-        """Return true lengths (M, 6) and joints (M, 36) at place `k`, with deviations `x` (M, size)."""
+        """Return lengths (M, 6) without the payload and joints (M, 36) at place `k`, with deviations `x` (M, size)."""
         off = np.zeros((1, deviation_size(self.hexapod))) if x is None else x
         lengths, joints = np.empty((len(off), 6)), np.empty((len(off), 36))
         drawers().deviated_many(
@@ -138,20 +149,51 @@ class Places:
         lengths += deviated_drift(self.hexapod, self.told[k] if told is None else told, self.dT[k], self.lag[k], off)
         return lengths, joints
 
-    def rates(self, errors: FloatArray, lengths: FloatArray, joints: FloatArray) -> FloatArray:
-        """Return the derivatives (N, 6, size + 6) of the error for each deviation, at the expected true poses.
-
-        Implicit derivative of ``|t + R p - b| = l``: ``J dx = dl - u . R dp + u . db``; the last six are the pose's
-        own.  It is moved to the point and turned into the axes.
+    def solved(
+        self, k: int, lengths: FloatArray, joints: FloatArray, x: FloatArray | None = None,
+        load: FloatArray | float = 1.0,
+    ) -> tuple[FloatArray, npt.NDArray[np.bool_]]:  # fmt: skip
+        """Return exact errors (M, 6) at place `k`, the payload in balance, and which of them are certain.
 
         Parameters
         ----------
-        errors, lengths, joints : array, shape (N, 6), (N, 6), (N, 36)
-            Expected error, and true lengths and joints where nothing deviates.
+        lengths, joints, x
+            As `machine` makes them.
+        load : float or array, shape (M, 1)
+            Part of the payload's sag that is there: 0 or 1.
         """
-        R, t = self._true_poses(errors)
+        errors, good = chord_solved(self.numbers[k], lengths, joints)
+        if self.hexapod.compliance is None:
+            return errors, good
+        off = np.zeros((1, deviation_size(self.hexapod))) if x is None else x
+        last = np.zeros((len(lengths), 6))
+        one = slice(k, k + 1)
+        for _step in range(MOST_STEPS):
+            T = _reached(self.poses[one], self.axes[one], self.arm, np.where(good[:, None], errors, 0.0))
+            now = load * deviated_sag(self.hexapod, T, off)
+            change, last = np.abs(now - last).max(axis=1), now
+            errors, sure = chord_solved(self.numbers[k], lengths + now, joints)
+            good = good & sure
+            if not (change[good] > SAG_CHANGE).any():
+                return errors, good
+        return errors, good & (change <= SAG_CHANGE)
+
+    def rates(self, errors: FloatArray, joints: FloatArray) -> FloatArray:
+        """Return the derivatives (N, 6, size + 6) of the error for each deviation, at the expected true poses.
+
+        Implicit derivative of ``|t + R p - b| = l + sag``: ``(J - S) dx = dl - u . R dp + u . db`` with the rates ``S``
+        of the sag; the last six are the pose's own.  It is moved to the point and turned into the axes.
+
+        Parameters
+        ----------
+        errors, joints : array, shape (N, 6), (N, 36)
+            Expected error, and true joints where nothing deviates.
+        """
+        T = _reached(self.poses, self.axes, self.arm, errors)
+        R, t = np.ascontiguousarray(T[:, :3, :3]), T[:, :3, 3]
         s = joints[:, :18].reshape(-1, 6, 3) @ np.swapaxes(R, -1, -2)
-        units = (s + t[:, None] - joints[:, 18:].reshape(-1, 6, 3)) / lengths[..., None]
+        legs = s + t[:, None] - joints[:, 18:].reshape(-1, 6, 3)
+        units = legs / np.linalg.norm(legs, axis=-1, keepdims=True)
         moved = np.empty((len(R), 6, deviation_size(self.hexapod)))
         both, steps = constants(self.hexapod).both_law, self._steps()
         for k in range(len(R)):
@@ -159,22 +201,16 @@ class Places:
                 both, self.told[k], self.dT[k], self.lag[k], self.plates[k], R[k], units[k], steps, moved[k]
             )
             moved[k] += deviated_rates(self.hexapod, self.told[k], self.dT[k], self.lag[k])
+            if self.hexapod.compliance is not None:
+                moved[k] += sag_rates(self.hexapod, T[k])
         arms = (R @ self.arm)[:, None]
         J = np.concatenate([units, np.cross(s - arms, units)], axis=-1)
+        if self.hexapod.compliance is not None:
+            J -= sag_stiffness(self.hexapod, T, t + arms[:, 0])
         turns = np.zeros((len(R), 6, 6))
         turns[:, :3, :3], turns[:, 3:, 3:] = self.axes, _vector_rates(errors[:, 3:]) @ self.axes
         own = np.broadcast_to(np.eye(6), (len(R), 6, 6))
         return np.concatenate([turns @ np.linalg.solve(J, moved), own], axis=-1)
-
-    def _true_poses(self, errors: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Return rotations and origins of a platform that is off by errors of the point."""
-        from scipy.spatial.transform import Rotation
-
-        back = np.swapaxes(self.axes, -1, -2)
-        turns = np.einsum("nij,nj->ni", back, errors[:, 3:])
-        R = np.ascontiguousarray(Rotation.from_rotvec(turns).as_matrix() @ self.poses[:, :3, :3])
-        points = self.poses[:, :3, 3] + self.poses[:, :3, :3] @ self.arm + np.einsum("nij,nj->ni", back, errors[:, :3])
-        return R, points - R @ self.arm
 
     def _steps(self) -> FloatArray:
         """Return steps that move lengths and joints by metres, so that differences lose no digits."""
@@ -182,6 +218,20 @@ class Places:
         for quantity in LARGE_STEPS:
             steps[blocks(self.hexapod, quantity)[0]] = 1e6
         return steps
+
+
+def _reached(poses: FloatArray, axes: FloatArray, arm: FloatArray, errors: FloatArray) -> FloatArray:
+    """Return poses (M, 4, 4) that are off by errors (M, 6) of a point, told in axes; poses and axes of one, or of M."""
+    from scipy.spatial.transform import Rotation
+
+    back = np.swapaxes(axes, -1, -2)
+    shifts, turns = (np.einsum("nij,nj->ni", np.broadcast_to(back, (len(errors), 3, 3)), part)
+                     for part in (errors[:, :3], errors[:, 3:]))  # fmt: skip
+    T = np.zeros((len(errors), 4, 4))
+    R = Rotation.from_rotvec(turns).as_matrix() @ poses[:, :3, :3]
+    T[:, :3, :3], T[:, 3, 3] = R, 1.0
+    T[:, :3, 3] = poses[:, :3, 3] + poses[:, :3, :3] @ arm + shifts - R @ arm
+    return T
 
 
 def _vector_rates(r: FloatArray) -> FloatArray:

@@ -273,8 +273,8 @@ def corrected_pose(hexapod: Hexapod, pose: PoseLike, temps: TemperaturesLike) ->
 def leg_drift(hexapod: Hexapod, lengths: npt.ArrayLike, temps: TemperaturesLike) -> FloatArray:
     """Return how much longer each warm leg is than it was told to be.
 
-    ``drift = sum_s A_s q0 dT_s + B_s q dT_s`` with ``q = lengths - q0`` (paper, eqs. 4 and 8), and the terms that extend
-    it. The sag under a payload is no drift: it follows from the pose, see `hexathermal.kinematics.statics.payload_sag`.
+    ``drift = sum_s A_s q0 dT_s + B_s q dT_s`` with ``q = lengths - q0`` (paper, eqs. 4 and 8), and the terms beside
+    it. The sag under a payload is no drift: it follows from the pose (`hexathermal.kinematics.statics.payload_sag`).
 
     Parameters
     ----------
@@ -321,8 +321,10 @@ def predicted_pose(hexapod: Hexapod, lengths: npt.ArrayLike, temps: Temperatures
     """Return where the platform of a warm machine really stands at given commanded lengths.
 
     Each leg is ``commanded + drift`` long and runs between the expanded plates; the pose is their exact forward
-    kinematics.  Where legs give way to a payload, ``commanded + drift + sag(pose)`` is solved for the pose.  With nominal lengths (`inverse_kinematics`) this is the platform without correction, with
-    `corrected_leg_lengths` the platform with correction.
+    kinematics.  Where legs give way to a payload, ``commanded + drift + sag(pose)`` is solved for the pose.
+
+    With nominal lengths (`inverse_kinematics`) this is the platform without correction, with `corrected_leg_lengths`
+    the platform with correction.
 
     Parameters
     ----------

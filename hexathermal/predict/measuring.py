@@ -37,6 +37,7 @@ def measured_poses(hexapod: Hexapod, pose: PoseLike, dT: npt.ArrayLike) -> Float
     3e-06
     """
     poses, frame = pose_array(pose), hexapod.measuring_frame
+    poses, frame = pose_array(pose), hexapod.measuring_frame
     return poses if frame is None else moved_poses(poses, frame.motion(dT), hexapod.home[:3, 3])
 
 

@@ -54,6 +54,9 @@ QUANTITIES: Mapping[str, tuple[str, str]] = MappingProxyType(
         "plate expansion": ("1/K", "expansion coefficient of platform and base"),
         "plate temperature": ("K", "temperature of platform and base, beyond their thermometers'"),
         "plate gradient": ("K/m", "x, y, z of the temperature gradient of platform and base"),
+        "compliance": ("m/N", "compliance of a leg, for each leg of a machine with a payload"),
+        "payload mass": ("kg", "mass of the payload"),
+        "payload centre": ("m", "x, y, z of the payload's centre of mass, platform frame"),
         "reference temperature": ("K", "temperature at which the machine was calibrated, one for all"),
         "pose": ("m and rad", "x, y, z, rx, ry, rz of the point, in the frame of the budget"),
     }

@@ -294,7 +294,7 @@ def test_a_budget_counts_the_amplitudes() -> None:
     drawn = ht.monte_carlo(with_terms(*known), home, temps, source, least_draws=20_000, most_draws=20_000, seed=4)
     assert np.allclose(np.sqrt(np.diag(drawn.covariance)), part["known"].uncertainty, rtol=0.05, atol=1e-10)
     assert all(one.label != "terms of the law" for one in ht.default_sources(with_terms()))
-    with pytest.raises(ArgumentError, match="of which the machine's legs have none"):
+    with pytest.raises(ArgumentError, match="of which the machine has none"):
         with_terms().error_budget(home, temps, [ht.Source("x", "amplitudes", 1e-7)])
 
 
