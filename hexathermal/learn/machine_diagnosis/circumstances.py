@@ -32,7 +32,7 @@ STILL_TURN = 0.005
 """A platform that turns by less [rad] does not turn."""
 
 THERMAL = ("leg-coefficient", "platform-expansion", "base-expansion", "swapped-legs", "tracker-drift")
-POSED = ("joint-offset", "payload-compliance", "platform-expansion", "base-expansion", "tracker-drift", "leg-coefficient")
+POSED = ("joint-offset", "payload-compliance", *(cause for cause in THERMAL if cause != "swapped-legs"))
 
 
 @dataclass(frozen=True)

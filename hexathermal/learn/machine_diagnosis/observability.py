@@ -4,9 +4,9 @@ Everything follows from the columns of the candidates alone (`hexathermal.learn.
 that was measured enters, so the same is told of a campaign and of a plan.
 
 **Limit of detection.** Named is what gains a log evidence above a threshold T.  With the amplitude's prior at the size
-of the effect a candidate of k parameters pays about ``k/2 log(2 + 2 T / k)`` for them, so twice its evidence must exceed
-``need = 2 T + k log(2 + 2 T / k)``; the least effect is the noncentrality x at which ``P(chi2_k(x) >= need)`` is the
-power asked for.
+of the effect a candidate of k parameters pays about ``k/2 log(2 + 2 T / k)`` for them, so its square over the noise
+must exceed ``need = 2 T + k log(2 + 2 T / k)``; the least effect is the noncentrality x at which ``P(chi2_k(x) >= need)``
+is the power asked for.
 
 **Classes.** Candidates of which each two separate by less than a log evidence of `CLOSE`, each true at twice its limit
 (complete linkage): these data answer with all their names.
@@ -22,6 +22,7 @@ import numpy as np
 
 from hexathermal.errors import ArgumentError
 from hexathermal.learn.machine_diagnosis.circumstances import Circumstance, circumstances, missing_channels
+from hexathermal.learn.machine_diagnosis.law_columns import law_columns
 from hexathermal.learn.machine_diagnosis.separation import (
     Information,
     Noise,
@@ -198,12 +199,8 @@ class Shapes:
     G: FloatArray
 
 
-Law = tuple[FloatArray, FloatArray]
-"""Columns of the law in leg lengths (n, 6, p), and standard deviations of their coefficients (p,); infinite: free."""
-
-
 def shapes_of(
-    view: MachineView, candidates: Sequence[Candidate], noise: Noise, law: Law | None = None, frame: bool = True
+    view: MachineView, candidates: Sequence[Candidate], noise: Noise, laws: str = "kept", frame: bool = True
 ) -> Shapes:
     """Return what the rows of a view tell of candidates.
 
@@ -217,22 +214,20 @@ def shapes_of(
         raise ArgumentError("no candidate was given: nothing can be told apart")
     for one in candidates:
         if one.columns.shape[:2] != (n, 6):
-            raise ArgumentError(
-                f"{one.called} has columns of shape {one.columns.shape}; expected ({n}, 6, k)"
-            )
-    X, sd = (np.zeros((n, 6, 0)), np.zeros(0)) if law is None else law
+            raise ArgumentError(f"{one.called} has columns of shape {one.columns.shape}; expected ({n}, 6, k)")
+    X = law_columns(view, laws).columns
     columns = np.concatenate([one.columns for one in candidates], axis=2)
     made = information_of_runs(view.hexapod, view.poses, view.run, X, columns, noise, frame=frame)
     return Shapes(
         tuple(one.called for one in candidates),
         places_of([one.columns.shape[2] for one in candidates]),
         np.concatenate([usual_size(one) for one in candidates]),
-        made, made.visible(sd),
+        made, made.visible(np.ones(X.shape[2])),
     )  # fmt: skip
 
 
 def machine_observability(
-    view: MachineView, candidates: Sequence[Candidate], noise: Noise, *, law: Law | None = None, frame: bool = True,
+    view: MachineView, candidates: Sequence[Candidate], noise: Noise, *, laws: str = "kept", frame: bool = True,
     threshold: float = THRESHOLD, power: float = POWER, close: float = CLOSE,
 ) -> MachineObservability:  # fmt: skip
     """Return what the rows of a view, measured or planned, can tell of candidates.
@@ -243,8 +238,8 @@ def machine_observability(
     candidates : sequence of Candidate
         Made of this view; of those that differ in settings alone, the one in the middle counts.
     noise : Noise
-    law : (array (n, 6, p), array (p,)), optional
-        Columns of the law that is refitted beside every candidate, and its prior; default: the law is kept.
+    laws : str
+        ``"kept"`` within its stated uncertainty, or ``"refit"`` beside every candidate, see `law_columns`.
     frame : bool
         The measuring frame is free in each run.
     threshold : float
@@ -262,16 +257,21 @@ def machine_observability(
     if not (threshold >= 0.0 and 0.0 < power < 1.0 and close >= 0.0):
         raise ArgumentError(f"expected threshold >= 0, 0 < power < 1, close >= 0; found {threshold}, {power}, {close}")
     candidates = one_of_each(candidates)
-    shapes = shapes_of(view, candidates, noise, law, frame)
-    limits = tuple(
-        _limit(one, own, shapes, threshold, power) for one, own in zip(candidates, shapes.places, strict=True)
-    )
+    shapes = shapes_of(view, candidates, noise, laws, frame)
+    limits = limits_of(candidates, shapes, threshold, power)
     found = _evidence(limits, shapes)
     facts = circumstances(view)
     return MachineObservability(
         limits, found, _separations(found, shapes), _classes(candidates, limits, found, close, facts),
         missing_channels(view), tuple(fact.words for fact in facts), threshold, power, close,
     )  # fmt: skip
+
+
+def limits_of(
+    candidates: Sequence[Candidate], shapes: Shapes, threshold: float = THRESHOLD, power: float = POWER
+) -> tuple[DetectionLimit, ...]:
+    """Return the limit of detection of each candidate."""
+    return tuple(_limit(one, own, shapes, threshold, power) for one, own in zip(candidates, shapes.places, strict=True))
 
 
 def _limit(one: Candidate, own: slice, shapes: Shapes, threshold: float, power: float) -> DetectionLimit:
@@ -342,7 +342,8 @@ def _alike(G: FloatArray, first: slice, second: slice) -> float:
 
 
 def _classes(
-    candidates: Sequence[Candidate], limits: Sequence[DetectionLimit], found: FloatArray, close: float, facts: Sequence[Circumstance],
+    candidates: Sequence[Candidate], limits: Sequence[DetectionLimit], found: FloatArray, close: float,
+    facts: Sequence[Circumstance],
 ) -> tuple[AlikeClass, ...]:  # fmt: skip
     """Return groups of which each two look alike."""
     from scipy.cluster.hierarchy import fcluster, linkage

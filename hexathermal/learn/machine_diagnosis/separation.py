@@ -12,7 +12,7 @@ and amplitudes ``theta_j ~ N(0, S_j)`` of a candidate j, truth being ``theta`` o
     H_j = (G_jj + S_j^-1)^-1,   Theta = E theta theta'
 
 (mean of a quadratic form; evidence of a linear model, O'Hagan and Forster, Kendall's Advanced Theory of Statistics 2B,
-2004, 11.27).  The separation of i from j is the difference of the two, so a rival counts with what its own refit leaves.
+2004, 11.27).  The separation of i from j is the difference of the two: a rival counts with what its own refit leaves.
 ``S_j = rho^2`` times the square of the usual sizes, with the best ``rho`` of `SIZES` for each.
 """
 
@@ -56,7 +56,7 @@ class Noise:
     def __post_init__(self) -> None:
         array = np.array(self.coordinates, dtype=np.float64)
         if array.shape != (6,) or not (np.isfinite(array).all() and (array > 0.0).all()):
-            raise ArgumentError(f"noise needs six standard deviations above 0 (x y z in m, rx ry rz in rad), found {array}")
+            raise ArgumentError(f"noise is six standard deviations above 0 (x y z [m], rx ry rz [rad]), found {array}")
         if not (np.isfinite(self.leg) and self.leg >= 0.0):
             raise ArgumentError(f"noise of a leg must be 0 or more, found {self.leg!r}")
         array.setflags(write=False)
@@ -134,16 +134,16 @@ def information_of_runs(
     """
     tables = row_tables(hexapod, poses, law, columns, noise, frame=frame)
     K = columns.shape[2]
-    M = sum(
-        (without_frame(tables.W[run == one].reshape(-1, tables.W.shape[2]), 6 if frame else 0) for one in np.unique(run)),
-        np.zeros((law.shape[2] + K,) * 2),
-    )  # fmt: skip
+    f, u = (6 if frame else 0), tables.W.shape[2]
+    M = np.zeros((u - f, u - f))
+    for one in np.unique(run):
+        M += without_frame(tables.W[run == one].reshape(-1, u), f)
     e = tables.effects.reshape(-1, 6, K)
     squares = np.array([
         np.einsum("nck,ncl->kl", part, part)
         for part in (e / noise.coordinates[:, None], e[:, :3], e[:, 3:])
     ])  # fmt: skip
-    return Information(np.asarray(M), squares, len(poses))
+    return Information(M, squares, len(poses))
 
 
 @dataclass(frozen=True, eq=False)
@@ -213,9 +213,7 @@ def _seen(G: FloatArray, own: slice, truth: slice, Theta: FloatArray) -> FloatAr
     return np.asarray(cross @ Theta @ np.swapaxes(cross, -1, -2))
 
 
-def separation(
-    G: FloatArray, first: slice, second: slice, Theta: FloatArray, scale: FloatArray
-) -> FloatArray:
+def separation(G: FloatArray, first: slice, second: slice, Theta: FloatArray, scale: FloatArray) -> FloatArray:
     """Return by how much log evidence the first candidate, being true, beats the second on average; batches lead.
 
     Parameters
