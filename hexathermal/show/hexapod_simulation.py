@@ -96,12 +96,12 @@ def add_machine(kinds: Any) -> None:
 def answer(arguments: argparse.Namespace, progress: Progress) -> Answer:
     """Simulate a whole machine."""
     from hexathermal.predict.table_writing import written_whole
-    from hexathermal.simulate.bench.campaign_folder import check_folder
-    from hexathermal.simulate.machine.campaign_folder import KIND, write_machine_campaign
+    from hexathermal.simulate.campaign_writing import HEXAPOD_KIND, check_folder
+    from hexathermal.simulate.machine.campaign_folder import write_machine_campaign
     from hexathermal.simulate.machine.runs import planned_machine_runs, simulate_machine
     from hexathermal.simulate.machine.truth import machine_run_summary, machine_truth
 
-    check_folder(arguments.out, arguments.force, KIND)
+    check_folder(arguments.out, arguments.force, HEXAPOD_KIND)
     made = asked_machine(arguments)
     if arguments.runs + arguments.validation < 1:
         raise ArgumentError("nothing to simulate: --runs and --validation are both 0; give at least one run")
@@ -172,9 +172,9 @@ def read_poses(file: Path) -> FloatArray:
     import numpy as np
 
     from hexathermal.predict.table_streams import open_table
-    from hexathermal.simulate.machine.campaign_folder import POSE
+    from hexathermal.simulate.campaign_writing import COORDINATES
 
-    stream = open_table(file, POSE, "pose")
+    stream = open_table(file, COORDINATES, "pose")
     blocks = []
     while (rows := stream.next_rows()) is not None:
         blocks.append(rows.numbers)

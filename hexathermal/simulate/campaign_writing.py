@@ -7,6 +7,7 @@ import shutil
 import tomllib
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import contextmanager, suppress
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Protocol, TypeAlias
 
@@ -23,6 +24,11 @@ CAMPAIGN, RUNS = "campaign.toml", "runs"
 
 Columns: TypeAlias = Mapping[str, tuple[npt.NDArray[Any], int]]
 """Columns of a table, each with its decimals."""
+
+
+HEXAPOD_KIND, HEXAPOD_FILE = "hexapod", "hexapod.toml"
+HEXAPOD_TITLE = "Hexapod: thermal drift of the platform"
+COORDINATES = ("x_mm", "y_mm", "z_mm", "rx_deg", "ry_deg", "rz_deg")
 
 
 class Plan(Protocol):
@@ -43,6 +49,48 @@ def run_entries(plans: Iterable[Plan], parquet: bool) -> list[dict[str, str]]:
     return [{"name": plan.name, "file": f"{RUNS}/{plan.name}{ending}", "role": plan.role} for plan in plans]
 
 
+@dataclass(frozen=True, eq=False)
+class HexapodTable:
+    """What a logger writes of a run of a hexapod, n rows.
+
+    Attributes
+    ----------
+    time : array, shape (n,) [s]
+    commanded, measured : array, shape (n, 6) [mm, deg]
+        Coordinates from home.
+    q : array, shape (n, 6) [m]
+        Displacements by the scales.
+    temperatures : mapping of str to array, shape (n,) [degC]
+        By the names of the thermometers, as ``leg1_T1``.
+    air : array, shape (n,) [degC], or None
+    """
+
+    time: npt.NDArray[np.float64]
+    commanded: npt.NDArray[np.float64]
+    q: npt.NDArray[np.float64]
+    temperatures: Mapping[str, npt.NDArray[np.float64]]
+    air: npt.NDArray[np.float64] | None
+    measured: npt.NDArray[np.float64]
+
+
+def hexapod_columns(table: HexapodTable) -> Columns:
+    """Return the columns of a hexapod's run, each with its decimals."""
+    columns: dict[str, tuple[npt.NDArray[Any], int]] = {"time_s": (table.time, 1)}
+    columns |= {name: (table.commanded[:, k], 4) for k, name in enumerate(COORDINATES)}
+    columns |= {f"leg{leg + 1}_q_mm": (table.q[:, leg] * 1e3, 6) for leg in range(6)}
+    columns |= {f"{name}_degC": (values, 3) for name, values in table.temperatures.items()}
+    if table.air is not None:
+        columns["air_temperature_degC"] = (table.air, 2)
+    return columns | {f"measured_{name}": (table.measured[:, k], 6 if k < 3 else 8)
+                      for k, name in enumerate(COORDINATES)}  # fmt: skip
+
+
+def hexapod_form(plans: Iterable[Plan], *, title: str, zero: str, parquet: bool = False) -> dict[str, Any]:
+    """Return what `campaign.toml` says of a campaign of a hexapod."""
+    return {"format": FORMAT, "kind": HEXAPOD_KIND, "title": title, "zero": zero, "hexapod": HEXAPOD_FILE,
+            "runs": run_entries(plans, parquet)}  # fmt: skip
+
+
 def as_toml(form: dict[str, Any]) -> str:
     """Return a form as TOML, each thermocouple and run under a heading of its own."""
     lists = {key: value for key, value in form.items() if isinstance(value, list)}
@@ -57,8 +105,8 @@ def write_table(path: Path, columns: Columns) -> None:
         arrays = {name: values.astype(np.int64) if name == "settled" else values for name, values in rounded.items()}
         pa.parquet.write_table(pa.table(arrays), path)
         return
-    texts = [[f"{value:.{columns[name][1]}f}" for value in values] for name, values in rounded.items()]
-    lines = [",".join(columns), *(",".join(row) for row in zip(*texts, strict=True))]
+    row = ",".join(f"%.{digits}f" for _, digits in columns.values())
+    lines = [",".join(columns), *(row % tuple(values) for values in np.column_stack([*rounded.values()]).tolist())]
     path.write_text("\n".join(lines) + "\n", encoding="utf-8")
 
 

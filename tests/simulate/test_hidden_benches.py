@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import ast
 import itertools
-import secrets
 from pathlib import Path
 
 import numpy as np
@@ -26,18 +25,6 @@ LEVELS = {
     "noise_rms_um", "thermometers_rms_um", "white_um", "landing_um", "slow_um", "slow_time_s", "sensor_noise_K",
     "sensor_bias_K", "sensor_walk_6h_K", "sample_s", "drift_resolution_um", "temperature_resolution_K",
 }  # fmt: skip
-
-
-@pytest.fixture(scope="module")
-def seed() -> int:
-    """A seed nobody has tried."""
-    return secrets.randbits(32)
-
-
-@pytest.fixture(autouse=True)
-def said(seed: int) -> None:
-    """Let every failure tell the seed."""
-    print(f"seed {seed}")
 
 
 @pytest.fixture(scope="module")

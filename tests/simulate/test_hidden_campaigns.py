@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import secrets
 import warnings
 from collections import Counter
 from pathlib import Path
@@ -34,24 +33,6 @@ from hexathermal.simulate.hidden.truth import CampaignTruth
 from hexathermal.simulate.hidden.writing import write_campaign
 
 UNSCALED = ("sensor-detached", "swapped-sensors")
-
-
-@pytest.fixture(scope="module")
-def seed() -> int:
-    """A seed nobody has tried."""
-    return secrets.randbits(32)
-
-
-@pytest.fixture(autouse=True)
-def said(seed: int) -> None:
-    """Let every failure tell the seed."""
-    print(f"seed {seed}")
-
-
-@pytest.fixture(scope="module")
-def leg(seed: int) -> CampaignTruth:
-    """A leg with nothing hidden."""
-    return benches.draw("quiet", np.random.default_rng(seed))
 
 
 def base_effect(*, slope: float) -> Effect:

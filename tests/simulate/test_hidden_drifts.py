@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import secrets
 from collections.abc import Callable
 from itertools import pairwise
 
@@ -15,39 +14,6 @@ from hexathermal.simulate.hidden.effects import named
 from hexathermal.simulate.hidden.shapes import moves, play
 from hexathermal.simulate.hidden.truth import CampaignTruth, RunTruth
 from tests.simulate.hidden_effects import hidden, made_up, with_channel
-
-
-@pytest.fixture(scope="module")
-def seed() -> int:
-    """A seed nobody has tried."""
-    return secrets.randbits(32)
-
-
-@pytest.fixture(autouse=True)
-def said(seed: int) -> None:
-    """Let every failure tell the seed."""
-    print(f"seed {seed}")
-
-
-@pytest.fixture(scope="module")
-def leg(seed: int) -> CampaignTruth:
-    """A leg with nothing hidden."""
-    return benches.draw("quiet", np.random.default_rng(seed))
-
-
-@pytest.fixture(scope="module")
-def component(seed: int) -> CampaignTruth:
-    """A part of a machine tool, whose drift counts from the campaign's first row."""
-    k = 0
-    while (truth := benches.draw("component", np.random.default_rng([seed, k]))).zero != "campaign":
-        k += 1
-    return truth
-
-
-@pytest.fixture
-def generator(seed: int) -> np.random.Generator:
-    """What draws parameters."""
-    return np.random.default_rng([seed, 99])
 
 
 def test_backlash_is_a_gap(leg: CampaignTruth, generator: np.random.Generator) -> None:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import secrets
 import subprocess
 import sys
 
@@ -11,7 +10,6 @@ import numpy as np
 import pytest
 
 from hexathermal.errors import UnknownNameError
-from hexathermal.simulate.hidden import benches
 from hexathermal.simulate.hidden.effects import OUTSIDE, found, named
 from hexathermal.simulate.hidden.shapes import cascade, diffused, first_order
 from hexathermal.simulate.hidden.strength import added, recorded
@@ -26,39 +24,6 @@ CATALOGUE = (
 
 READINGS = ("clock-offset", "sensor-drift", "sensor-detached", "swapped-sensors")
 KEPT = ("time", "q", "settled", "temperatures", "air", "inputs", "drift", "noise")
-
-
-@pytest.fixture(scope="module")
-def seed() -> int:
-    """A seed nobody has tried."""
-    return secrets.randbits(32)
-
-
-@pytest.fixture(autouse=True)
-def said(seed: int) -> None:
-    """Let every failure tell the seed."""
-    print(f"seed {seed}")
-
-
-@pytest.fixture(scope="module")
-def leg(seed: int) -> CampaignTruth:
-    """A leg with nothing hidden."""
-    return benches.draw("quiet", np.random.default_rng(seed))
-
-
-@pytest.fixture(scope="module")
-def component(seed: int) -> CampaignTruth:
-    """A part of a machine tool, whose drift counts from the campaign's first row."""
-    k = 0
-    while (truth := benches.draw("component", np.random.default_rng([seed, k]))).zero != "campaign":
-        k += 1
-    return truth
-
-
-@pytest.fixture
-def generator(seed: int) -> np.random.Generator:
-    """What draws parameters."""
-    return np.random.default_rng([seed, 99])
 
 
 def test_the_catalogue_is_complete() -> None:

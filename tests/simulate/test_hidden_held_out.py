@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import secrets
 from pathlib import Path
 
 import numpy as np
@@ -14,18 +13,6 @@ from hexathermal.simulate.hidden.benches import held_out
 from hexathermal.simulate.hidden.drawing import campaign_of
 from hexathermal.simulate.hidden.truth import CampaignTruth, RunTruth
 from hexathermal.simulate.hidden.writing import write_campaign
-
-
-@pytest.fixture(scope="module")
-def seed() -> int:
-    """A seed nobody has tried."""
-    return secrets.randbits(32)
-
-
-@pytest.fixture(autouse=True)
-def said(seed: int) -> None:
-    """Let every failure tell the seed."""
-    print(f"seed {seed}")
 
 
 @pytest.fixture(scope="module")

@@ -114,8 +114,9 @@ def _bench(arguments: argparse.Namespace, progress: Progress) -> Answer:
     """Simulate a leg on its bench."""
     from hexathermal.predict.table_writing import written_folder, written_whole
     from hexathermal.simulate.bench.bench import simulate_bench
-    from hexathermal.simulate.bench.campaign_folder import check_folder, write_campaign
+    from hexathermal.simulate.bench.campaign_folder import write_campaign
     from hexathermal.simulate.bench.truth import bench_truth, law_sums, run_summary, run_truth
+    from hexathermal.simulate.campaign_writing import check_folder
 
     bench = _asked(arguments)
     check_folder(arguments.out, arguments.force)

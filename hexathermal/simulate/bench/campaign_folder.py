@@ -9,13 +9,7 @@ from typing import Any
 import numpy as np
 
 from hexathermal.simulate.bench.bench import Bench, BenchRun, RunPlan
-from hexathermal.simulate.campaign_writing import CAMPAIGN as CAMPAIGN
-from hexathermal.simulate.campaign_writing import FORMAT as FORMAT
-from hexathermal.simulate.campaign_writing import RUNS as RUNS
-from hexathermal.simulate.campaign_writing import as_toml as as_toml
-from hexathermal.simulate.campaign_writing import check_folder as check_folder
-from hexathermal.simulate.campaign_writing import new_folder as new_folder
-from hexathermal.simulate.campaign_writing import run_entries, write_folder
+from hexathermal.simulate.campaign_writing import FORMAT, run_entries, write_folder
 
 TITLE = "Leg test bench: thermal expansion"
 

@@ -4,17 +4,20 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from typing import TypeAlias
+from typing import Generic, TypeAlias, TypeVar
 
 import numpy as np
 
 from hexathermal.simulate.hidden.truth import CampaignTruth
 
+Truth = TypeVar("Truth")
+"""What is true of a campaign: `CampaignTruth`, or `hexathermal.simulate.hidden.machines.truth.MachineTruth`."""
+
 Parameters: TypeAlias = Mapping[str, float | int | str]
 """Parameters of an effect: SI units; ``target`` names the sensor on which it sits; angles are in rad."""
 
 
-def always(truth: CampaignTruth) -> bool:
+def always(truth: object) -> bool:
     """Return that every campaign can have the effect."""
     return True
 
@@ -30,7 +33,7 @@ def with_beams(truth: CampaignTruth) -> bool:
 
 
 @dataclass(frozen=True)
-class Effect:
+class HiddenEffect(Generic[Truth]):
     """One way in which a campaign departs from its law.
 
     Attributes
@@ -55,15 +58,19 @@ class Effect:
     """
 
     name: str
-    draw: Callable[[CampaignTruth, np.random.Generator], Parameters]
-    hide: Callable[[CampaignTruth, Parameters], CampaignTruth]
-    possible: Callable[[CampaignTruth], bool] = always
+    draw: Callable[[Truth, np.random.Generator], Parameters]
+    hide: Callable[[Truth, Parameters], Truth]
+    possible: Callable[[Truth], bool] = always
     amplitude: str = ""
     limits: tuple[float, float] = (0.0, float("inf"))
     readings: bool = False
     lost: bool = False
 
 
+Effect: TypeAlias = HiddenEffect[CampaignTruth]
+"""An effect on a leg or a component."""
+
+
 def target_of(parameters: Parameters) -> str | None:
-    """Return the sensor on which an effect sits, or None."""
+    """Return the sensor or the part on which an effect sits, or None."""
     return str(parameters["target"]) if "target" in parameters else None

@@ -10,14 +10,14 @@ over the settled rows of the runs for identification; ``r`` is what least square
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 import numpy.typing as npt
 
 from hexathermal.poses import FloatArray
-from hexathermal.simulate.hidden.effect import Effect, Parameters
+from hexathermal.simulate.hidden.effect import Effect, HiddenEffect, Parameters, Truth
 from hexathermal.simulate.hidden.truth import CampaignTruth, RunTruth
 
 CLOSE = 0.005
@@ -132,14 +132,20 @@ def visible_strength(
 
 
 def scaled(effect: Effect, truth: CampaignTruth, parameters: Parameters, wanted: float) -> tuple[Parameters, float]:
-    """Return parameters of an effect whose visible strength is as wanted, or as near as its limits let it; and that
-    strength.
+    """Return parameters of an effect whose visible strength is as wanted, see `sized`; and that strength."""
+    before = left(truth, truth)
+    return sized(effect, parameters, wanted, lambda now: visible_strength(truth, effect.hide(truth, now), before))
+
+
+def sized(
+    effect: HiddenEffect[Truth], parameters: Parameters, wanted: float, strength_of: Callable[[Parameters], float]
+) -> tuple[Parameters, float]:
+    """Return parameters of an effect as strong as wanted, or as near as its limits let it; and that strength.
 
     An effect without an amplitude stays as it is.
     """
-    before = left(truth, truth)
     best: Parameters = dict(parameters)
-    reached = visible_strength(truth, effect.hide(truth, best), before)
+    reached = strength_of(best)
     if not effect.amplitude:
         return best, reached
     size, sign = abs(float(parameters[effect.amplitude])), np.sign(float(parameters[effect.amplitude]))
@@ -152,7 +158,7 @@ def scaled(effect: Effect, truth: CampaignTruth, parameters: Parameters, wanted:
         if any(abs(place - other) < 1e-9 for other, _ in tried):
             break
         now: Parameters = {**parameters, effect.amplitude: float(sign * np.exp(place))}
-        strength = visible_strength(truth, effect.hide(truth, now), before)
+        strength = strength_of(now)
         tried.append((place, np.log(max(strength, 1e-12))))
         if abs(tried[-1][1] - goal) < abs(np.log(max(reached, 1e-12)) - goal):
             best, reached = now, strength

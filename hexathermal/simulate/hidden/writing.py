@@ -12,8 +12,8 @@ import numpy as np
 import numpy.typing as npt
 
 from hexathermal.poses import FloatArray
-from hexathermal.simulate.bench.campaign_folder import CAMPAIGN, FORMAT, RUNS, as_toml, check_folder, new_folder
 from hexathermal.simulate.bench.interferometers import index_of_air
+from hexathermal.simulate.campaign_writing import FORMAT, run_entries, write_folder
 from hexathermal.simulate.hidden.beams import AZIMUTHS, RADIUS
 from hexathermal.simulate.hidden.drawing import Answer
 from hexathermal.simulate.hidden.strength import recorded
@@ -44,7 +44,7 @@ def campaign_form(truth: CampaignTruth) -> dict[str, Any]:
     ]
     if truth.input_names:
         form["inputs"] = [{"name": name} for name in truth.input_names]
-    form["runs"] = [{"name": run.name, "file": f"{RUNS}/{run.name}.csv", "role": run.role} for run in truth.runs]
+    form["runs"] = run_entries(truth.runs, parquet=False)
     return form
 
 
@@ -79,7 +79,8 @@ def run_columns(truth: CampaignTruth, run: RunTruth) -> dict[str, Column]:
     heat = {f"{name}_degC": (read[:, k], digits) for k, name in enumerate(truth.sensors)}
     place = {"q_mm": (run.q * 1e3, 5), "settled": (run.settled * 1.0, 0)}
     inputs = {name: (run.inputs[:, k], 3) for k, name in enumerate(truth.input_names)}
-    columns: dict[str, Column] = {"time_s": (run.time, 3)}
+    whole = bool((run.time == np.round(run.time)).all())
+    columns: dict[str, Column] = {"time_s": (run.time, 0 if whole else 3)}
     if truth.kind == "leg":
         shown = beams(truth, run)
         columns |= place | heat | {f"beam{k + 1}_mm": (shown[:, k] * 1e3, 6) for k in range(3)} | inputs
@@ -95,17 +96,6 @@ def run_columns(truth: CampaignTruth, run: RunTruth) -> dict[str, Column]:
     return columns | {names[k]: (air[:, k], (2, 2, 1)[k]) for k in recorded_air if names[k] not in heat}
 
 
-def write_run(path: Path, truth: CampaignTruth, run: RunTruth) -> None:
-    """Write the table of a run as CSV."""
-    columns = run_columns(truth, run)
-    whole = bool((run.time == np.round(run.time)).all())
-    columns["time_s"] = (run.time, 0 if whole else 3)
-    row = ",".join(f"%.{digits}f" for _, digits in columns.values())
-    table = np.column_stack([values.round(digits) + 0.0 for values, digits in columns.values()])
-    lines = [row % tuple(values) for values in table.tolist()]
-    path.write_text("\n".join([",".join(columns), *lines]) + "\n", encoding="utf-8")
-
-
 def write_campaign(folder: str | Path, truth: CampaignTruth, answer: Answer, *, force: bool = False) -> Path:
     """Write ``folder`` (the campaign) and ``folder.answer.json`` beside it; returns the latter's path.
 
@@ -114,16 +104,14 @@ def write_campaign(folder: str | Path, truth: CampaignTruth, answer: Answer, *, 
     ArgumentError
         The folder holds something else, or a campaign without `force`, or cannot be written.
     """
-    folder = Path(folder)
-    check_folder(folder, force, truth.kind)
-    form = campaign_form(truth)
-    with new_folder(folder) as part:
-        (part / RUNS).mkdir()
-        (part / CAMPAIGN).write_text(as_toml(form), encoding="utf-8")
-        for run, entry in zip(truth.runs, form["runs"], strict=True):
-            write_run(part / entry["file"], truth, run)
-    file = folder.with_name(f"{folder.name}.answer.json")
-    file.write_text(json.dumps(answer_data(answer), indent=2, allow_nan=False) + "\n", encoding="utf-8")
+    write_folder(folder, campaign_form(truth), (run_columns(truth, run) for run in truth.runs), force=force)
+    return write_answer(folder, answer_data(answer))
+
+
+def write_answer(folder: str | Path, data: Mapping[str, Any]) -> Path:
+    """Write what a campaign's folder hides beside it; returns the file's path."""
+    file = Path(folder).with_name(f"{Path(folder).name}.answer.json")
+    file.write_text(json.dumps(data, indent=2, allow_nan=False) + "\n", encoding="utf-8")
     return file
 
 

@@ -5,32 +5,29 @@ from __future__ import annotations
 from collections.abc import Iterable
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
-
-import numpy as np
 
 from hexathermal.errors import ArgumentError
 from hexathermal.machine.hexapod import Hexapod
 from hexathermal.machine.writing import write_hexapod
-from hexathermal.simulate.campaign_writing import FORMAT, run_entries, write_folder
+from hexathermal.simulate.campaign_writing import (
+    HEXAPOD_FILE,
+    HEXAPOD_TITLE,
+    Columns,
+    HexapodTable,
+    hexapod_columns,
+    hexapod_form,
+    write_folder,
+)
 from hexathermal.simulate.machine.machine import VirtualMachine
 from hexathermal.simulate.machine.runs import MachinePlan, MachineRun
 
-TITLE = "Hexapod: thermal drift of the platform"
-MACHINE = "hexapod.toml"
-KIND = "hexapod"
 ZEROS = ("campaign", "run")
-POSE = ("x_mm", "y_mm", "z_mm", "rx_deg", "ry_deg", "rz_deg")
 
 
-def machine_run_columns(machine: VirtualMachine, run: MachineRun) -> dict[str, tuple[np.ndarray[Any, Any], int]]:
+def machine_run_columns(machine: VirtualMachine, run: MachineRun) -> Columns:
     """Return the columns of a run's table, each with its decimals."""
-    columns = {"time_s": (run.time, 1)}
-    columns |= {name: (run.commanded[:, k], 4) for k, name in enumerate(POSE)}
-    columns |= {f"leg{leg + 1}_q_mm": (run.q[:, leg] * 1e3, 6) for leg in range(6)}
-    columns |= {f"{name}_degC": (run.temperatures[:, k], 3) for k, name in enumerate(machine.columns)}
-    columns["air_temperature_degC"] = (run.air, 2)
-    return columns | {f"measured_{name}": (run.measured[:, k], 6 if k < 3 else 8) for k, name in enumerate(POSE)}
+    temperatures = dict(zip(machine.columns, run.temperatures.T, strict=True))
+    return hexapod_columns(HexapodTable(run.time, run.commanded, run.q, temperatures, run.air, run.measured))
 
 
 def told_hexapod(machine: VirtualMachine) -> Hexapod:
@@ -48,7 +45,7 @@ def write_machine_campaign(
     plans: tuple[MachinePlan, ...],
     runs: Iterable[MachineRun],
     *,
-    title: str = TITLE,
+    title: str = HEXAPOD_TITLE,
     zero: str = "campaign",
     parquet: bool = False,
     force: bool = False,
@@ -78,12 +75,9 @@ def write_machine_campaign(
     """
     if zero not in ZEROS:
         raise ArgumentError(f"zero is {zero!r}, expected {' or '.join(map(repr, ZEROS))}")
-    form: dict[str, Any] = {
-        "format": FORMAT, "kind": KIND, "title": title, "zero": zero, "hexapod": MACHINE,
-        "runs": run_entries(plans, parquet),
-    }  # fmt: skip
+    form = hexapod_form(plans, title=title, zero=zero, parquet=parquet)
     nominal = told_hexapod(machine)
     return write_folder(
         folder, form, (machine_run_columns(machine, run) for run in runs), force=force,
-        beside={MACHINE: lambda path: write_hexapod(nominal, path)},
+        beside={HEXAPOD_FILE: lambda path: write_hexapod(nominal, path)},
     )  # fmt: skip

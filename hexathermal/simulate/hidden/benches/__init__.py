@@ -14,14 +14,11 @@ effect the errors of the run hold the rounding already).
 
 from __future__ import annotations
 
-from importlib import import_module
-from pathlib import Path
-from pkgutil import iter_modules
 from typing import Protocol, cast
 
 import numpy as np
 
-from hexathermal.errors import UnknownNameError
+from hexathermal.simulate.hidden.found_modules import chosen, modules_of
 from hexathermal.simulate.hidden.truth import CampaignTruth
 
 
@@ -42,9 +39,7 @@ def found() -> dict[str, Bench]:
     >>> {"component", "modal", "quiet"} <= set(found())
     True
     """
-    names = sorted(item.name for item in iter_modules([str(Path(__file__).parent)]))
-    modules = [import_module(f"{__name__}.{name}") for name in names]
-    return {module.NAME: cast(Bench, module) for module in modules if hasattr(module, "NAME")}
+    return {module.NAME: cast(Bench, module) for module in modules_of(__name__, __file__) if hasattr(module, "NAME")}
 
 
 def draw(name: str, generator: np.random.Generator) -> CampaignTruth:
@@ -68,7 +63,4 @@ def draw(name: str, generator: np.random.Generator) -> CampaignTruth:
     >>> campaign.kind, len(campaign.sensors), len(campaign.runs)
     ('leg', 17, 12)
     """
-    benches = found()
-    if name not in benches:
-        raise UnknownNameError(f"no bench is called {name!r}; there are {', '.join(benches)}", tuple(benches))
-    return benches[name].draw(generator)
+    return chosen(name, found(), "bench").draw(generator)

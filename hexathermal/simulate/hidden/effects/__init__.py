@@ -6,12 +6,8 @@ by step, jumps that take minutes.
 
 from __future__ import annotations
 
-from importlib import import_module
-from pathlib import Path
-from pkgutil import iter_modules
-
-from hexathermal.errors import UnknownNameError
 from hexathermal.simulate.hidden.effect import Effect
+from hexathermal.simulate.hidden.found_modules import chosen, modules_of
 
 OUTSIDE = "outside: "
 
@@ -25,8 +21,7 @@ def found() -> dict[str, Effect]:
     >>> sum(name.startswith(OUTSIDE) for name in names), "backlash" in names
     (8, True)
     """
-    names = sorted(item.name for item in iter_modules([str(Path(__file__).parent)]))
-    effects = [import_module(f"{__name__}.{name}").EFFECT for name in names]
+    effects = [module.EFFECT for module in modules_of(__name__, __file__)]
     return {effect.name: effect for effect in effects}
 
 
@@ -38,7 +33,4 @@ def named(name: str) -> Effect:
     UnknownNameError
         There is none.
     """
-    effects = found()
-    if name not in effects:
-        raise UnknownNameError(f"no effect is called {name!r}; there are {', '.join(effects)}", tuple(effects))
-    return effects[name]
+    return chosen(name, found(), "effect")

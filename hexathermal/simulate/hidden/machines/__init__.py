@@ -1,0 +1,12 @@
+"""Hexapod campaigns that hide something: machines and halls drawn, effects in full geometry, and the answers.
+
+`rotation`, `posture`   quaternions; where a platform stands on six given lengths, solved for position and quaternion
+`truth`, `physics`      what truly happens, and where that puts the platform
+`geometry`, `motion`    machines, bundled or drawn, with their laws; poses and times of a campaign
+`halls`, `effects`      how warm everything gets; what can be hidden: one module each
+`strength`              how strong an effect is against the noise, and what knowing it would gain
+`drawing`, `writing`    a campaign and its answer; both as files
+
+Nothing here stands on `hexathermal.kinematics` or `hexathermal.predict`: a diagnosis that rests on those is tried on a
+truth which another way of reckoning made.
+"""

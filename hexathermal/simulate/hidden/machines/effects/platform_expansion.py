@@ -1,0 +1,12 @@
+"""The platform grows otherwise than its file says: its joints move away from the origin of its frame, or towards it."""
+
+from __future__ import annotations
+
+from functools import partial
+
+from hexathermal.simulate.hidden.machines.effect import MachineEffect
+from hexathermal.simulate.hidden.machines.plates import draw_growth, grow
+
+EFFECT = MachineEffect(
+    "platform-expansion", partial(draw_growth, "platform"), grow, amplitude="expansion", limits=(1e-10, 2e-4)
+)
