@@ -10,15 +10,16 @@ import numpy as np
 import numpy.typing as npt
 from scipy.special import logsumexp
 
-from hexathermal.learn.machine_diagnosis.law_columns import law_columns
 from hexathermal.learn.machine_diagnosis.separation import (
     Noise,
+    base_columns,
     expected_evidence,
-    information_of_runs,
+    information_of_rows,
     places_of,
     refitted,
-    row_tables,
+    whitened_rows,
 )
+from hexathermal.learn.machine_diagnosis.tables import Levels
 from hexathermal.poses import FloatArray
 
 if TYPE_CHECKING:
@@ -52,7 +53,8 @@ class Problem:
         Gives the candidates of a planned view.
     laws : str
     noise : Noise
-    frame : bool
+    levels : Levels
+        Sizes of each run's own disturbances.
     known : array, shape (p + K, p + K)
         Information that is there already.
     """
@@ -62,7 +64,7 @@ class Problem:
     make: Maker
     laws: str
     noise: Noise
-    frame: bool
+    levels: Levels
     known: FloatArray
 
     @property
@@ -87,10 +89,8 @@ class Problem:
 
     def information(self, view: MachineView) -> FloatArray:
         """Return what the rows of a view tell, frames eliminated, shape (p + K, p + K)."""
-        X = law_columns(view, self.laws).columns
-        return information_of_runs(
-            view.hexapod, view.poses, view.run, X, self.columns(view), self.noise, frame=self.frame
-        ).M
+        X, _sd = base_columns(view, self.laws, self.noise, self.levels)
+        return information_of_rows(view, X, self.columns(view), self.noise, self.levels).M
 
     def separations(self, M: FloatArray, sd: FloatArray) -> FloatArray:
         """Return the mean log evidence between each true candidate and each rival, shape (..., c, c).
@@ -137,12 +137,15 @@ class Design:
 
 @dataclass(frozen=True, eq=False)
 class Slots:
-    """Information of each pose of a pool at each level of warming, frame first, shape (L, N, f + u, f + u)."""
+    """Information of each pose of a pool at each level of warming, frame first, shape (L, N, f + u, f + u).
+
+    `levels` are those of the slots; `sd` and `frame` the sizes of what runs share and of their own frame.
+    """
 
     tables: FloatArray
     levels: npt.NDArray[np.int64]
     sd: FloatArray
-    frame: int
+    frame: FloatArray
 
     def run(self, chosen: npt.NDArray[np.int64]) -> FloatArray:
         """Return the sum over the slots of a run, the frame among the unknowns."""
@@ -150,7 +153,7 @@ class Slots:
 
     def freed(self, M: FloatArray) -> FloatArray:
         """Return information without the frame; batches lead."""
-        return refitted(M, np.full(self.frame, np.inf))
+        return refitted(M, self.frame)
 
 
 def course_of(slots: int) -> FloatArray:
@@ -171,12 +174,13 @@ def slots_of(problem: Problem, pool: MachineView, count: int, size: int) -> Slot
     size : int
         Slots of the run.
     """
-    X = law_columns(pool, problem.laws).columns
-    made = row_tables(pool.hexapod, pool.poses, X, problem.columns(pool), problem.noise, frame=problem.frame)
-    W = made.W
+    # slow errors belong to the time of a row, which its level does not tell: poses are chosen with the frame alone
+    levels_alone = Levels(frame=problem.levels.frame, campaign=problem.levels.campaign)
+    X, sd = base_columns(pool, problem.laws, problem.noise, problem.levels)
+    W, sizes = whitened_rows(pool, X, problem.columns(pool), problem.noise, levels_alone)
     tables = (np.swapaxes(W, 1, 2) @ W).reshape(-1, count, W.shape[2], W.shape[2])
     levels = np.round(course_of(size) * (len(tables) - 1)).astype(np.int64)
-    return Slots(tables, levels, np.ones(X.shape[2]), 6 if problem.frame else 0)
+    return Slots(tables, levels, sd, sizes)
 
 
 def exchanged(

@@ -5,8 +5,8 @@ that was measured enters, so the same is told of a campaign and of a plan.
 
 **Limit of detection.** Named is what gains a log evidence above a threshold T.  With the amplitude's prior at the size
 of the effect a candidate of k parameters pays about ``k/2 log(2 + 2 T / k)`` for them, so its square over the noise
-must exceed ``need = 2 T + k log(2 + 2 T / k)``; the least effect is the noncentrality x at which ``P(chi2_k(x) >= need)``
-is the power asked for.
+must exceed ``need = 2 T + k log(2 + 2 T / k)``; the least effect is the noncentrality x at which
+``P(chi2_k(x) >= need)`` is the power asked for.
 
 **Classes.** Candidates of which each two separate by less than a log evidence of `CLOSE`, each true at twice its limit
 (complete linkage): these data answer with all their names.
@@ -21,17 +21,20 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from hexathermal.errors import ArgumentError
+from hexathermal.learn.machine_diagnosis.causes import all_candidates, catalogue
 from hexathermal.learn.machine_diagnosis.circumstances import Circumstance, circumstances, missing_channels
-from hexathermal.learn.machine_diagnosis.law_columns import law_columns
 from hexathermal.learn.machine_diagnosis.separation import (
+    FREE_FRAME,
     Information,
     Noise,
-    information_of_runs,
+    base_columns,
+    information_of_rows,
     least_amplitude,
     places_of,
     separation,
     share_left,
 )
+from hexathermal.learn.machine_diagnosis.tables import Levels
 from hexathermal.poses import FloatArray
 
 if TYPE_CHECKING:
@@ -121,6 +124,8 @@ class MachineObservability:
     ----------
     limits : tuple of DetectionLimit
         In the order of the candidates.
+    absent : tuple of str
+        Causes of the catalogue of which these rows could show nothing at any place.
     evidence : array, shape (c, c)
         Row true, column its rival: mean log evidence between them at twice the limit; NaN where the row is not seen.
     separations : tuple of Separation
@@ -136,6 +141,7 @@ class MachineObservability:
     """
 
     limits: tuple[DetectionLimit, ...]
+    absent: tuple[str, ...]
     evidence: FloatArray
     separations: tuple[Separation, ...]
     classes: tuple[AlikeClass, ...]
@@ -147,8 +153,8 @@ class MachineObservability:
 
     @property
     def unseen(self) -> tuple[str, ...]:
-        """Candidates that these rows do not see at all."""
-        return tuple(limit.name for limit in self.limits if not limit.seen)
+        """Causes, and candidates, that these rows do not see at all."""
+        return (*self.absent, *(limit.name for limit in self.limits if not limit.seen))
 
     @property
     def words(self) -> tuple[str, ...]:
@@ -200,7 +206,7 @@ class Shapes:
 
 
 def shapes_of(
-    view: MachineView, candidates: Sequence[Candidate], noise: Noise, laws: str = "kept", frame: bool = True
+    view: MachineView, candidates: Sequence[Candidate], noise: Noise, laws: str = "kept", levels: Levels = FREE_FRAME
 ) -> Shapes:
     """Return what the rows of a view tell of candidates.
 
@@ -215,33 +221,34 @@ def shapes_of(
     for one in candidates:
         if one.columns.shape[:2] != (n, 6):
             raise ArgumentError(f"{one.called} has columns of shape {one.columns.shape}; expected ({n}, 6, k)")
-    X = law_columns(view, laws).columns
+    X, sd = base_columns(view, laws, noise, levels)
     columns = np.concatenate([one.columns for one in candidates], axis=2)
-    made = information_of_runs(view.hexapod, view.poses, view.run, X, columns, noise, frame=frame)
+    made = information_of_rows(view, X, columns, noise, levels)
     return Shapes(
         tuple(one.called for one in candidates),
         places_of([one.columns.shape[2] for one in candidates]),
         np.concatenate([usual_size(one) for one in candidates]),
-        made, made.visible(np.ones(X.shape[2])),
+        made, made.visible(sd),
     )  # fmt: skip
 
 
 def machine_observability(
-    view: MachineView, candidates: Sequence[Candidate], noise: Noise, *, laws: str = "kept", frame: bool = True,
-    threshold: float = THRESHOLD, power: float = POWER, close: float = CLOSE,
+    view: MachineView, noise: Noise, candidates: Sequence[Candidate] | None = None, *, laws: str = "kept",
+    levels: Levels = FREE_FRAME, threshold: float = THRESHOLD, power: float = POWER, close: float = CLOSE,
 ) -> MachineObservability:  # fmt: skip
     """Return what the rows of a view, measured or planned, can tell of candidates.
 
     Parameters
     ----------
     view : MachineView
-    candidates : sequence of Candidate
-        Made of this view; of those that differ in settings alone, the one in the middle counts.
     noise : Noise
+    candidates : sequence of Candidate, optional
+        Made of this view; of those that differ in settings alone, the one in the middle counts. Default: the whole
+        catalogue at every place where these rows could show it.
     laws : str
         ``"kept"`` within its stated uncertainty, or ``"refit"`` beside every candidate, see `law_columns`.
-    frame : bool
-        The measuring frame is free in each run.
+    levels : Levels
+        Sizes of what disturbs each run beside the noise; default: the measuring frame alone, free in each.
     threshold : float
         Log evidence that a name needs.
     power : float
@@ -256,13 +263,17 @@ def machine_observability(
     """
     if not (threshold >= 0.0 and 0.0 < power < 1.0 and close >= 0.0):
         raise ArgumentError(f"expected threshold >= 0, 0 < power < 1, close >= 0; found {threshold}, {power}, {close}")
+    absent: tuple[str, ...] = ()
+    if candidates is None:
+        candidates = all_candidates(view)
+        absent = tuple(cause for cause in catalogue() if not any(one.cause == cause for one in candidates))
     candidates = one_of_each(candidates)
-    shapes = shapes_of(view, candidates, noise, laws, frame)
+    shapes = shapes_of(view, candidates, noise, laws, levels)
     limits = limits_of(candidates, shapes, threshold, power)
     found = _evidence(limits, shapes)
     facts = circumstances(view)
     return MachineObservability(
-        limits, found, _separations(found, shapes), _classes(candidates, limits, found, close, facts),
+        limits, absent, found, _separations(found, shapes), _classes(candidates, limits, found, close, facts),
         missing_channels(view), tuple(fact.words for fact in facts), threshold, power, close,
     )  # fmt: skip
 

@@ -8,8 +8,8 @@ the T-optimal design of Atkinson and Fedorov, Biometrika 62, 1975, with the law 
 
 where what is measured already counts too.  Scenarios are ranked by random poses; in the best ones poses are exchanged,
 one slot after the other, for the best of a pool within all limits, until none gains (Fedorov's exchange).  Where
-columns depend on the order of the rows (backlash), the order is searched in the end.  The separation that is promised is that
-of the plan as it is written, computed anew.
+columns depend on the order of the rows (backlash), the order is searched in the end.  The separation that is promised
+is that of the plan as it is written, computed anew.
 """
 
 from __future__ import annotations
@@ -47,7 +47,8 @@ from hexathermal.learn.machine_diagnosis.observability import (
     usual_size,
 )
 from hexathermal.learn.machine_diagnosis.scenarios import Scenario, checked, usual_scenarios
-from hexathermal.learn.machine_diagnosis.separation import Noise
+from hexathermal.learn.machine_diagnosis.separation import FREE_FRAME, Noise
+from hexathermal.learn.machine_diagnosis.tables import Levels
 from hexathermal.learn.machine_diagnosis.view import MachineView, planned_view
 from hexathermal.machine.thermal import frozen
 from hexathermal.poses import FloatArray, pose_from_coordinates
@@ -117,8 +118,8 @@ class MachineExperiment:
 def next_experiment(
     view: MachineView, candidates: Sequence[Candidate], noise: Noise, *, slots: int = SLOTS, runs: int = 1,
     scenarios: Sequence[Scenario] | None = None, amplitudes: Mapping[str, FloatArray] | None = None,
-    strength: float | None = None, laws: str = "kept", make: Maker = all_candidates, frame: bool = True,
-    pool: int = POOL, seed: int = 1,
+    strength: float | None = None, laws: str = "kept", make: Maker = all_candidates,
+    levels: Levels = FREE_FRAME, pool: int = POOL, seed: int = 1,
 ) -> MachineExperiment:  # fmt: skip
     """Return the runs that separate candidates most, beside the rows that are there.
 
@@ -143,8 +144,8 @@ def next_experiment(
         ``"kept"`` or ``"refit"``, see `hexathermal.learn.machine_diagnosis.law_columns.law_columns`.
     make : function
         From a view to its candidates.
-    frame : bool
-        The measuring frame is free in each run.
+    levels : Levels
+        Sizes of what disturbs each run beside the noise; default: the measuring frame alone, free in each.
     pool : int
         Poses among which slots choose, drawn at random within stroke, cones and travel.
     seed : int
@@ -158,8 +159,8 @@ def next_experiment(
     """
     _refuse_numbers(slots, runs, pool, strength)
     wanted = one_of_each(candidates)
-    sizes, known = _known(view, wanted, noise, amplitudes or {}, strength, laws, frame)
-    problem = Problem(wanted, sizes, make, laws, noise, frame, known)
+    sizes, known = _known(view, wanted, noise, amplitudes or {}, strength, laws, levels)
+    problem = Problem(wanted, sizes, make, laws, noise, levels, known)
     generator = np.random.default_rng(seed)
     six = reachable_coordinates(view.hexapod, pool, generator)
     planner = _Planner(problem, view, six, checked(usual_scenarios() if scenarios is None else scenarios), slots)
@@ -277,10 +278,10 @@ def _refuse_numbers(slots: int, runs: int, pool: int, strength: float | None) ->
 
 def _known(
     view: MachineView, wanted: tuple[Candidate, ...], noise: Noise, amplitudes: Mapping[str, FloatArray],
-    strength: float | None, laws: str, frame: bool,
+    strength: float | None, laws: str, levels: Levels,
 ) -> tuple[tuple[FloatArray, ...], FloatArray]:  # fmt: skip
     """Return the mean squares of amplitudes, and what the rows that are there tell."""
-    shapes = shapes_of(view, wanted, noise, laws, frame)
+    shapes = shapes_of(view, wanted, noise, laws, levels)
     limits = limits_of(wanted, shapes)
     sizes = []
     for k, one in enumerate(wanted):

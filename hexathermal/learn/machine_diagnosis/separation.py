@@ -1,7 +1,7 @@
 """By how much log evidence rows would separate candidates of a cause: the information of law and candidates.
 
-A row's six leg lengths are ``y = X b + Z_i theta_i + F f_run + noise``: law ``X``, the columns ``Z_i`` of a candidate,
-the measuring frame ``F`` free in each run, noise of covariance ``V``.  With the frames eliminated run by run, all that
+A row's six leg lengths are ``y = X b + Z_i theta_i + U w_run + noise``: law ``X``, the columns ``Z_i`` of a candidate,
+the run's own frame and slow errors ``U``, noise of covariance ``V``.  With those integrated out run by run, all that
 rows tell is ``M = [X Z]' V^-1 [X Z]``, which adds up over runs.  With the law refitted under its prior ``D``
 
     G = M_zz - M_zx (M_xx + D^-1)^-1 M_xz                                            what stays visible of candidates
@@ -13,7 +13,7 @@ and amplitudes ``theta_j ~ N(0, S_j)`` of a candidate j, truth being ``theta`` o
 
 (mean of a quadratic form; evidence of a linear model, O'Hagan and Forster, Kendall's Advanced Theory of Statistics 2B,
 2004, 11.27).  The separation of i from j is the difference of the two: a rival counts with what its own refit leaves.
-``S_j = rho^2`` times the square of the usual sizes, with the best ``rho`` of `SIZES` for each.
+``S_j = rho^2`` times the square of the usual sizes, with the best ``rho`` of those that give a signal of `SIGNALS`.
 """
 
 from __future__ import annotations
@@ -23,16 +23,23 @@ from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
-import numpy.typing as npt
 
 from hexathermal.errors import ArgumentError
-from hexathermal.kinematics.jacobian import jacobian
-from hexathermal.learn.hexapod_model import frame_columns, row_covariance, turn_axes, whitened
-from hexathermal.machine.hexapod import Hexapod
+from hexathermal.learn.hexapod_model import row_covariance, turn_axes, whitened
+from hexathermal.learn.machine_diagnosis.law_columns import law_columns
+from hexathermal.learn.machine_diagnosis.noise_levels import leg_noise
+from hexathermal.learn.machine_diagnosis.tables import Levels, run_columns
+from hexathermal.learn.machine_diagnosis.view import MachineView
 from hexathermal.poses import FloatArray
 
-SIZES = np.geomspace(1.0 / 64.0, 4.0, 17)
-"""Standard deviations of amplitudes, over their usual sizes, of which each candidate is granted the best."""
+SIGNALS = np.geomspace(0.25, 1e5, 20)
+"""Prior sizes ``tr S_j G_jj`` of which each candidate is granted the best: squares of signal over noise."""
+
+LARGEST_SIZE = 64.0
+"""Amplitudes that a candidate may need at most, over their usual sizes."""
+
+FREE_FRAME = Levels(frame=100.0)
+"""The measuring frame is free in each run, and nothing else disturbs."""
 
 SMALLEST_SHARE = 1e-6
 """Part of a candidate's squared effect that must be left after the refit: less is rounding."""
@@ -70,7 +77,7 @@ class Information:
     Attributes
     ----------
     M : array, shape (p + K, p + K)
-        ``[X Z]' V^-1 [X Z]``, law first, frames eliminated.
+        ``[X Z]' V^-1 [X Z]``, law first, runs' own disturbances integrated out.
     squares : array, shape (3, K, K)
         Quadratic forms: sum over rows and coordinates of a candidate's effect on the measured pose, squared: over the
         noise, of translations [m^2], of rotations [rad^2].
@@ -112,63 +119,61 @@ def refitted(M: FloatArray, sd: FloatArray) -> FloatArray:
     return np.asarray(0.5 * (G + np.swapaxes(G, -1, -2)))
 
 
-def information_of_runs(
-    hexapod: Hexapod, poses: FloatArray, run: npt.NDArray[np.int64], law: FloatArray, columns: FloatArray, noise: Noise,
-    *, frame: bool = True,
-) -> Information:  # fmt: skip
-    """Return the information of rows.
+def base_columns(view: MachineView, laws: str, noise: Noise, levels: Levels) -> tuple[FloatArray, FloatArray]:
+    """Return what all runs share beside candidates: the law and a campaign's frame, (n, 6, p), and their sizes (p,)."""
+    law = law_columns(view, laws).columns
+    if levels.campaign <= 0.0:
+        return law, np.ones(law.shape[2])
+    columns = np.concatenate([law, view.frame * noise.coordinates], axis=2)
+    return columns, np.concatenate([np.ones(law.shape[2]), np.full(6, levels.campaign)])
+
+
+def information_of_rows(
+    view: MachineView, base: FloatArray, columns: FloatArray, noise: Noise, levels: Levels
+) -> Information:
+    """Return the information of a view's rows.
 
     Parameters
     ----------
-    hexapod : Hexapod
-    poses : array, shape (n, 4, 4) [m]
-    run : array, shape (n,), int
-        Which run a row belongs to.
-    law : array, shape (n, 6, p)
-        Columns of the law in leg lengths.
+    view : MachineView
+    base : array, shape (n, 6, p)
+        What all runs share, see `base_columns`.
     columns : array, shape (n, 6, K)
         Columns of the candidates beside each other.
     noise : Noise
-    frame : bool
-        The measuring frame is free in each run.
+    levels : Levels
+        Sizes of each run's own disturbances.
     """
-    tables = row_tables(hexapod, poses, law, columns, noise, frame=frame)
-    K = columns.shape[2]
-    f, u = (6 if frame else 0), tables.W.shape[2]
-    M = np.zeros((u - f, u - f))
-    for one in np.unique(run):
-        M += without_frame(tables.W[run == one].reshape(-1, u), f)
-    e = tables.effects.reshape(-1, 6, K)
+    W, f = whitened_rows(view, base, columns, noise, levels)
+    u = W.shape[2] - len(f)
+    M = np.zeros((u, u))
+    for run in np.unique(view.run):
+        own = W[view.run == run].reshape(-1, W.shape[2])
+        M += refitted(own.T @ own, f)
+    e = effects(view, columns)
     squares = np.array([
         np.einsum("nck,ncl->kl", part, part)
         for part in (e / noise.coordinates[:, None], e[:, :3], e[:, 3:])
     ])  # fmt: skip
-    return Information(M, squares, len(poses))
+    return Information(M, squares, len(view))
 
 
-@dataclass(frozen=True, eq=False)
-class RowTables:
-    """Rows ready for sums: whitened columns (n, 6, f + p + K), frame first, and effects on coordinates (n, 6, K)."""
-
-    W: FloatArray
-    effects: FloatArray
-
-
-def row_tables(
-    hexapod: Hexapod, poses: FloatArray, law: FloatArray, columns: FloatArray, noise: Noise, *, frame: bool = True
-) -> RowTables:
-    """Return the whitened columns of rows, and what candidates do to the measured coordinates."""
-    V = row_covariance(hexapod, poses, noise.coordinates, noise.leg)
-    parts = [frame_columns(hexapod, poses)] if frame else []
-    W = whitened(V, np.concatenate([*parts, law, columns], axis=2))
-    twist = np.linalg.solve(jacobian(hexapod, poses), columns)
-    twist[:, 3:] = np.linalg.solve(turn_axes(poses, hexapod.home), twist[:, 3:])
-    return RowTables(W, np.asarray(twist))
+def whitened_rows(
+    view: MachineView, base: FloatArray, columns: FloatArray, noise: Noise, levels: Levels
+) -> tuple[FloatArray, FloatArray]:
+    """Return whitened columns (n, 6, f + p + K), the run's own disturbances first, and the sizes of those (f,)."""
+    sizes = levels.run_sizes
+    live = sizes > 0.0
+    own = run_columns(view, noise.coordinates, leg_noise(view, noise.coordinates))[..., live]
+    V = row_covariance(view.hexapod, view.poses, noise.coordinates, noise.leg)
+    return whitened(V, np.concatenate([own, base, columns], axis=2)), sizes[live]
 
 
-def without_frame(W: FloatArray, f: int) -> FloatArray:
-    """Return ``W' W`` of whitened columns (m, f + u), shape (u, u), the first f refitted."""
-    return refitted(W.T @ W, np.full(f, np.inf))
+def effects(view: MachineView, columns: FloatArray) -> FloatArray:
+    """Return what columns in leg lengths (n, 6, K) do to the six measured coordinates, shape (n, 6, K)."""
+    twist = np.linalg.solve(view.jacobian, columns)
+    twist[:, 3:] = np.linalg.solve(turn_axes(view.poses, view.hexapod.home), twist[:, 3:])
+    return np.asarray(twist)
 
 
 def places_of(counts: Sequence[int]) -> tuple[slice, ...]:
@@ -202,7 +207,8 @@ def expected_evidence(
     a, U = np.linalg.eigh(A)
     a = np.maximum(a, 0.0)[..., None]
     m = np.einsum("...ji,...jk,...ki->...i", U, mean, U)[..., None]
-    S = np.square(SIZES)
+    total = np.maximum(a.sum(axis=-2, keepdims=True), 1e-300)
+    S = np.minimum(SIGNALS / total, LARGEST_SIZE**2)
     values = 0.5 * (S * m / (1.0 + S * a) - np.log1p(S * a)).sum(axis=-2)
     return np.asarray(values.max(axis=-1))
 
