@@ -88,8 +88,9 @@ class Compliance:
         set_(self, "gravity", vector(gravity, "gravity"))
         if np.abs(self.gravity).max() > LARGEST_GRAVITY:
             raise ArgumentError(f"gravity is {self.gravity.tolist()}, above {LARGEST_GRAVITY:g}; m/s^2 are meant")
-        known = leg_compliance_std is not None
-        set_(self, "leg_compliance_std", _compliances(leg_compliance_std, "leg_compliance_std") if known else None)
+        soft = leg_compliance_std
+        known = None if soft is None else _compliances(soft, "leg_compliance_std")
+        set_(self, "leg_compliance_std", known)
         mass = payload_mass_std
         set_(self, "payload_mass_std", None if mass is None else _number(mass, "payload_mass_std", LARGEST_MASS, "kg"))
         if self.payload_mass_std is not None and self.payload_mass_std < 0.0:

@@ -17,6 +17,7 @@ from hexathermal.machine.leg_terms import LegTerm
 from hexathermal.machine.thermal import LegLaw, ThermalModel
 from hexathermal.poses import FloatArray
 from hexathermal.predict.budget_plates import Plates, check_plates
+from hexathermal.predict.leg_drift import DIRECTION, between_reversals
 from hexathermal.predict.sources import Source, Sources
 from hexathermal.predict.temperatures import active_model
 
@@ -79,7 +80,18 @@ def default_sources(hexapod: Hexapod, plates: Plates | None = None) -> Sources:
     given = Plates() if plates is None else plates
     check_plates(given)
     load = () if hexapod.compliance is None else _load(hexapod.compliance)
-    return Sources((*_sensors(), *_laws(hexapod), *_lengths(), *_plates(hexapod, given), *load, *_geometry()))
+    laws = _laws(between_reversals(hexapod))
+    return Sources(
+        (
+            *_sensors(),
+            *laws,
+            *_lengths(),
+            *_backlash(active_model(hexapod)),
+            *_plates(hexapod, given),
+            *load,
+            *_geometry(),
+        )
+    )
 
 
 def _sensors() -> tuple[Source, ...]:
@@ -134,8 +146,7 @@ def _coefficients(model: ThermalModel) -> Source:
     covariances = [_covariance(law, shared=kin.count(kin[leg]) > 1) for leg, law in enumerate(laws)]
     if len(set(kin)) == 1:
         return _stated(label, label, covariances, "common")
-    stated = {law.covariance is not None for law in laws}
-    basis = {(True,): LAW_COVARIANCE, (False,): guess}.get(tuple(stated), f"{LAW_COVARIANCE}; without one, {guess}")
+    basis = _basis({law.covariance is not None for law in laws}, guess)
     if len(set(kin)) == 6:
         return _stated(label, label, covariances, "independent", basis)
     deviations = [np.sqrt(np.diag(matrix)) for matrix in covariances]
@@ -145,6 +156,11 @@ def _coefficients(model: ThermalModel) -> Source:
         for b in (b for b in range(6) if kin[b] == kin[a]):
             whole[ends[a] : ends[a + 1], ends[b] : ends[b + 1]] = _correlation(covariances[a], deviations[a])
     return Source(label, label, np.concatenate(deviations), correlation=_ones(whole), basis=basis)
+
+
+def _basis(stated: set[bool], guess: str) -> str:
+    """Return where uncertainties come from that all, none or some of the numbers state."""
+    return LAW_COVARIANCE if stated == {True} else f"{LAW_COVARIANCE}; else {guess}" * (True in stated) or guess
 
 
 def _covariance(law: LegLaw, shared: bool) -> FloatArray:
@@ -196,8 +212,7 @@ def _terms(model: ThermalModel) -> list[Source]:
         return []
     common = model.common_law
     guess = f"engineering value: {100 * RELATIVE_COEFFICIENTS:g} % of each, as a term states no covariance"
-    told = {bool(term.covariance.any()) for law in model.legs for term in law.terms}
-    basis = {(True,): LAW_COVARIANCE, (False,): guess}.get(tuple(told), f"{LAW_COVARIANCE}; without one, {guess}")
+    basis = _basis({bool(term.covariance.any()) for law in model.legs for term in law.terms}, guess)
     matrices = [_blocks([_amplitudes(term) for term in law.terms]) for law in model.legs]
     return [_stated("terms of the law", "amplitudes", matrices, "common" if common else "independent", basis)]
 
@@ -249,6 +264,14 @@ def _lengths() -> tuple[Source, ...]:
                        basis="engineering value: joints outside the loop rest on one side or the other, 0.2 to 2 um "
                              "in all"),
     )  # fmt: skip
+
+
+def _backlash(model: ThermalModel) -> tuple[Source, ...]:
+    """Return the source of the backlash that laws of legs hold: a pose may be reached from either side."""
+    steps = [[abs(float(term.amplitudes[0])) for term in law.terms if term.shape == DIRECTION] for law in model.legs]
+    half = np.array([0.5 * sum(own) for own in steps])
+    basis = "the law's step at a reversal: half of it to either side, as the last move went"
+    return (Source.bounded("backlash of the law", "length", half, "arcsine", basis=basis),) if half.any() else ()
 
 
 def _plates(hexapod: Hexapod, given: Plates) -> tuple[Source, ...]:

@@ -32,6 +32,7 @@ from hexathermal.machine.toml_positions import Where
 from hexathermal.predict.budget_blocks import source_factors
 from hexathermal.predict.budget_defaults import default_sources
 from hexathermal.predict.budget_plates import Plates
+from hexathermal.predict.leg_drift import between_reversals
 from hexathermal.predict.sources import DISTRIBUTIONS, HALF_WIDTH, QUANTITIES, Source, Sources
 
 FORMAT = "hexathermal-sources/1"
@@ -128,7 +129,7 @@ def _check_shapes(form: Form, found: dict[str, Any], place: Where, hexapod: Hexa
 
 def _probe(form: Form, place: Where, hexapod: Hexapod, *words: Any, **fields: Any) -> None:
     """Complain at a field that a source with nothing else but this field refuses on the machine."""
-    form.build(place, lambda: source_factors(hexapod, Source(*words, **fields)))
+    form.build(place, lambda: source_factors(between_reversals(hexapod), Source(*words, **fields)))
 
 
 def _made(form: Form, found: dict[str, Any], place: Where) -> Source | None:

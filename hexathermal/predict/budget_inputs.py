@@ -23,6 +23,7 @@ from hexathermal.predict.budget_rates import Places, certain, pose_numbers
 from hexathermal.predict.budget_view import View as View
 from hexathermal.predict.budget_view import look
 from hexathermal.predict.correction import corrected_leg_lengths, predicted_pose
+from hexathermal.predict.leg_drift import between_reversals
 from hexathermal.predict.sources import Source
 from hexathermal.predict.temperatures import active_model, check_temperatures, temperature_array
 
@@ -122,6 +123,7 @@ def situation(
     air_degC: float | None = None,
 ) -> Situation:
     """Return the situation of a budget; parameters and errors as in `hexathermal.predict.budget.error_budget`."""
+    hexapod = between_reversals(hexapod)
     model = active_model(hexapod)
     # copies: compiled loops are slow to start on arrays that must not be written
     wanted, readings = np.array(pose_array(pose)), np.array(temperature_array(hexapod, temps))

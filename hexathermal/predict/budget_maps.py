@@ -19,6 +19,7 @@ from hexathermal.predict.budget_many import CHUNK, Chunk, SourceTable, budgets_o
 from hexathermal.predict.budget_map import BudgetMap
 from hexathermal.predict.budget_plates import Plates, each_of, stated_alike
 from hexathermal.predict.budget_view import View, settings
+from hexathermal.predict.leg_drift import between_reversals
 from hexathermal.predict.sources import Source
 from hexathermal.predict.temperatures import active_model, check_temperatures, temperature_array
 
@@ -78,6 +79,7 @@ def budget_map(
     air = air if each_air_degC is None else checked_air(hexapod, each_air_degC, (count,))
     made = _Made(flat, hot, p, seen.frame)
     tables = _tables(hexapod, sources, plates)
+    hexapod = between_reversals(hexapod)
     made.prepare({label for _rows, table in tables for label in table.labels})
     for rows, table in tables:
         for first in range(0, len(rows), CHUNK):
@@ -93,7 +95,8 @@ def _tables(
 ) -> list[tuple[npt.NDArray[np.intp], SourceTable]]:
     """Return sources with the places that they are of: default ones know which plates are stated."""
     groups = stated_alike(plates) if sources is None else [np.arange(len(plates), dtype=np.intp)]
-    return [(rows, source_table(hexapod, checked_sources(hexapod, sources, plates[rows[0]]))) for rows in groups]
+    middle = between_reversals(hexapod)
+    return [(rows, source_table(middle, checked_sources(hexapod, sources, plates[rows[0]]))) for rows in groups]
 
 
 class _Made:

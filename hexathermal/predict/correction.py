@@ -166,7 +166,7 @@ def with_added(hexapod: Hexapod, poses: FloatArray, temps: FloatArray, added: Ad
             break
     if not size <= max(close, jump):
         raise ThermalModelError(NO_LENGTHS)
-    _check_strokes(hexapod, flat, lead)
+    check_strokes(hexapod, flat, lead)
     return told
 
 
@@ -358,11 +358,11 @@ def predicted_pose(hexapod: Hexapod, lengths: npt.ArrayLike, temps: Temperatures
     true = np.array(warm.reshape(-1, 6))
     told = np.array(np.broadcast_to(commands, warm.shape).reshape(-1, 6))
     flat = np.array(expansions.reshape(-1, 2))
-    _check_strokes(hexapod, told, lead)
+    check_strokes(hexapod, told, lead)
     return balanced(hexapod, true, told, flat, lead).reshape(*lead, 4, 4)
 
 
-def _check_strokes(hexapod: Hexapod, told: FloatArray, lead: tuple[int, ...]) -> None:
+def check_strokes(hexapod: Hexapod, told: FloatArray, lead: tuple[int, ...]) -> None:
     """Refuse commands that are out of stroke."""
     c = constants(hexapod).machine
     out = (told < c[at.SHORTEST : at.SHORTEST + 6]) | (told > c[at.LONGEST : at.LONGEST + 6])

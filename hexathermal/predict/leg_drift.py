@@ -7,6 +7,7 @@ see `hexathermal.predict.leg_states`. Displacements count from the retracted leg
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 
 import numpy as np
 
@@ -17,6 +18,9 @@ from hexathermal.machine.leg_states import LegMemory, terms_columns, terms_drift
 from hexathermal.poses import FloatArray
 from hexathermal.predict.budget_blocks import blocks, deviation_size
 from hexathermal.predict.temperatures import active_model
+
+DIRECTION = "direction"
+"""Shape of the backlash: half its amplitude to either side."""
 
 OF_TEMPERATURES = ("temperature", "gain", "contact", "reference temperature")
 """Quantities of a deviation that tell how far thermometers are off."""
@@ -32,6 +36,24 @@ def refuse_states(hexapod: Hexapod) -> None:
             "Use hexapod.leg_controllers(), row by row; or 'hexathermal correct' with time_s; or leave it out "
             "('hexathermal apply --at-rest'; dataclasses.replace(hexapod, thermal=hexapod.thermal.without_states()))"
         )
+
+
+def between_reversals(hexapod: Hexapod) -> Hexapod:
+    """Return the machine in the middle of its legs' backlash: without terms of the direction of the last move.
+
+    Budgets are taken there, since a pose does not tell how it was reached; half the step either way is a source
+    (`hexathermal.predict.budget_defaults`). Terms that remember more are left, and are refused where they are met.
+    """
+    model = hexapod.thermal
+    if model is None or not any(term.shape == DIRECTION for term in model.states):
+        return hexapod
+    if "between reversals" not in hexapod._prepared:
+        legs = tuple(
+            replace(law, terms=tuple(term for term in law.terms if term.shape != DIRECTION)) for law in model.legs
+        )
+        hexapod._prepared["between reversals"] = replace(hexapod, thermal=replace(model, legs=legs))
+    found: Hexapod = hexapod._prepared["between reversals"]
+    return found
 
 
 def machine_memories(hexapod: Hexapod) -> list[LegMemory]:

@@ -12,7 +12,7 @@ from typing import TypeAlias
 import numpy as np
 import numpy.typing as npt
 
-from hexathermal.errors import ArgumentError, KinematicsError, ThermalModelError
+from hexathermal.errors import ArgumentError, HexathermalError, KinematicsError, ThermalModelError
 from hexathermal.kinematics.batches import where
 from hexathermal.kinematics.forward import checked_lengths
 from hexathermal.kinematics.inverse import poses_of
@@ -20,7 +20,8 @@ from hexathermal.machine.hexapod import Hexapod
 from hexathermal.machine.leg_states import LARGEST_JUMP, LegMemory
 from hexathermal.machine.thermal import TemperaturesLike
 from hexathermal.poses import FloatArray, PoseLike, as_array
-from hexathermal.predict.correction import base_warm, since_reference, with_added
+from hexathermal.predict.balance import balanced
+from hexathermal.predict.correction import base_warm, check_strokes, since_reference, with_added
 from hexathermal.predict.leg_drift import added_drift, machine_memories
 from hexathermal.predict.temperatures import active_model, temperature_array
 
@@ -99,16 +100,50 @@ class LegControllers:
         -------
         array, shape (6,) or (n, 6) [m]
         """
+        told, drift, _expansions = self._next(lengths, temps, time, inputs)
+        return drift.reshape(told.shape)
+
+    def predicted_pose(
+        self, lengths: npt.ArrayLike, temps: TemperaturesLike, time: npt.ArrayLike, *, inputs: Inputs | None = None
+    ) -> FloatArray:
+        """Return where the platform really stands in the next row or rows, and remember them.
+
+        As `Hexapod.predicted_pose`, with the terms that depend on the rows before.
+
+        Parameters as `leg_drift`.
+
+        Returns
+        -------
+        array, shape (4, 4) or (n, 4, 4) [m]
+
+        Raises
+        ------
+        ArgumentError, OutOfStrokeError
+            As `leg_drift`; a commanded length is out of stroke. Rows that are refused are not remembered.
+        """
+        before, when = self._memories, self._time
+        try:
+            told, drift, expansions = self._next(lengths, temps, time, inputs)
+            rows, lead = np.array(np.atleast_2d(told)), told.shape[:-1]
+            check_strokes(self.hexapod, rows, lead)
+            return balanced(self.hexapod, rows + drift, rows, expansions, lead).reshape(*lead, 4, 4)
+        except HexathermalError:
+            self._memories, self._time = before, when
+            raise
+
+    def _next(
+        self, lengths: npt.ArrayLike, temps: TemperaturesLike, time: npt.ArrayLike, inputs: Inputs | None
+    ) -> tuple[FloatArray, FloatArray, FloatArray]:
+        """Return commanded lengths as given, drift (n, 6) and expansions (n, 2) of the next rows, and remember them."""
         told, readings = checked_lengths(lengths), temperature_array(self.hexapod, temps)
-        single = told.ndim == 1
         when = self._rows(time, told.shape[:-1], "lengths")
         rows, hot = np.atleast_2d(told), _each_row(readings, len(when))
-        base = base_warm(self.hexapod, rows, hot)[0] - rows
+        warm, expansions = base_warm(self.hexapod, rows, hot)
         memories = [memory.copy() for memory in self._memories]
         dT = since_reference(self.hexapod, hot, rows.shape[:-1])
-        drift = base + added_drift(self.hexapod, rows, dT, when, memories, _values(inputs, len(rows)))
+        drift = warm - rows + added_drift(self.hexapod, rows, dT, when, memories, _values(inputs, len(rows)))
         self._memories, self._time = memories, float(when[-1])
-        return drift[0] if single else drift
+        return told, drift, expansions
 
     def _rows(self, time: npt.ArrayLike, lead: tuple[int, ...], what: str) -> FloatArray:
         """Return checked times of the next rows."""

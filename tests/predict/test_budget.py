@@ -15,8 +15,8 @@ from hexathermal.errors import ArgumentError, HexathermalError, SingularPoseErro
 from hexathermal.predict.budget import AXES, error_budget
 from hexathermal.predict.budget_defaults import default_sources
 from hexathermal.predict.budget_inputs import situation
-from hexathermal.predict.budget_plates import Plates
 from hexathermal.predict.budget_load import OF_LOAD
+from hexathermal.predict.budget_plates import Plates
 from hexathermal.predict.sources import QUANTITIES, Source, Sources
 from tests.predict.budget_oracle import Oracle, thermal_machine
 
