@@ -38,7 +38,7 @@ SIGNALS = np.geomspace(0.25, 1e5, 20)
 LARGEST_SIZE = 64.0
 """Amplitudes that a candidate may need at most, over their usual sizes."""
 
-FREE_FRAME = Levels(frame=100.0)
+FREE_FRAME = Levels(frame=1e5)
 """The measuring frame is free in each run, and nothing else disturbs."""
 
 SMALLEST_SHARE = 1e-6
