@@ -63,7 +63,7 @@ def calibration_error(draws: Sequence[Outcome]) -> float:
     return total / len(draws)
 
 
-def _part(count: int, of: int) -> str:
+def part_of(count: int, of: int) -> str:
     """Return a rate with its 90 % interval (Clopper and Pearson, 1934)."""
     if of == 0:
         return "-"
@@ -96,8 +96,8 @@ def by_strength(draws: Sequence[Outcome], kinds: Sequence[str] = (ONE,)) -> str:
     for label, (low, high) in {**STRENGTHS, "all": (0.0, np.inf)}.items():
         own = stronger(of_kind(draws, *kinds), low, high)
         right, wrong = sum(one.right for one in own), sum(one.wrong for one in own)
-        rows.append([label, str(len(own)), _part(right, len(own)), _share(own, lambda one: one.right_or_equivalent),
-                     _part(wrong, len(own)), _share(own, lambda one: one.verdict == "none"),
+        rows.append([label, str(len(own)), part_of(right, len(own)), _share(own, lambda one: one.right_or_equivalent),
+                     part_of(wrong, len(own)), _share(own, lambda one: one.verdict == "none"),
                      _share(own, lambda one: one.verdict == "unexplained"),
                      _share(own, lambda one: one.extra and not one.wrong), _number(gain_ratio(own)),
                      _share(own, worse)])  # fmt: skip
@@ -143,18 +143,23 @@ def others(draws: Sequence[Outcome]) -> str:
     rows = []
     clean = of_kind(draws, CLEAN)
     rows.append(
-        ["nothing hidden", str(len(clean)), "something named", _part(sum(bool(one.names) for one in clean), len(clean))]
+        [
+            "nothing hidden",
+            str(len(clean)),
+            "something named",
+            part_of(sum(bool(one.names) for one in clean), len(clean)),
+        ]
     )
-    rows.append(["", "", "`unexplained`", _part(sum(one.verdict == "unexplained" for one in clean), len(clean))])
+    rows.append(["", "", "`unexplained`", part_of(sum(one.verdict == "unexplained" for one in clean), len(clean))])
     for label, low in (("outside the catalogue", 0.0), ("outside, from 0.7", 0.707)):
         own = stronger(of_kind(draws, OUTSIDE), low)
-        rows.append([label, str(len(own)), "something named", _part(sum(bool(one.names) for one in own), len(own))])
-        rows.append(["", "", "`unexplained`", _part(sum(one.right for one in own), len(own))])
+        rows.append([label, str(len(own)), "something named", part_of(sum(bool(one.names) for one in own), len(own))])
+        rows.append(["", "", "`unexplained`", part_of(sum(one.right for one in own), len(own))])
     for label, low in (("two effects", 0.0), ("two, both from 0.7", 0.707)):
         own = stronger(of_kind(draws, TWO), low)
-        rows.append([label, str(len(own)), "exact pair", _part(sum(one.pair for one in own), len(own))])
-        rows.append(["", "", "first name right", _part(sum(one.right for one in own), len(own))])
-        rows.append(["", "", "a wrong name among them", _part(sum(one.extra for one in own), len(own))])
+        rows.append([label, str(len(own)), "exact pair", part_of(sum(one.pair for one in own), len(own))])
+        rows.append(["", "", "first name right", part_of(sum(one.right for one in own), len(own))])
+        rows.append(["", "", "a wrong name among them", part_of(sum(one.extra for one in own), len(own))])
     return table(("hidden", "draws", "said", "rate"), rows)
 
 

@@ -92,9 +92,10 @@ def test_postures_are_those_of_the_forward_kinematics(name: str, seed: int) -> N
     six = draw_poses(hexapod, 40, 0.8, "anywhere", generator)
     there = Posture(hexapod.home[:3, 3] + six[:, :3], from_angles(six[:, 3:]))
     lengths = lengths_of(there, hexapod.base_joints, hexapod.platform_joints)
-    home = Posture(np.tile(hexapod.home[:3, 3], (40, 1)), np.tile([1.0, 0.0, 0.0, 0.0], (40, 1)))
-    ours = standing(lengths, hexapod.base_joints, hexapod.platform_joints, home)
-    house = ht.coordinates_from_pose(hexapod.forward_kinematics(lengths), hexapod=hexapod)
+    near = Posture(there.position + 1e-3 * generator.standard_normal(3), there.turn)
+    ours = standing(lengths, hexapod.base_joints, hexapod.platform_joints, near)
+    guess = ht.pose_from_coordinates(np.hstack([six[:, :3] * 1e3, np.degrees(six[:, 3:])]), hexapod=hexapod)
+    house = ht.coordinates_from_pose(hexapod.forward_kinematics(lengths, guess), hexapod=hexapod)
     scale = 30.0  # what an ill-conditioned machine makes of rounding
     assert np.abs(ours.position - hexapod.home[:3, 3] - house[:, :3] * 1e-3).max() < scale * LENGTH_TOLERANCE_M
     assert np.abs(angles_of(ours.turn) - np.radians(house[:, 3:])).max() < scale * ANGLE_TOLERANCE_RAD
