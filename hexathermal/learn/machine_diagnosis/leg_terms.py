@@ -9,7 +9,8 @@ import numpy as np
 
 from hexathermal.learn.machine_diagnosis.candidate import Candidate
 from hexathermal.learn.machine_diagnosis.view import MachineView
-from hexathermal.machine.leg_terms import term_columns
+from hexathermal.machine.leg_states import LegMemory, terms_columns
+from hexathermal.machine.leg_terms import LegTerm
 
 USUAL_EFFECT = 1e-6
 """Prior of a term's effect on its leg, RMS [m]."""
@@ -24,7 +25,7 @@ def term_candidate(
     units: tuple[str, ...],
     parameters: Mapping[str, Any],
 ) -> Candidate:
-    """Return a term of a leg as a candidate; its memory begins anew in each run.
+    """Return a term of a leg as a candidate; its memory begins anew in each run, as on a machine.
 
     Parameters
     ----------
@@ -40,8 +41,11 @@ def term_candidate(
         Of the shape.
     """
     columns = np.zeros((len(view), 6, len(names)))
+    term = LegTerm(cause, shape, parameters, np.zeros(len(names)))
     for rows, signals in view.signals(leg):
-        columns[rows, leg] = term_columns(shape, signals, parameters)
+        memory = LegMemory((term,))
+        memory.count_from_retracted((term,), signals)
+        columns[rows, leg] = terms_columns((term,), signals, memory)
     rms = np.sqrt((columns[:, leg] ** 2).mean(axis=0))
     scale = USUAL_EFFECT / np.where(rms > 0.0, rms, 1.0)
     return Candidate(

@@ -16,6 +16,7 @@ import numpy.typing as npt
 from hexathermal.errors import ArgumentError, ThermalModelError
 from hexathermal.kinematics.inverse import inverse_kinematics
 from hexathermal.kinematics.jacobian import jacobian
+from hexathermal.kinematics.statics import payload_sag
 from hexathermal.learn.hexapod_data import PLATES, HexapodRows
 from hexathermal.learn.hexapod_model import frame_columns
 from hexathermal.machine.hexapod import Hexapod
@@ -92,8 +93,9 @@ class MachineView:
     @cached_property
     def read(self) -> tuple[int, ...]:
         """For each leg 0 to 5, the leg whose recorded thermometers are its own."""
-        order = getattr(self.hexapod.thermal, "thermometers_of_leg", None)
-        return tuple(range(6)) if order is None else tuple(int(leg) - 1 for leg in order)
+        thermal = self.hexapod.thermal
+        assert thermal is not None  # checked where views are made
+        return tuple(int(leg) - 1 for leg in thermal.thermometers_of_leg)
 
     @cached_property
     def heat(self) -> FloatArray:
@@ -126,8 +128,7 @@ class MachineView:
         for k, plate in enumerate((thermal.platform, thermal.base)):
             if plate is not None and plate.sensor is not None:
                 drift = drift + plate.expansion * self.plate_column(PLATES[k])
-        sag = getattr(self.hexapod, "compliance", None)
-        return drift if sag is None else drift + self._sag()
+        return np.asarray(drift + payload_sag(self.hexapod, self.poses))
 
     def plate_column(self, part: str) -> FloatArray:
         """Return what the expansion of a plate does to the lengths, shape (n, 6) [m K].
@@ -167,10 +168,6 @@ class MachineView:
                     memory.count_from_retracted(law.terms, signals)
                     drift[rows, leg] = terms_drift(law.terms, signals, memory)
         return drift
-
-    def _sag(self) -> FloatArray:
-        """Return the sag of the legs that the machine states, shape (n, 6) [m]."""
-        raise ArgumentError("the machine states a compliance, which this version does not read")
 
 
 def machine_view(rows: HexapodRows) -> MachineView:
@@ -238,12 +235,12 @@ def planned_view(
     known = tuple(None if np.isnan(heat[:, k]).all() else plate_sensors[k] for k in range(2))
     if hexapod.retracted_length is None:
         raise ArgumentError(f"machine {hexapod.name!r} has no q0_mm in its hexapod.toml: a law needs it (A q0 dT)")
-    q = inverse_kinematics(hexapod, poses) - hexapod.retracted_length
+    q = np.asarray(inverse_kinematics(hexapod, poses) - hexapod.retracted_length)
     runs = tuple(f"run-{k + 1}" for k in range(int(run.max(initial=0)) + 1))
     return MachineView(
         hexapod, names, (known[0], known[1]), frozen(poses), frozen(q), frozen(dT), frozen(heat),
-        frozen(np.full(n, np.nan) if air is None else air), run,
-        frozen(60.0 * np.arange(n) if time is None else time), runs,
+        frozen(np.full(n, np.nan)) if air is None else frozen(air), run,
+        frozen(np.arange(0.0, 60.0 * n, 60.0)) if time is None else frozen(time), runs,
     )  # fmt: skip
 
 

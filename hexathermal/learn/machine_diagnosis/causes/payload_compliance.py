@@ -1,18 +1,16 @@
 """Legs give way under a load that the machine does not know.
 
 The weight ``w = m g`` at the centre ``c`` of the platform is held by axial pushes ``F`` of the legs, and each leg of
-compliance ``k`` becomes shorter by ``k F_i``: ``y_i = -k F_i``. By the principle of virtual work (Merlet, Parallel
-Robots, 2006, 9.1; Pinocchio's loads say the same)
-
-    J' F = -[w, R c x w]
-
-which is linear in ``k m g`` and in ``k m g c``: four parameters, of which none depends on a temperature.
+compliance ``k`` becomes shorter by ``k F_i``: ``y_i = -k F_i``. The forces of the static balance
+(`hexathermal.kinematics.statics`), ``J' F = -[w, R c x w]``, are linear in ``w`` and ``w c``, so that sag is linear in
+``k m g`` and ``k m g c``: four parameters, of which none depends on a temperature.
 """
 
 from __future__ import annotations
 
 import numpy as np
 
+from hexathermal.kinematics.statics import leg_forces
 from hexathermal.learn.diagnosis.trials import Cause, Parameter
 from hexathermal.learn.machine_diagnosis.candidate import Candidate
 from hexathermal.learn.machine_diagnosis.view import MachineView
@@ -47,13 +45,10 @@ def candidates(view: MachineView) -> list[Candidate]:
     size = float(np.linalg.norm(g))
     if not size > 0.0:
         return []
-    down = g / size
-    wrench = np.zeros((len(view), 6, 4))
-    wrench[:, :3, 0] = down
-    # column k of R, crossed with the weight: a centre along the platform's axis k
-    for k in range(3):
-        wrench[:, 3:, 1 + k] = np.cross(view.poses[:, :3, k], down)
-    columns = np.linalg.solve(np.swapaxes(view.jacobian, 1, 2), wrench)
+    down, poses = g / size, view.poses
+    middle = leg_forces(view.hexapod, poses, down, np.zeros(3))
+    each = [leg_forces(view.hexapod, poses, down, axis) - middle for axis in np.eye(3)]
+    columns = -np.stack([middle, *each], axis=-1)
     arm = USUAL_CENTRE * float(np.linalg.norm(view.hexapod.platform_joints, axis=1).mean())
     names = ("sag", "sag_times_x", "sag_times_y", "sag_times_z")
     return [Candidate(CAUSE.name, None, names, ("m", "m^2", "m^2", "m^2"), columns,

@@ -1,0 +1,126 @@
+"""A case: the rows of a machine, what may be in them, and the tables of all columns, ready to be searched."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from hexathermal.learn.hexapod_data import HexapodRows
+from hexathermal.learn.hexapod_model import measured_lengths
+from hexathermal.learn.machine_diagnosis.candidate import Candidate
+from hexathermal.learn.machine_diagnosis.causes import all_candidates, catalogue
+from hexathermal.learn.machine_diagnosis.law_columns import law_columns
+from hexathermal.learn.machine_diagnosis.noise_levels import PoseNoise, pose_noise
+from hexathermal.learn.machine_diagnosis.single_leg import single_leg_candidates
+from hexathermal.learn.machine_diagnosis.tables import Tables, tables_of
+from hexathermal.learn.machine_diagnosis.unexplained import flexible_candidates
+from hexathermal.learn.machine_diagnosis.view import AIR, MachineView, machine_view
+from hexathermal.machine.hexapod import Hexapod
+from hexathermal.poses import FloatArray
+
+OF_ONE_LEG = 0.1
+"""Prior of a cause of a single leg's catalogue, over that of one of the machine's."""
+
+NAMELESS = 0.5
+"""The same of all flexible shapes together."""
+
+OF_A_PLATE = 0.2
+"""Prior of a measuring frame that follows a plate's thermometer, over one that follows the air."""
+
+
+@dataclass(frozen=True, eq=False)
+class Case:
+    """Rows with candidates and tables.
+
+    Attributes
+    ----------
+    view : MachineView
+    y : array, shape (n, 6) [m]
+        Residual of the leg lengths under the machine's law.
+    laws : str
+        See `hexathermal.learn.machine_diagnosis.law_columns`.
+    candidates : tuple of Candidate
+    prior : array, shape (c,)
+        Log prior of each candidate.
+    noise : PoseNoise
+    tables : Tables
+    """
+
+    view: MachineView
+    y: FloatArray
+    laws: str
+    candidates: tuple[Candidate, ...]
+    prior: FloatArray
+    noise: PoseNoise
+    tables: Tables
+
+    def named(self, which: int) -> bool:
+        """Whether a candidate is of a catalogue."""
+        return bool(self.candidates[which].units[0])
+
+
+def case_of(rows: HexapodRows, laws: str = "kept", start: FloatArray | None = None) -> Case:
+    """Return the case of a campaign's rows.
+
+    Parameters
+    ----------
+    rows : HexapodRows
+    laws : str
+        ``"kept"`` or ``"refit"``.
+    start : array, shape (6,), optional [m, rad]
+        First guess of the coordinates' noise.
+    """
+    view = machine_view(rows)
+    y = measured_lengths(rows, rows.measured) - view.law_drift
+    return _made(view, y, laws, start, None)
+
+
+def with_exchanged(case: Case, hexapod: Hexapod) -> Case:
+    """Return a case with a machine whose legs read other thermometers; the noise stays."""
+    view = case.view.with_hexapod(hexapod)
+    y = case.y + case.view.law_drift - view.law_drift
+    return _made(view, y, case.laws, None, case.noise)
+
+
+def _made(view: MachineView, y: FloatArray, laws: str, start: FloatArray | None, noise: PoseNoise | None) -> Case:
+    """Return a case; the noise is found where none is given."""
+    law = law_columns(view, laws).columns
+    candidates = (*all_candidates(view), *single_leg_candidates(view), *flexible_candidates(view))
+    if noise is None:
+        noise = pose_noise(view, y, law, candidates, first_noise(view, y) if start is None else start)
+    tables = tables_of(view, y, noise.coordinates, noise.weight, law, [one.columns for one in candidates])
+    return Case(view, y, laws, candidates, _priors(candidates), noise, tables)
+
+
+def first_noise(view: MachineView, y: FloatArray) -> FloatArray:
+    """Return a rough noise of the coordinates: robust spread within runs."""
+    from hexathermal.learn.machine_diagnosis.noise_levels import SMALLEST_NOISE, coordinates_of
+
+    e = coordinates_of(view, y)
+    for run in np.unique(view.run):
+        own = view.run == run
+        e[own] -= np.median(e[own], axis=0)
+    return np.maximum(np.median(np.abs(e), axis=0) / 0.6745, SMALLEST_NOISE)
+
+
+def _priors(candidates: Sequence[Candidate]) -> FloatArray:
+    """Return the log prior of each candidate: causes are as likely, and within a cause its places."""
+    own = set(catalogue())
+    weight = np.ones(len(candidates))
+    groups: dict[str, list[int]] = {}
+    for k, one in enumerate(candidates):
+        group = one.cause if one.units[0] else "nameless"
+        groups.setdefault(group, []).append(k)
+        if one.cause == "tracker-drift" and one.target != AIR:
+            weight[k] = OF_A_PLATE
+    for group, which in groups.items():
+        share = 1.0 if group in own else NAMELESS if group == "nameless" else OF_ONE_LEG
+        weight[which] *= share / weight[which].sum()
+    return np.asarray(np.log(weight / weight.sum()))
+
+
+def rows_of_view(view: MachineView, rows: HexapodRows) -> HexapodRows:
+    """Return rows as the machine of a view sees them."""
+    return replace(rows, hexapod=view.hexapod)

@@ -1,0 +1,176 @@
+"""The course of a diagnosis: causes adopted one after the other, exchanged for better ones, and what is left then."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from hexathermal.learn.machine_diagnosis.case import Case, with_exchanged
+from hexathermal.learn.machine_diagnosis.evidence import log_bayes
+from hexathermal.learn.machine_diagnosis.search import (
+    WIDER,
+    Adoption,
+    Ranked,
+    Step,
+    best_pair,
+    candidates_left,
+    priors_of,
+    step,
+)
+from hexathermal.machine.hexapod import Hexapod
+
+MOST_EFFECTS = 3
+EXCHANGED = 3.0
+"""Log odds by which another cause must be better for it to take the place of one adopted before."""
+
+SWAP = "swapped-legs"
+
+
+@dataclass(frozen=True, eq=False)
+class Course:
+    """The whole search.
+
+    Attributes
+    ----------
+    first : Case
+        As the machine's file has it.
+    case : Case
+        Exchanges undone.
+    adopted : tuple of Adoption
+        Named causes, the strongest first.
+    end : Step
+        Over all that was adopted.
+    notes : tuple of str
+    """
+
+    first: Case
+    case: Case
+    adopted: tuple[Adoption, ...]
+    end: Step
+    notes: tuple[str, ...] = ()
+
+    @property
+    def left(self) -> Ranked | None:
+        """What is left beyond chance and has no name that holds."""
+        best = self.end.ranking[0] if self.end.ranking else None
+        return best if best is not None and best.odds > self.end.threshold else None
+
+
+def searched(case: Case) -> Course:
+    """Return the causes that a case names.
+
+    Parameters
+    ----------
+    case : Case
+    """
+    first, adopted, notes = case, list[Adoption](), list[str]()
+    now = step(case, adopted)
+    while len(adopted) < MOST_EFFECTS:
+        leader = _leader(case, now, not adopted)
+        if leader is None:
+            break
+        found = _adoption(case, now, leader, adopted)
+        if not _paying(found):
+            notes.append(f"{found.candidate.called} does not pay on runs left out of the fit: it is not named")
+            break
+        adopted.append(found)
+        case = _behind(case, found)
+        if case is not first and found.which < 0:
+            adopted = [_found_again(case, one) for one in adopted]
+        now = step(case, adopted, now.null)
+    adopted = _exchanged(case, adopted)
+    adopted.sort(key=lambda one: -one.ranked.odds)
+    if adopted:
+        now = step(case, adopted, now.null)
+    return Course(first, case, tuple(adopted), now, tuple(notes))
+
+
+def _leader(case: Case, now: Step, alone: bool) -> Ranked | None:
+    """Return the candidate to adopt: the best, or of two that together are better the stronger one; None: no name."""
+    if not now.ranking or now.ranking[0].odds <= now.threshold:
+        return None
+    best = now.ranking[0]
+    pair = best_pair(case, now) if alone else None
+    if pair is not None:
+        return next(one for one in now.ranking if one.which in pair[:2])
+    return best if case.named(best.which) else None
+
+
+def _adoption(case: Case, now: Step, ranked: Ranked, adopted: Sequence[Adoption]) -> Adoption:
+    """Return a candidate as adopted, with what it gains on each run left out."""
+    candidate = case.candidates[ranked.which]
+    which = -1 if candidate.cause == SWAP else ranked.which
+    return Adoption(which, candidate, ranked.scored.size, ranked, now, _gains(case, now, ranked, adopted))
+
+
+def _gains(case: Case, now: Step, ranked: Ranked, adopted: Sequence[Adoption]) -> tuple[float, ...]:
+    """Return the log likelihood that a candidate gains on each run, its amplitudes found without that run."""
+    if len(case.tables.runs) < 2:
+        return ()
+    one, own = case.candidates[ranked.which], case.tables.places[ranked.which]
+    place = slice(own.start - case.tables.base, own.stop - case.tables.base)
+    base, gains = priors_of(case, adopted), []
+    for run in range(len(case.tables.runs)):
+        rest = candidates_left(case, ranked.levels, base, run)
+        whole = candidates_left(case, ranked.levels, base)
+        S, g = rest[place, place], rest[place, -1]
+        sd = one.scale * (1.0 if one.mean.any() else WIDER * ranked.scored.size)
+        _value, found = log_bayes(S, g, one.mean, sd)
+        left, right = whole[place, place] - S, whole[place, -1] - g
+        gains.append(float(found @ right - 0.5 * found @ left @ found))
+    return tuple(gains)
+
+
+def _paying(found: Adoption) -> bool:
+    """Whether a cause pays on runs left out, all together."""
+    return not found.pays or sum(found.pays) > 0.0
+
+
+def _behind(case: Case, found: Adoption) -> Case:
+    """Return the case behind an adoption: an exchange of thermometers is undone."""
+    return case if found.which >= 0 else with_exchanged(case, exchanged(case.view.hexapod, found.candidate.legs))
+
+
+def exchanged(hexapod: Hexapod, legs: Sequence[int]) -> Hexapod:
+    """Return a machine two of whose legs (0 to 5) read each other's thermometers."""
+    thermal = hexapod.thermal
+    assert thermal is not None  # checked where views are made
+    order = list(thermal.thermometers_of_leg)
+    one, two = legs
+    order[one], order[two] = order[two], order[one]
+    return replace(hexapod, thermal=replace(thermal, thermometers_of_leg=tuple(order)))
+
+
+def _found_again(case: Case, one: Adoption) -> Adoption:
+    """Return an adoption in a case whose candidates were made anew."""
+    if one.which < 0:
+        return one
+    for k, other in enumerate(case.candidates):
+        if (other.called, other.settings) == (one.candidate.called, one.candidate.settings):
+            return replace(one, which=k, candidate=other)
+    raise AssertionError(one.candidate.called)
+
+
+def _exchanged(case: Case, adopted: list[Adoption]) -> list[Adoption]:
+    """Return what was adopted, each cause for the best over the others where that is clearly better."""
+    if len(adopted) < 2:
+        return adopted
+    for k, one in enumerate(adopted):
+        others = [other for other in adopted if other is not one]
+        if one.which < 0:
+            continue
+        now = step(case, others, one.step.null)
+        best = now.ranking[0]
+        own = next((item for item in now.ranking if item.which == one.which), None)
+        chosen = best if own is None or best.odds > own.odds + EXCHANGED else own
+        if case.named(chosen.which) and case.candidates[chosen.which].cause != SWAP:
+            found = _adoption(case, now, chosen, others)
+            adopted = [*adopted[:k], found, *adopted[k + 1 :]]
+    return [one for one in adopted if one.which < 0 or one.ranked.odds > one.step.threshold]
+
+
+def visible_strength(one: Adoption) -> float:
+    """Return the RMS of what was found, visible, over the noise."""
+    return float(np.abs(one.ranked.scored.strength))

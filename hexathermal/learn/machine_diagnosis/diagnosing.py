@@ -1,0 +1,265 @@
+"""`diagnose_machine`: what a machine's model gets wrong on a campaign, the causes, the extended machine, its gain."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+
+from hexathermal.learn.campaign import Campaign
+from hexathermal.learn.hexapod_data import HexapodRows, UnusableRowsError, hexapod_rows
+from hexathermal.learn.hexapod_noise import without_misses
+from hexathermal.learn.hexapod_offset import far_poses
+from hexathermal.learn.machine_diagnosis.case import Case, case_of
+from hexathermal.learn.machine_diagnosis.causes import catalogue
+from hexathermal.learn.machine_diagnosis.course import Course, searched
+from hexathermal.learn.machine_diagnosis.deciding import Equivalents, equivalents, probabilities, verdict
+from hexathermal.learn.machine_diagnosis.evidence import hypothesis
+from hexathermal.learn.machine_diagnosis.extension import extended
+from hexathermal.learn.machine_diagnosis.gain import MachineGain, MachineResidual, gained, residuals
+from hexathermal.learn.machine_diagnosis.noise_levels import coordinates_of, leg_noise
+from hexathermal.learn.machine_diagnosis.observability import MachineObservability, machine_observability
+from hexathermal.learn.machine_diagnosis.quantities import quantities, sentence
+from hexathermal.learn.machine_diagnosis.result import (
+    Disturbances,
+    MachineCandidate,
+    MachineDiagnosis,
+    MachineEffect,
+    MachineExperiment,
+    MachineLimit,
+)
+from hexathermal.learn.machine_diagnosis.search import Adoption, priors_of
+from hexathermal.learn.machine_diagnosis.separation import Noise
+from hexathermal.learn.machine_diagnosis.single_leg import ONLY_ON_A_BENCH
+from hexathermal.machine.files import read_hexapod
+from hexathermal.machine.hexapod import Hexapod
+from hexathermal.poses import FloatArray
+
+Progress = Callable[[int, int, str], None]
+FEWEST_ROWS = 30
+"""Poses below which nothing is asked: some forty places of causes, and frames, would be fitted to them."""
+
+MOST_CANDIDATES = 16
+SLOW_NOTE = 0.5
+"""Slow drift, over the noise, that is told."""
+
+
+def diagnose_machine(
+    campaign: Campaign, *, hexapod: Hexapod | None = None, laws: str = "kept", progress: Progress | None = None
+) -> MachineDiagnosis:
+    """Return what a machine's model gets wrong on a campaign's measured poses, and why.
+
+    The runs for identification are searched; those for validation only tell the gain.
+
+    Parameters
+    ----------
+    campaign : Campaign
+        Of kind ``"hexapod"``.
+    hexapod : Hexapod, optional
+        The machine; default: the campaign's own.
+    laws : str
+        ``"kept"``: the legs' laws are those of the machine's file, within the covariance that it states; ``"refit"``:
+        they are fitted anew beside every cause.
+    progress : function, optional
+        Called as ``progress(done, total, label)``.
+
+    Raises
+    ------
+    ArgumentError
+        The campaign is of another kind, or `laws` is neither.
+    ThermalModelError
+        The machine has no thermal law.
+    UnusableRowsError
+        Too few usable rows, or temperatures and poses that never change.
+    """
+
+    def said(done: int, label: str) -> None:
+        if progress is not None:
+            progress(done, 4, label)
+
+    said(0, "reading the runs")
+    rows, misses = _usable(campaign, hexapod)
+    said(1, "noise and columns")
+    case = case_of(rows, laws)
+    said(2, "searching for causes")
+    course = searched(case)
+    said(3, "limits, extension and gain")
+    seen = _observed(case, course)
+    after, effects = _effects(course, seen, campaign.title)
+    held = _held_out(campaign, rows.hexapod)
+    left, gain = _residuals(rows, held, after)
+    named, probability, follows = verdict(course)
+    return MachineDiagnosis(
+        named, probability, effects, follows, _ranking(course), rows.hexapod, after, gain,
+        _disturbances(course), course.end.threshold, _limits(seen), tuple(str(one) for one in seen.classes),
+        _experiments(effects, _ranking(course)), left, campaign.title, _notes(course, rows, seen, misses, gain),
+    )  # fmt: skip
+
+
+def _usable(campaign: Campaign, hexapod: Hexapod | None) -> tuple[HexapodRows, str]:
+    """Return the rows that are searched, and what is to be said of misses."""
+    rows, note = without_misses(_rows(campaign, "identification", hexapod))
+    if len(rows) < FEWEST_ROWS:
+        raise UnusableRowsError(
+            f"{campaign.file}: {len(rows)} usable poses of runs for identification; a diagnosis needs {FEWEST_ROWS} at "
+            "least, and is sharp with some hundred: measure more poses"
+        )
+    plates, air = np.nan_to_num(rows.plates), np.zeros(1) if rows.air is None else np.nan_to_num(rows.air)
+    if not (np.ptp(rows.dT) or np.ptp(plates) or np.ptp(air)) and not np.ptp(rows.q, axis=0).any():
+        raise UnusableRowsError(
+            f"{campaign.file}: neither a temperature nor a pose ever changes: nothing can show; measure several poses, "
+            "cold and warm"
+        )
+    return rows, note
+
+
+def _rows(campaign: Campaign, role: str, hexapod: Hexapod | None) -> HexapodRows:
+    """Return the usable rows of a role, with the thermometers that the legs' laws read."""
+    machine = hexapod
+    if machine is None and campaign.hexapod is not None:
+        machine = read_hexapod(campaign.hexapod)
+    thermal = None if machine is None else machine.thermal
+    sensors = None if thermal is None else tuple(dict.fromkeys(name for law in thermal.legs for name in law.sensors))
+    return hexapod_rows(campaign, role, hexapod=machine, sensors=sensors)
+
+
+def _held_out(campaign: Campaign, hexapod: Hexapod) -> HexapodRows | None:
+    """Return the rows of runs for validation, None where there are none."""
+    if not campaign.runs_of("validation"):
+        return None
+    rows = _rows(campaign, "validation", hexapod)
+    return without_misses(rows)[0]
+
+
+def _observed(case: Case, course: Course) -> MachineObservability:
+    """Return what the rows can tell apart, whatever is in them."""
+    prior = float(np.median([-case.prior[k] for k, one in enumerate(case.candidates) if one.cause in catalogue()]))
+    return machine_observability(case.view, Noise(case.noise.coordinates), laws=case.laws, levels=course.end.null,
+                                 threshold=course.end.threshold + prior)  # fmt: skip
+
+
+def _effects(course: Course, seen: MachineObservability, title: str) -> tuple[Hexapod, tuple[MachineEffect, ...]]:
+    """Return the extended machine, and the causes that were named."""
+    case, hexapod, made = course.case, course.first.view.hexapod, []
+    _value, means, covariances = hypothesis(case.tables, course.end.null, priors_of(case, course.adopted))
+    at = 0
+    for one in sorted(course.adopted, key=lambda item: item.which >= 0):
+        k = len(one.candidate.names)
+        if one.which >= 0:
+            found, own = means[at : at + k], covariances[at : at + k, at : at + k]
+            at += k
+        else:
+            found, own = _share(course, one)
+        made.append((one, found, own))
+        hexapod = extended(hexapod, one.candidate, found, own, title)
+    made.sort(key=lambda item: -item[0].ranked.odds)
+    return hexapod, tuple(_effect(course, one, found, own, seen) for one, found, own in made)
+
+
+def _share(course: Course, one: Adoption) -> tuple[FloatArray, FloatArray]:
+    """Return the share of an exchange that its own step would find freely."""
+    case = course.first
+    own = case.tables.places[one.ranked.which]
+    place = slice(own.start - case.tables.base, own.stop - case.tables.base)
+    S = one.step.S
+    return S[place, -1] / S[place, place][0], np.asarray(np.linalg.inv(S[place, place]))
+
+
+def _effect(
+    course: Course, one: Adoption, found: FloatArray, covariance: FloatArray, seen: MachineObservability
+) -> MachineEffect:
+    """Return a named cause with its parameters."""
+    case = course.first if one.which < 0 else course.case
+    candidate = one.candidate
+    parameters = quantities(candidate, case.view, found, covariance)
+    moved = coordinates_of(case.view, candidate.columns @ found)
+    far, turned = (float(np.sqrt((part**2).sum(axis=1).mean())) for part in (moved[:, :3], moved[:, 3:]))
+    close = equivalents(case, one, seen) if len(one.step.ranking) else Equivalents((), ())
+    settings = {name: value for name, value in candidate.settings.items() if name != "ratio"}
+    return MachineEffect(
+        candidate.cause, candidate.target, parameters, settings,
+        probabilities(case, one.step).get(candidate.cause, 0.0), close.causes, close.places, far, turned,
+        one.ranked.scored.strength, one.pays, sentence(candidate, parameters, far, turned),
+    )  # fmt: skip
+
+
+def _residuals(
+    rows: HexapodRows, held: HexapodRows | None, after: Hexapod
+) -> tuple[tuple[MachineResidual, ...], MachineGain | None]:
+    """Return residuals of all runs, and the gain on those for validation."""
+    left = residuals(rows, "identification", rows.hexapod, after)
+    if held is None:
+        return left, None
+    judged = residuals(held, "validation", rows.hexapod, after)
+    return (*left, *judged), gained(held, judged)
+
+
+def _ranking(course: Course) -> tuple[MachineCandidate, ...]:
+    """Return what was named, then the ranking of the first step."""
+    found = list[MachineCandidate]()
+    steps = [(course.first if one.which < 0 else course.case, one.step, one.ranked) for one in course.adopted]
+    ranking = course.adopted[0].step if course.adopted else course.end
+    home = steps[0][0] if steps else course.case
+    steps += [(home, ranking, one) for one in ranking.ranking]
+    listed = set()
+    for case, now, one in steps:
+        candidate = case.candidates[one.which]
+        if candidate.called in listed or len(found) >= MOST_CANDIDATES:
+            continue
+        listed.add(candidate.called)
+        odds = np.array([0.0, *(item.odds for item in now.ranking)])
+        share = float(np.exp(one.odds - np.logaddexp.reduce(odds)))
+        settings = {name: value for name, value in candidate.settings.items() if name != "ratio"}
+        found.append(
+            MachineCandidate(candidate.cause, candidate.target, one.odds, share, one.scored.strength, settings)
+        )
+    return tuple(found)
+
+
+def _disturbances(course: Course) -> Disturbances:
+    """Return noise and disturbances in physical units."""
+    noise, levels = course.case.noise, course.end.null
+    sigma = noise.coordinates
+    return Disturbances(sigma, noise.freedom, levels.campaign * sigma, levels.frame * sigma, levels.slow * sigma,
+                        levels.leg * leg_noise(course.case.view, sigma))  # fmt: skip
+
+
+def _limits(seen: MachineObservability) -> tuple[MachineLimit, ...]:
+    """Return the limits of detection."""
+    return tuple(MachineLimit(one.cause, one.target, one.strength, one.translation, one.rotation)
+                 for one in seen.limits)  # fmt: skip
+
+
+def _experiments(
+    effects: tuple[MachineEffect, ...], ranking: tuple[MachineCandidate, ...]
+) -> tuple[MachineExperiment, ...]:
+    """Return the measurements that the catalogue has for what was named and its closest rivals."""
+    known = catalogue()
+    names = [one.cause for one in effects] + [name for one in effects for name in one.equivalent]
+    names += [one.cause for one in ranking]
+    asked = [name for name in dict.fromkeys(names) if name in known][:3]
+    return tuple(MachineExperiment(known[name].CAUSE.experiment, (name,)) for name in asked)
+
+
+def _notes(
+    course: Course, rows: HexapodRows, seen: MachineObservability, misses: str, gain: MachineGain | None
+) -> tuple[str, ...]:
+    """Return what a reader must know besides."""
+    notes = [*course.notes, *far_poses(rows), *(f"{n} rows were left out: {why}" for why, n in rows.left_out.items())]
+    notes += [misses] if misses else []
+    levels = course.end.null
+    if levels.frame > 0.0:
+        notes.append("the measuring frame differs between runs: what moves all poses of a run alike is not told")
+    elif levels.campaign > 0.0:
+        notes.append("the measuring frame is offset in the whole campaign: constant motions are not told")
+    if max(levels.slow, levels.leg) >= SLOW_NOTE:
+        notes.append("something slow in time is in the poses that no cause explains: drift of the tracker, or heat")
+    notes += list(seen.missing)
+    if seen.absent:
+        notes.append(f"not looked for, since nothing recorded would show them: {', '.join(seen.absent)}")
+    if seen.unseen:
+        notes.append(f"these rows do not see: {', '.join(seen.unseen)}")
+    if gain is None:
+        notes.append("no run is for validation: what the extended machine gains on new runs is not told")
+    notes += [f"{name} shows on a leg's own bench only: {words}" for name, words in ONLY_ON_A_BENCH.items()]
+    return tuple(notes)

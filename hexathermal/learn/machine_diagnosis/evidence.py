@@ -1,0 +1,191 @@
+"""Evidence of candidates over identical data, amplitudes integrated over priors of a grid of sizes.
+
+With S and ``g = Z' y`` of a candidate's columns after everything else was integrated out (`tables`), and amplitudes
+``N(mean, f^2 diag(scale^2))``::
+
+    log B(f) = mean' g - 1/2 mean' S mean + 1/2 h' (S + D^-1 / f^2)^-1 h - 1/2 log det(1 + f^2 D S),   h = g - S mean
+
+(O'Hagan and Forster, Kendall's Advanced Theory of Statistics 2B, 2004, 11.27).  Sizes f are those at which the visible
+effect has `STRENGTHS` times the noise; all are as likely before, so a candidate pays for parameters that it does not
+need.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import TypeAlias
+
+import numpy as np
+from scipy import linalg
+
+from hexathermal.learn.machine_diagnosis.candidate import Candidate
+from hexathermal.learn.machine_diagnosis.tables import Levels, Tables, eliminated
+from hexathermal.poses import FloatArray
+
+STRENGTHS = np.array([0.05, 0.1, 0.2, 0.4, 0.8, 1.6, 3.2, 6.4, 12.8])
+"""Prior sizes of the visible effect, RMS over the noise."""
+
+LEVEL_GRID = (0.1, 0.2, 0.4, 0.8, 1.6, 3.2, 6.4, 12.8, 50.0, 200.0, 1000.0)
+PRIOR_OF_LEVEL = 0.5
+"""Chance that a disturbance of a kind is there at all, before anything is seen."""
+
+SWEEPS = 2
+
+Adopted: TypeAlias = tuple[slice, FloatArray, FloatArray]
+"""Columns that are there, with mean and standard deviation of their amplitudes."""
+
+
+@dataclass(frozen=True, eq=False)
+class Scored:
+    """A candidate, or two together, with the log evidence over none.
+
+    Attributes
+    ----------
+    which : tuple of int
+        Numbers of the candidates.
+    value : float
+        Log evidence, over the grid of sizes.
+    paid : float
+        What the grid of sizes costs: the value less that at the best size.
+    size : float
+        The best f.
+    strength : float
+        RMS of what was found, visible, over the noise.
+    """
+
+    which: tuple[int, ...]
+    value: float
+    paid: float
+    size: float
+    strength: float
+
+
+def log_bayes(S: FloatArray, g: FloatArray, mean: FloatArray, sd: FloatArray) -> tuple[float, FloatArray]:
+    """Return the log evidence of columns over none, amplitudes ``N(mean, sd^2)``, and the amplitudes found."""
+    h = g - S @ mean
+    M = S * np.outer(sd, sd)
+    M[np.diag_indices_from(M)] += 1.0
+    factor = linalg.cholesky(M, lower=True, check_finite=False)
+    z = linalg.solve_triangular(factor, sd * h, lower=True, check_finite=False)
+    found = mean + sd * linalg.solve_triangular(factor.T, z, check_finite=False)
+    value = float(mean @ g - 0.5 * mean @ S @ mean + 0.5 * z @ z - np.log(np.diagonal(factor)).sum())
+    return value, found
+
+
+def sizes_for(S: FloatArray, scale: FloatArray, rows: int) -> FloatArray:
+    """Return the sizes f at which the visible effect is `STRENGTHS` times the noise; empty where nothing is visible."""
+    whole = float((np.diagonal(S) * scale**2).sum())
+    if not whole > 0.0:
+        return np.zeros(0)
+    return np.asarray(STRENGTHS * np.sqrt(6.0 * rows / whole))
+
+
+def scored(S: FloatArray, g: FloatArray, one: Candidate, rows: int, which: int) -> Scored | None:
+    """Return a candidate's evidence; None where these rows see nothing of it.
+
+    Parameters
+    ----------
+    S, g : array, shape (k, k), (k,)
+        Of its own columns.
+    one : Candidate
+    rows : int
+    which : int
+        Its number.
+    """
+    fixed = bool(one.mean.any())
+    sizes: FloatArray = np.ones(1) if fixed else sizes_for(S, one.scale, rows)
+    if not sizes.size or not np.diagonal(S).any():
+        return None
+    parts = [log_bayes(S, g, one.mean, f * one.scale) for f in sizes]
+    values = np.array([value for value, _found in parts])
+    best = int(np.argmax(values))
+    found = parts[best][1]
+    strength = float(np.sqrt(max(found @ S @ found, 0.0) / (6.0 * rows)))
+    value = float(np.logaddexp.reduce(values) - np.log(len(values)))
+    return Scored((which,), value, value - float(values[best]), float(sizes[best]), strength)
+
+
+def screened(S: FloatArray, tables: Tables, candidates: Sequence[Candidate]) -> list[Scored]:
+    """Return all candidates that rows see with their evidence.
+
+    Parameters
+    ----------
+    S : array
+        Of all candidates' columns and the residual, all else eliminated.
+    tables : Tables
+    candidates : sequence of Candidate
+    """
+    found, at = [], tables.base
+    for k, (one, own) in enumerate(zip(candidates, tables.places, strict=True)):
+        place = slice(own.start - at, own.stop - at)
+        item = scored(S[place, place], S[place, -1], one, tables.rows, k)
+        if item is not None:
+            found.append(item)
+    return found
+
+
+def prior_of(levels: Levels) -> float:
+    """Return the log prior of levels: each kind is there or not, and where it is, all sizes are as likely."""
+    total = 0.0
+    for value in (levels.frame, levels.slow, levels.leg, levels.campaign):
+        total += np.log(1.0 - PRIOR_OF_LEVEL) if value == 0.0 else np.log(PRIOR_OF_LEVEL / len(LEVEL_GRID))
+    return float(total)
+
+
+def hypothesis(
+    tables: Tables, levels: Levels, adopted: Sequence[Adopted]
+) -> tuple[float, FloatArray, FloatArray]:
+    """Return the log evidence of the rows under law, disturbances and adopted candidates, up to a constant.
+
+    Parameters
+    ----------
+    tables : Tables
+    levels : Levels
+    adopted : sequence of (slice, mean, sd)
+        Columns with the priors of their amplitudes.
+
+    Returns
+    -------
+    value : float
+    mean, covariance : array, shape (m,), (m, m)
+        Of the adopted amplitudes.
+    """
+    own = np.concatenate([np.arange(part.start, part.stop) for part, _m, _s in adopted] or [np.zeros(0, dtype=int)])
+    which = np.concatenate([np.arange(tables.base), own, [tables.count]]).astype(np.int64)
+    S, cost = tables.reduced(levels, which)
+    S, more = eliminated(S, tables.sizes(levels))
+    value = -0.5 * (cost + more) + prior_of(levels) - 0.5 * float(S[-1, -1])
+    if not len(own):
+        return value, np.zeros(0), np.zeros((0, 0))
+    mean = np.concatenate([m for _p, m, _s in adopted])
+    sd = np.concatenate([s for _p, _m, s in adopted])
+    gained, found = log_bayes(S[:-1, :-1], S[:-1, -1], mean, sd)
+    M = S[:-1, :-1] * np.outer(sd, sd) + np.eye(len(sd))
+    return value + gained, found, np.asarray(np.linalg.inv(M) * np.outer(sd, sd))
+
+
+def fitted_levels(
+    tables: Tables, adopted: Sequence[Adopted], begin: Levels | None = None
+) -> tuple[Levels, float]:
+    """Return the levels at which a hypothesis explains the rows best, and its log evidence there.
+
+    One level after the other is tried on a grid, in two sweeps.
+    """
+    best = Levels() if begin is None else begin
+    value = hypothesis(tables, best, adopted)[0]
+    for _sweep in range(SWEEPS):
+        before = value
+        for name in ("campaign", "frame", "slow", "leg"):
+            for size in (0.0, *LEVEL_GRID):
+                trial = replace(best, **{name: size})
+                if trial == best:
+                    continue
+                now = hypothesis(tables, trial, adopted)[0]
+                if now > value:
+                    best, value = trial, now
+                elif size > getattr(best, name) and now < value - 20.0:
+                    break
+        if value - before < 0.1:
+            break
+    return best, value

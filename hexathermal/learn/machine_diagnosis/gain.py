@@ -1,0 +1,117 @@
+"""What the extended machine gains on runs for validation, never fitted: translation and rotation, axis by axis."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from hexathermal.learn.hexapod_data import PLATES, HexapodRows
+from hexathermal.learn.hexapod_model import measured_lengths
+from hexathermal.learn.hexapod_scores import PoseScore, pose_scores
+from hexathermal.learn.machine_diagnosis.noise_levels import coordinates_of
+from hexathermal.learn.machine_diagnosis.view import AIR, MachineView, machine_view
+from hexathermal.machine.hexapod import Hexapod
+from hexathermal.poses import FloatArray
+
+
+@dataclass(frozen=True, eq=False)
+class MachineGain:
+    """Errors of the platform before and after.
+
+    Attributes
+    ----------
+    total : dict of str to PoseScore
+        By `hexathermal.learn.hexapod_scores.QUANTITIES`.
+    runs : dict of str to dict of str to PoseScore
+    unframed : dict of str to PoseScore
+        Of all runs, each without its own mean motion: what is left where the measuring frame differs between runs.
+    """
+
+    total: dict[str, PoseScore]
+    runs: dict[str, dict[str, PoseScore]]
+    unframed: dict[str, PoseScore]
+
+
+@dataclass(frozen=True, eq=False)
+class MachineResidual:
+    """What is left in one run.
+
+    Attributes
+    ----------
+    run, role : str
+    time : array, shape (n,) [s]
+    before, after : array, shape (n, 6) [m, m, m, rad, rad, rad]
+        Measured less predicted coordinates of the platform.
+    legs_before, legs_after : array, shape (n, 6) [m]
+        The same in leg lengths.
+    """
+
+    run: str
+    role: str
+    time: FloatArray
+    before: FloatArray
+    after: FloatArray
+    legs_before: FloatArray
+    legs_after: FloatArray
+
+
+def leg_residuals(rows: HexapodRows, hexapod: Hexapod) -> tuple[MachineView, FloatArray]:
+    """Return rows as a machine sees them, and measured less predicted leg lengths, shape (n, 6) [m].
+
+    Everything that the machine states counts: laws with their terms, plates, exchanged thermometers, joints, payload
+    and the drift of the measuring frame.
+    """
+    own = replace(rows, hexapod=hexapod)
+    view = machine_view(own)
+    left = measured_lengths(own, own.measured) - view.law_drift
+    return view, left - np.einsum("nij,nj->ni", view.frame, frame_motion(view))
+
+
+def frame_motion(view: MachineView) -> FloatArray:
+    """Return the motion of the measuring frame that the machine states, shape (n, 6) [m, rad]; NaN counts as 0 K."""
+    frame = view.hexapod.measuring_frame
+    if frame is None:
+        return np.zeros((len(view), 6))
+    heat = view.air
+    if frame.sensor != AIR:
+        heat = view.plates[:, [frame.sensor.startswith(part) for part in PLATES].index(True)]
+    return frame.motion(np.nan_to_num(heat))
+
+
+def residuals(rows: HexapodRows, role: str, before: Hexapod, after: Hexapod) -> tuple[MachineResidual, ...]:
+    """Return what both machines leave, run by run."""
+    pairs = [leg_residuals(rows, machine) for machine in (before, after)]
+    poses = [coordinates_of(view, left) for view, left in pairs]
+    return tuple(
+        MachineResidual(name, role, rows.time[own], poses[0][own], poses[1][own], pairs[0][1][own], pairs[1][1][own])
+        for k, name in enumerate(rows.runs)
+        if (own := rows.run == k).any()
+    )
+
+
+def gained(rows: HexapodRows, found: tuple[MachineResidual, ...]) -> MachineGain:
+    """Return the gain on runs.
+
+    Parameters
+    ----------
+    rows : HexapodRows
+        Of the runs.
+    found : tuple of MachineResidual
+    """
+    view = machine_view(rows)
+    total = pose_scores([one.before for one in found], [one.after for one in found])
+    runs = {one.run: pose_scores([one.before], [one.after]) for one in found}
+    freed = [
+        [_unframed(view, rows.run == rows.runs.index(one.run), left) for one, left in pairs]
+        for pairs in ([(one, one.legs_before) for one in found], [(one, one.legs_after) for one in found])
+    ]
+    return MachineGain(total, runs, pose_scores(freed[0], freed[1]))
+
+
+def _unframed(view: MachineView, own: FloatArray, left: FloatArray) -> FloatArray:
+    """Return coordinates' residuals of a run without its mean motion, from leg lengths (n, 6)."""
+    frame = view.frame[own]
+    motion = np.linalg.lstsq(frame.reshape(-1, 6), left.reshape(-1), rcond=None)[0]
+    here = replace(view, poses=view.poses[own], time=view.time[own])
+    return coordinates_of(here, left - frame @ motion)

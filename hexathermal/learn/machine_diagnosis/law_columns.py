@@ -1,0 +1,136 @@
+"""The machine's law as columns whose coefficients may be off by what its file says of their uncertainty."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from hexathermal.errors import ArgumentError
+from hexathermal.learn.hexapod_data import PLATES
+from hexathermal.learn.machine_diagnosis.view import MachineView
+from hexathermal.poses import FloatArray
+
+LAWS = ("kept", "refit")
+"""The law of the file, within its stated covariance; or fitted anew beside every cause."""
+
+LOOSE = 3.0
+"""Prior of a coefficient that is fitted anew, over its value."""
+
+LEAST_PER_K = 1e-6
+
+
+@dataclass(frozen=True, eq=False)
+class LawColumns:
+    """What the law may be off by.
+
+    Attributes
+    ----------
+    columns : array, shape (n, 6, p) [m]
+        For one standard deviation each, so that all priors are N(0, 1).
+    words : tuple of str
+    """
+
+    columns: FloatArray
+    words: tuple[str, ...]
+
+
+def law_columns(view: MachineView, laws: str = "kept") -> LawColumns:
+    """Return the law's columns, scaled by the square root of its prior covariance.
+
+    With ``"kept"`` what is stated counts: ``covariance`` of a leg's law (one law for six legs is off by the same on
+    all, but for its ``spread``), ``expansion_std`` of a plate; what states nothing is taken as exact. With ``"refit"``
+    the laws are fitted anew: one for all legs where the machine has one, else six.
+
+    Parameters
+    ----------
+    view : MachineView
+    laws : str
+        ``"kept"`` or ``"refit"``.
+
+    Raises
+    ------
+    ArgumentError
+        ``laws`` is neither.
+    """
+    if laws not in LAWS:
+        raise ArgumentError(f"laws is {laws!r}, expected one of {', '.join(map(repr, LAWS))}")
+    thermal = view.hexapod.thermal
+    assert thermal is not None  # checked where views are made
+    parts: list[FloatArray] = []
+    words: list[str] = []
+    for legs, root, label in _roots(view, laws):
+        columns = np.zeros((len(view), 6, root.shape[1]))
+        for leg in legs:
+            columns[:, leg] = leg_columns(view, leg) @ root
+        parts.append(columns)
+        words += [label] * root.shape[1]
+    for part, plate in zip(PLATES, (thermal.platform, thermal.base), strict=True):
+        if plate is not None and plate.sensor is not None:
+            std = getattr(plate, "expansion_std", None) or 0.0
+            std = max(LOOSE * abs(plate.expansion), LEAST_PER_K) if laws == "refit" else std
+            if std > 0.0:
+                parts.append((std * view.plate_column(part))[..., None])
+                words.append(part)
+    if not parts:
+        return LawColumns(np.zeros((len(view), 6, 0)), ())
+    return LawColumns(np.concatenate(parts, axis=2), tuple(words))
+
+
+def leg_columns(view: MachineView, leg: int) -> FloatArray:
+    """Return ``q0 dT_s, q dT_s`` of a leg's thermometers, shape (n, 2 s) [m K]."""
+    heat = view.heat[:, leg]
+    return np.concatenate([view.retracted[leg] * heat, view.q[:, leg, None] * heat], axis=1)
+
+
+def _roots(view: MachineView, laws: str) -> list[tuple[tuple[int, ...], FloatArray, str]]:
+    """Return groups of legs that are off together, a root of their covariance (2 s, r), and their name."""
+    thermal = view.hexapod.thermal
+    assert thermal is not None  # checked where views are made
+    every = tuple(range(6))
+    found: list[tuple[tuple[int, ...], FloatArray, str]] = []
+    if laws == "refit":
+        sizes = LOOSE * np.abs(view.laws).reshape(6, -1)
+        sizes = np.where(sizes > 0.0, np.maximum(sizes, LEAST_PER_K), 0.0)
+        if thermal.common_law:
+            return [(every, _used(np.diag(sizes[0])), "the legs' law")]
+        return [((leg,), _used(np.diag(sizes[leg])), f"the law of leg {leg + 1}") for leg in every]
+    for leg, law in enumerate(thermal.legs):
+        if law.covariance is None:
+            continue
+        places = _places(view, law.sensors)
+        spread = np.zeros(len(law.covariance)) if law.spread is None else law.spread
+        shared = law.covariance - np.diag(spread**2)
+        if not thermal.common_law:
+            found.append(((leg,), _placed(_root(law.covariance), places, view), f"the law of leg {leg + 1}"))
+            continue
+        if leg == 0:
+            found.append((every, _placed(_root(shared), places, view), "the legs' law"))
+        if spread.any():
+            found.append(((leg,), _placed(_used(np.diag(spread)), places, view), f"the law of leg {leg + 1}"))
+    return found
+
+
+def _places(view: MachineView, sensors: tuple[str, ...]) -> list[int]:
+    """Return where ``[A .. B ..]`` of a law's own sensors stand among those of the view."""
+    at = [view.sensors.index(name) for name in sensors]
+    return at + [len(view.sensors) + k for k in at]
+
+
+def _placed(root: FloatArray, places: list[int], view: MachineView) -> FloatArray:
+    """Return a root with its rows put where they stand."""
+    out = np.zeros((2 * len(view.sensors), root.shape[1]))
+    out[places] = root
+    return out
+
+
+def _root(covariance: FloatArray) -> FloatArray:
+    """Return a root of a covariance, without directions that it knows exactly."""
+    values, vectors = np.linalg.eigh(covariance)
+    kept = values > 1e-12 * max(float(values[-1]), 0.0)
+    return np.asarray(vectors[:, kept] * np.sqrt(values[kept]))
+
+
+def _used(root: FloatArray) -> FloatArray:
+    """Return a root without columns of zeros."""
+    return np.asarray(root[:, root.any(axis=0)])

@@ -1,0 +1,215 @@
+"""The search for causes: one step ranks all candidates over what was adopted, steps go forward and back again.
+
+Every hypothesis is judged on the same rows at levels of disturbances that are fitted for the null and for each leading
+cause: a null that must explain a cause by slow drift is not helped by it, and a cause that feeds on drift does not win.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from itertools import combinations
+
+import numpy as np
+
+from hexathermal.learn.machine_diagnosis.candidate import Candidate
+from hexathermal.learn.machine_diagnosis.case import Case
+from hexathermal.learn.machine_diagnosis.chance import chance_threshold
+from hexathermal.learn.machine_diagnosis.evidence import (
+    Adopted,
+    Scored,
+    fitted_levels,
+    hypothesis,
+    log_bayes,
+    screened,
+    sizes_for,
+)
+from hexathermal.learn.machine_diagnosis.tables import Levels, eliminated
+from hexathermal.poses import FloatArray
+
+LEADERS = 8
+WIDER = 3.0
+"""Prior of an amplitude that was adopted, over the size at which it was found."""
+
+MARGIN = 2.0
+"""Log odds above what chance reaches that a name needs besides: levels are estimates."""
+
+LEAST_ODDS = 4.0
+PAIRS = ("leg-coefficient", "platform-expansion", "base-expansion", "leg-backlash", "tracker-drift",
+         "payload-compliance")  # fmt: skip
+"""Causes of which two together are asked for at once."""
+
+TWO_AT_ONCE = np.log(0.1)
+PAIR_MARGIN = 5.0
+"""Log odds by which two together must beat the best single cause."""
+
+
+@dataclass(frozen=True, eq=False)
+class Ranked:
+    """A candidate of a step.
+
+    Attributes
+    ----------
+    which : int
+    scored : Scored
+    odds : float
+        Log posterior odds against none of all.
+    levels : Levels
+    """
+
+    which: int
+    scored: Scored
+    odds: float
+    levels: Levels
+
+
+@dataclass(frozen=True, eq=False)
+class Step:
+    """What one step found.
+
+    Attributes
+    ----------
+    ranking : tuple of Ranked
+        Best first.
+    null : Levels
+        Of what was adopted before alone.
+    value : float
+        Log evidence of that.
+    threshold : float
+        Log odds that a name needs.
+    S : array
+        Of all candidates' columns and the residual at the null's levels, all else eliminated.
+    """
+
+    ranking: tuple[Ranked, ...]
+    null: Levels
+    value: float
+    threshold: float
+    S: FloatArray
+
+
+@dataclass(frozen=True, eq=False)
+class Adoption:
+    """A candidate that was adopted.
+
+    Attributes
+    ----------
+    which : int
+        Number of the candidate in the case; -1 for an exchange that was undone.
+    candidate : Candidate
+    size : float
+        Its prior's size.
+    ranked : Ranked
+    step : Step
+        In which it was found.
+    pays : tuple of float
+        Log likelihood that it gains on each run left out.
+    """
+
+    which: int
+    candidate: Candidate
+    size: float
+    ranked: Ranked
+    step: Step
+    pays: tuple[float, ...] = ()
+
+
+def priors_of(case: Case, adopted: Sequence[Adoption]) -> list[Adopted]:
+    """Return the columns that are adopted, with loose priors of their amplitudes."""
+    found = []
+    for one in adopted:
+        if one.which >= 0:
+            k = len(one.candidate.scale)
+            found.append((case.tables.places[one.which], np.zeros(k), WIDER * one.size * one.candidate.scale))
+    return found
+
+
+def candidates_left(case: Case, levels: Levels, adopted: Sequence[Adopted], skip: int | None = None) -> FloatArray:
+    """Return S of all candidates' columns and the residual, with law, disturbances and what is adopted eliminated."""
+    S, _cost = case.tables.reduced(levels, slice(None), skip)
+    if adopted:
+        own = np.concatenate([np.arange(part.start, part.stop) for part, _mean, _sd in adopted])
+        base, rest = np.arange(case.tables.base), np.arange(case.tables.base, len(S))
+        order = np.concatenate([base, own, rest])
+        sd = np.concatenate([case.tables.sizes(levels), *(sd for _part, _mean, sd in adopted)])
+        return eliminated(S[np.ix_(order, order)], sd)[0]
+    return eliminated(S, case.tables.sizes(levels))[0]
+
+
+def step(case: Case, adopted: Sequence[Adoption], begin: Levels | None = None) -> Step:
+    """Return the ranking of all candidates over what is adopted.
+
+    Parameters
+    ----------
+    case : Case
+    adopted : sequence of Adoption
+    begin : Levels, optional
+        At which levels of disturbances are begun with.
+    """
+    base = priors_of(case, adopted)
+    null, value = fitted_levels(case.tables, base, begin)
+    S = candidates_left(case, null, base)
+    taken = {one.which for one in adopted}
+    found = [one for one in screened(S, case.tables, case.candidates) if one.which[0] not in taken]
+    order = sorted(found, key=lambda one: -(one.value + case.prior[one.which[0]]))
+    leaders = _leaders(case, order)
+    pool = [null, *(fitted_levels(case.tables, [*base, _prior(case, one)], null)[0] for one in leaders)]
+    pool = list(dict.fromkeys(pool))
+    nulls = [hypothesis(case.tables, levels, base)[0] for levels in pool]
+    best = int(np.argmax(nulls))
+    ranked = []
+    for one in order:
+        at, gain = null, one.value
+        if one in leaders:
+            tried = [(hypothesis(case.tables, levels, [*base, _prior(case, one)])[0], levels) for levels in pool]
+            top, at = max(tried, key=lambda pair: pair[0])
+            gain = top + one.paid - nulls[best]
+        elif nulls[best] > value:
+            gain = one.value - (nulls[best] - value)
+        ranked.append(Ranked(one.which[0], one, float(gain + case.prior[one.which[0]]), at))
+    ranked.sort(key=lambda item: -item.odds)
+    threshold = max(chance_threshold(case, S[:-1, :-1]) + MARGIN, LEAST_ODDS)
+    return Step(tuple(ranked), pool[best], nulls[best], threshold, S)
+
+
+def _leaders(case: Case, order: Sequence[Scored]) -> list[Scored]:
+    """Return the best of each leading cause, and the second of the first."""
+    found: list[Scored] = []
+    seen: dict[str, int] = {}
+    for one in order:
+        cause = case.candidates[one.which[0]].cause
+        if seen.get(cause, 0) < 2 and len(found) < LEADERS:
+            found.append(one)
+            seen[cause] = seen.get(cause, 0) + 1
+    return found
+
+
+def _prior(case: Case, one: Scored) -> Adopted:
+    """Return a candidate's columns with the prior of its best size."""
+    candidate = case.candidates[one.which[0]]
+    return case.tables.places[one.which[0]], candidate.mean, one.size * candidate.scale
+
+
+def best_pair(case: Case, found: Step) -> tuple[int, int, float] | None:
+    """Return the two candidates that together beat the best single one clearly, and their log odds."""
+    S, at = found.S, case.tables.base
+    some = [item for item in found.ranking if case.candidates[item.which].cause in PAIRS]
+    places = {item.which: case.tables.places[item.which] for item in some}
+    best: tuple[int, int, float] | None = None
+    for one, two in combinations(places, 2):
+        first, second = case.candidates[one], case.candidates[two]
+        own = np.concatenate([np.arange(part.start - at, part.stop - at) for part in (places[one], places[two])])
+        A, g = S[np.ix_(own, own)], S[own, -1]
+        k = len(first.scale)
+        sizes = [sizes_for(A[:k, :k], first.scale, case.tables.rows), sizes_for(A[k:, k:], second.scale,
+                                                                                case.tables.rows)]  # fmt: skip
+        if not (sizes[0].size and sizes[1].size):
+            continue
+        values = [log_bayes(A, g, np.zeros(len(own)), np.concatenate([a * first.scale, b * second.scale]))[0]
+                  for a, b in zip(*sizes, strict=True)]  # fmt: skip
+        value = float(np.logaddexp.reduce(values) - np.log(len(values))) + case.prior[one] + case.prior[two]
+        if best is None or value + TWO_AT_ONCE > best[2]:
+            best = (one, two, value + float(TWO_AT_ONCE))
+    if best is None or best[2] < found.ranking[0].odds + PAIR_MARGIN:
+        return None
+    return best

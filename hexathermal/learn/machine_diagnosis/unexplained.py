@@ -1,0 +1,60 @@
+"""Flexible shapes without a name: what follows a pose, a displacement, a temperature or time, and no cause explains."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from hexathermal.learn.diagnosis.trials import PREFIX
+from hexathermal.learn.machine_diagnosis.candidate import Candidate
+from hexathermal.learn.machine_diagnosis.view import AIR, MachineView
+from hexathermal.poses import FloatArray
+
+POWERS = (1, 2)
+
+
+def flexible_candidates(view: MachineView) -> list[Candidate]:
+    """Return nameless candidates, each a family of columns with one common size."""
+    found = [_family("the pose", _of_pose(view)), _family("time within a run", _moved(view, view.time[:, None]))]
+    for leg in range(6):
+        columns = np.zeros((len(view), 6, 3))
+        columns[:, leg] = _standard(view.q[:, leg, None]) ** np.arange(1, 4)
+        found.append(_family(f"the displacement of leg{leg + 1}", columns))
+        squares = np.zeros((len(view), 6, 2))
+        heat = _standard(view.heat[:, leg].mean(axis=1, keepdims=True))
+        squares[:, leg] = np.concatenate([heat**2, heat**3], axis=1)
+        found.append(_family(f"the temperature of leg{leg + 1}", squares))
+    found.append(_family("the legs' temperatures", _moved(view, view.heat.mean(axis=2))))
+    for name, heat in (("the platform's temperature", view.plates[:, 0]), ("the base's temperature", view.plates[:, 1]),
+                       (AIR.replace("_", " "), view.air)):  # fmt: skip
+        if np.isfinite(heat).all():
+            found.append(_family(name, _moved(view, np.stack([heat, heat**2], axis=1))))
+    return [one for one in found if np.ptp(one.columns) > 0.0]
+
+
+def _family(follows: str, columns: FloatArray) -> Candidate:
+    """Return a nameless candidate; its columns weigh alike."""
+    rms = np.sqrt((columns**2).mean(axis=(0, 1)))
+    kept = columns[..., rms > 0.0]
+    k = kept.shape[2]
+    scale = 1e-6 / rms[rms > 0.0]
+    return Candidate(PREFIX + follows, None, tuple(f"a{j + 1}" for j in range(k)), ("",) * k, kept, scale, np.zeros(k))
+
+
+def _of_pose(view: MachineView) -> FloatArray:
+    """Return first and second powers of the pose's coordinates in each coordinate of the platform, (n, 6, 72)."""
+    at = np.concatenate([view.poses[:, :3, 3], view.poses[:, [2, 0, 1], [1, 2, 0]]], axis=1)
+    own = _standard(at)
+    return _moved(view, np.concatenate([own**power for power in POWERS], axis=1))
+
+
+def _moved(view: MachineView, values: FloatArray) -> FloatArray:
+    """Return rigid motions in proportion to values (n, m), in leg lengths (n, 6, 6 m)."""
+    spread = _standard(values)
+    return np.asarray((view.frame[:, :, :, None] * spread[:, None, None, :]).reshape(len(view), 6, -1))
+
+
+def _standard(values: FloatArray) -> FloatArray:
+    """Return columns about 0 with a spread of 1; constant ones are 0."""
+    centred = values - values.mean(axis=0)
+    spread = centred.std(axis=0)
+    return np.asarray(centred / np.where(spread > 1e-12 * (1.0 + np.abs(values).max(initial=0.0)), spread, np.inf))
