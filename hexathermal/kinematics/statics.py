@@ -75,7 +75,7 @@ def forces_in_balance(J: FloatArray, poses: FloatArray, weight: FloatArray, cent
     return np.asarray(np.linalg.solve(np.swapaxes(J, -1, -2), -wrench[..., None])[..., 0])
 
 
-def payload_sag(hexapod: Hexapod, pose: PoseLike) -> FloatArray:
+def payload_sag(hexapod: Hexapod, pose: PoseLike, *, held: bool = False) -> FloatArray:
     """Return how much longer each leg is under the machine's payload, ``-c_i F_i``: below 0 where it is compressed.
 
     See `hexathermal.machine.compliance.Compliance`.
@@ -84,6 +84,8 @@ def payload_sag(hexapod: Hexapod, pose: PoseLike) -> FloatArray:
     ----------
     hexapod, pose
         As `leg_forces`.
+    held : bool
+        The legs are known to hold the platform at these poses: their condition is not asked again.
 
     Returns
     -------
@@ -102,4 +104,11 @@ def payload_sag(hexapod: Hexapod, pose: PoseLike) -> FloatArray:
     own = hexapod.compliance
     if own is None:
         return np.zeros((*poses_of(pose).shape[:-2], 6))
+    if held:
+        try:
+            poses = poses_of(pose)
+            forces = forces_in_balance(jacobian(hexapod, poses), poses, own.weight, own.payload_centre)
+            return np.asarray(-own.leg_compliance * forces)
+        except np.linalg.LinAlgError:  # not held after all: refused below
+            pass
     return np.asarray(-own.leg_compliance * leg_forces(hexapod, pose, own.weight, own.payload_centre))

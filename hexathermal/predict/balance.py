@@ -56,7 +56,7 @@ def balanced(
     poses = _standing(hexapod, unloaded, told, expansions, lead, passed=at.OUT_OF_CONE)
     last, stop = np.zeros_like(unloaded), 4.0 * np.finfo(float).eps * float(np.abs(unloaded).max(initial=1.0))
     for _step in range(MOST_STEPS):
-        now = payload_sag(hexapod, poses)
+        now = payload_sag(hexapod, poses, held=True)
         poses, change, last = _standing(hexapod, unloaded + now, told, expansions, lead), np.abs(now - last), now
         if change.max(initial=0.0) <= stop:
             return poses
