@@ -25,6 +25,7 @@ from hexathermal.predict.budget_inputs import commanded, refuse_singular
 from hexathermal.predict.budget_plates import Plates, plate_rows
 from hexathermal.predict.budget_rates import Places, certain, pose_numbers
 from hexathermal.predict.budget_view import Look
+from hexathermal.predict.leg_drift import between_reversals
 from hexathermal.predict.sources import Sources
 from hexathermal.predict.temperatures import active_model
 
@@ -117,6 +118,7 @@ def budgets_of_chunk(
     table: SourceTable,
 ) -> Chunk:
     """Return the budgets of some places: poses (N, 4, 4), temps (N, n) that are valid, air (N,) and plates."""
+    hexapod = between_reversals(hexapod)
     told, refused = _told(hexapod, poses, temps, correction)
     places, kept = _places(hexapod, poses, temps, air, plates, seen, told, refused), _rest(len(poses), refused)
     nominal = inverse_kinematics(hexapod, places.poses)

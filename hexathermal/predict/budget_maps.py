@@ -79,7 +79,6 @@ def budget_map(
     air = air if each_air_degC is None else checked_air(hexapod, each_air_degC, (count,))
     made = _Made(flat, hot, p, seen.frame)
     tables = _tables(hexapod, sources, plates)
-    hexapod = between_reversals(hexapod)
     made.prepare({label for _rows, table in tables for label in table.labels})
     for rows, table in tables:
         for first in range(0, len(rows), CHUNK):

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import numpy as np
-from scipy.spatial.transform import Rotation
 
 from hexathermal.poses import FloatArray
 
@@ -20,6 +19,8 @@ def pose_errors(wanted: FloatArray, reached: FloatArray) -> FloatArray:
     -------
     array, shape (..., 6) [m, m, m, rad, rad, rad]
     """
+    from scipy.spatial.transform import Rotation
+
     turn = reached[..., :3, :3] @ np.swapaxes(wanted[..., :3, :3], -1, -2)
     vectors = Rotation.from_matrix(turn.reshape(-1, 3, 3)).as_rotvec().reshape(*turn.shape[:-2], 3)
     return np.concatenate([reached[..., :3, 3] - wanted[..., :3, 3], vectors], axis=-1)
@@ -43,6 +44,8 @@ def moved_poses(poses: FloatArray, motion: FloatArray, centre: FloatArray) -> Fl
     >>> moved_poses(np.eye(4), np.array([1e-6, 0, 0, 0, 0, 0]), np.zeros(3))[0, 3].item()
     1e-06
     """
+    from scipy.spatial.transform import Rotation
+
     R = Rotation.from_rotvec(np.array(motion[..., 3:]).reshape(-1, 3)).as_matrix().reshape(*motion.shape[:-1], 3, 3)
     out = np.array(np.broadcast_to(poses, np.broadcast_shapes(poses.shape, (*motion.shape[:-1], 4, 4))))
     out[..., :3, :3] = R @ poses[..., :3, :3]
