@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import numpy.typing as npt
@@ -20,6 +20,7 @@ from hexathermal.learn.machine_diagnosis.separation import (
     whitened_rows,
 )
 from hexathermal.learn.machine_diagnosis.tables import Levels
+from hexathermal.machine.thermal import frozen
 from hexathermal.poses import FloatArray
 
 if TYPE_CHECKING:
@@ -203,9 +204,11 @@ def exchanged(
     return Design(scenario, chosen, now)
 
 
-def order_matters(problem: Problem, view: MachineView, turned: MachineView) -> bool:
-    """Whether what is wanted depends on the order of rows: `turned` holds those of a view, last first."""
-    return not np.allclose(problem.columns(view), problem.columns(turned)[::-1], rtol=1e-9, atol=1e-15)
+def order_matters(problem: Problem, view: MachineView) -> bool:
+    """Whether what is wanted depends on the order of the rows of one run: the same rows, last first, differ."""
+    turned: dict[str, Any] = {name: frozen(getattr(view, name)[::-1]) for name in ("poses", "q", "dT", "plates", "air")}
+    columns, back = problem.columns(view), problem.columns(replace(view, **turned))[::-1]
+    return not np.allclose(columns, back, rtol=1e-9, atol=1e-15)
 
 
 def reordered(

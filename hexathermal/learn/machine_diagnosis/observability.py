@@ -23,15 +23,21 @@ import numpy as np
 from hexathermal.errors import ArgumentError
 from hexathermal.learn.machine_diagnosis.causes import all_candidates, catalogue
 from hexathermal.learn.machine_diagnosis.circumstances import Circumstance, circumstances, missing_channels
+from hexathermal.learn.machine_diagnosis.observability_result import (
+    AlikeClass,
+    DetectionLimit,
+    MachineObservability,
+    Separation,
+)
 from hexathermal.learn.machine_diagnosis.separation import (
     FREE_FRAME,
     Information,
     Noise,
     base_columns,
+    expected_evidence,
     information_of_rows,
     least_amplitude,
     places_of,
-    separation,
     share_left,
 )
 from hexathermal.learn.machine_diagnosis.tables import Levels
@@ -52,133 +58,6 @@ CLOSE = 6.0
 
 TWICE = 2.0
 """Strength at which separations are asked, over the limit."""
-
-
-@dataclass(frozen=True)
-class DetectionLimit:
-    """How large an effect must be to be named.
-
-    Attributes
-    ----------
-    cause : str
-    target : str or None
-    strength : float
-        RMS of the effect over the noise, over the six coordinates; infinite where the rows do not see it.
-    translation, rotation : float [m], [rad]
-        The same, RMS of each coordinate.
-    parameters : dict of str to (float, str)
-        Least value of each parameter, alone, and its unit.
-    visible : float
-        Part of the effect (RMS) that law and frames do not absorb, 0 to 1.
-    """
-
-    cause: str
-    target: str | None
-    strength: float
-    translation: float
-    rotation: float
-    parameters: dict[str, tuple[float, str]]
-    visible: float
-
-    @property
-    def name(self) -> str:
-        """Cause and target in words."""
-        return self.cause if self.target is None else f"{self.cause} of {self.target}"
-
-    @property
-    def seen(self) -> bool:
-        """Whether any effect, however large, would be named."""
-        return bool(np.isfinite(self.strength))
-
-
-@dataclass(frozen=True)
-class Separation:
-    """Two candidates, and the least log evidence by which the true one beats the other on average.
-
-    `alike` is the correlation of what is visible of the two: with its sign of single columns, else the largest one.
-    """
-
-    first: str
-    second: str
-    evidence: float
-    alike: float
-
-
-@dataclass(frozen=True)
-class AlikeClass:
-    """Candidates that these rows cannot tell apart, and what of poses and temperatures explains it."""
-
-    names: tuple[str, ...]
-    causes: tuple[str, ...]
-    reasons: tuple[str, ...]
-
-    def __str__(self) -> str:
-        return f"{', '.join(self.names)} look alike: {'; '.join(self.reasons) or 'their columns are nearly the same'}"
-
-
-@dataclass(frozen=True, eq=False)
-class MachineObservability:
-    """What poses and temperatures of a machine can tell.
-
-    Attributes
-    ----------
-    limits : tuple of DetectionLimit
-        In the order of the candidates.
-    absent : tuple of str
-        Causes of the catalogue of which these rows could show nothing at any place.
-    evidence : array, shape (c, c)
-        Row true, column its rival: mean log evidence between them at twice the limit; NaN where the row is not seen.
-    separations : tuple of Separation
-        Of each two candidates that are seen, least first.
-    classes : tuple of AlikeClass
-        Of two candidates and more.
-    missing : tuple of str
-        Recorded channels that candidates would need.
-    circumstances : tuple of str
-        What limits these rows: constant or equal temperatures, few poses.
-    threshold, power, close : float
-        What was asked for, see `machine_observability`.
-    """
-
-    limits: tuple[DetectionLimit, ...]
-    absent: tuple[str, ...]
-    evidence: FloatArray
-    separations: tuple[Separation, ...]
-    classes: tuple[AlikeClass, ...]
-    missing: tuple[str, ...]
-    circumstances: tuple[str, ...]
-    threshold: float
-    power: float
-    close: float
-
-    @property
-    def unseen(self) -> tuple[str, ...]:
-        """Causes, and candidates, that these rows do not see at all."""
-        return (*self.absent, *(limit.name for limit in self.limits if not limit.seen))
-
-    @property
-    def words(self) -> tuple[str, ...]:
-        """What is to be said: what is not seen, what looks alike, what is missing."""
-        lines = [str(one) for one in self.classes]
-        if self.unseen:
-            because = "; ".join(self.circumstances)
-            lines.append(f"not seen: {', '.join(self.unseen)}{f' ({because})' if because else ''}")
-        return (*lines, *self.missing)
-
-    def limit(self, cause: str, target: str | None = None) -> DetectionLimit:
-        """Return the limit of a candidate."""
-        for one in self.limits:
-            if (one.cause, one.target) == (cause, target):
-                return one
-        names = ", ".join(one.name for one in self.limits)
-        asked = cause if target is None else f"{cause} of {target}"
-        raise ArgumentError(f"{asked} was not among the candidates: {names}")
-
-    def equivalents(self, cause: str, target: str | None = None) -> tuple[str, ...]:
-        """Return the names of candidates that explain one, when it is true, as well as itself: within `close`."""
-        i = self.limits.index(self.limit(cause, target))
-        near = np.flatnonzero(self.evidence[i] < self.close)
-        return tuple(self.limits[j].name for j in near if j != i)
 
 
 def one_of_each(candidates: Sequence[Candidate]) -> tuple[Candidate, ...]:
@@ -325,31 +204,31 @@ def _evidence(limits: Sequence[DetectionLimit], shapes: Shapes) -> FloatArray:
     for i, limit in enumerate(limits):
         if limit.seen:
             Theta = mean_square_at(shapes, i, TWICE * limit.strength)
-            for j in range(c):
-                found[i, j] = separation(shapes.G, shapes.places[i], shapes.places[j], Theta, shapes.scale)
+            own = shapes.places[i]
+            values = [float(expected_evidence(shapes.G, rival, own, Theta, shapes.scale)) for rival in shapes.places]
+            found[i] = values[i] - np.array(values)
     return found
 
 
 def _separations(found: FloatArray, shapes: Shapes) -> tuple[Separation, ...]:
     """Return the separations of each two candidates that are seen, least first."""
+    roots = [_inverse_root(shapes.G[own, own]) for own in shapes.places]
     pairs = []
     for i, first in enumerate(shapes.names):
         for j in range(i + 1, len(shapes.names)):
             least = min(found[i, j], found[j, i])
             if np.isfinite(least):
-                alike = _alike(shapes.G, shapes.places[i], shapes.places[j])
-                pairs.append(Separation(first, shapes.names[j], float(least), alike))
+                cross = roots[i].T @ shapes.G[shapes.places[i], shapes.places[j]] @ roots[j]
+                alike = float(cross[0, 0]) if cross.size == 1 else float(np.linalg.norm(cross, 2))
+                pairs.append(Separation(first, shapes.names[j], float(least), float(np.clip(alike, -1.0, 1.0))))
     return tuple(sorted(pairs, key=lambda pair: pair.evidence))
 
 
-def _alike(G: FloatArray, first: slice, second: slice) -> float:
-    """Return the largest canonical correlation of what is visible of two candidates, with its sign where k = 1."""
-    A, B, cross = G[first, first], G[second, second], G[first, second]
-    if cross.shape == (1, 1):
-        return float(np.clip(cross[0, 0] / np.sqrt(A[0, 0] * B[0, 0]), -1.0, 1.0))
-    inside = np.linalg.pinv(A, rcond=1e-9, hermitian=True) @ cross @ np.linalg.pinv(B, rcond=1e-9, hermitian=True)
-    values = np.linalg.eigvals(inside @ cross.T).real
-    return float(np.sqrt(np.clip(values.max(), 0.0, 1.0)))
+def _inverse_root(A: FloatArray) -> FloatArray:
+    """Return B with ``B' A B = 1`` in the directions that A sees."""
+    values, vectors = np.linalg.eigh(A)
+    live = values > 1e-9 * max(float(values[-1]), 1e-300)
+    return np.asarray(vectors[:, live] / np.sqrt(values[live]))
 
 
 def _classes(

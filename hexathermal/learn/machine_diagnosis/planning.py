@@ -16,27 +16,16 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from functools import partial
-from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
 from hexathermal.errors import ArgumentError
 from hexathermal.kinematics.sampled_poses import reachable_coordinates
 from hexathermal.learn.machine_diagnosis.candidate import Candidate
-from hexathermal.learn.machine_diagnosis.causes import all_candidates
-from hexathermal.learn.machine_diagnosis.circumstances import missing_channels
 from hexathermal.learn.machine_diagnosis.exchange import (
-    LEVELS,
     Design,
     Maker,
     Problem,
-    course_of,
-    exchanged,
-    order_matters,
-    reordered,
-    slots_of,
 )
 from hexathermal.learn.machine_diagnosis.observability import (
     TWICE,
@@ -46,25 +35,19 @@ from hexathermal.learn.machine_diagnosis.observability import (
     shapes_of,
     usual_size,
 )
+from hexathermal.learn.machine_diagnosis.planner import Planner, joined, maker_of
 from hexathermal.learn.machine_diagnosis.scenarios import Scenario, checked, usual_scenarios
 from hexathermal.learn.machine_diagnosis.separation import FREE_FRAME, Noise
 from hexathermal.learn.machine_diagnosis.tables import Levels
-from hexathermal.learn.machine_diagnosis.view import MachineView, planned_view
+from hexathermal.learn.machine_diagnosis.view import MachineView
 from hexathermal.machine.thermal import frozen
-from hexathermal.poses import FloatArray, pose_from_coordinates
+from hexathermal.poses import FloatArray
 
-POOL = 60
+POOL = 80
 """Poses within all limits among which slots choose."""
 
-TRIED, TRIALS, DRAWS = 3, 6, 20
-"""Scenarios whose poses are exchanged; random designs by which each scenario is ranked; those compared with."""
-
 SLOTS = 40
-INTERVAL_S = 120.0
-"""Between two rows of a plan."""
-
-AS_GOOD = 0.03
-"""Part of the best worth that an earlier, simpler scenario may lack."""
+"""Poses of a run."""
 
 
 @dataclass(frozen=True)
@@ -118,7 +101,7 @@ class MachineExperiment:
 def next_experiment(
     view: MachineView, candidates: Sequence[Candidate], noise: Noise, *, slots: int = SLOTS, runs: int = 1,
     scenarios: Sequence[Scenario] | None = None, amplitudes: Mapping[str, FloatArray] | None = None,
-    strength: float | None = None, laws: str = "kept", make: Maker = all_candidates,
+    strength: float | None = None, laws: str = "kept", make: Maker | None = None,
     levels: Levels = FREE_FRAME, pool: int = POOL, seed: int = 1,
 ) -> MachineExperiment:  # fmt: skip
     """Return the runs that separate candidates most, beside the rows that are there.
@@ -142,8 +125,8 @@ def next_experiment(
         not known; default: twice the limit of detection there.  At most the usual size counts.
     laws : str
         ``"kept"`` or ``"refit"``, see `hexathermal.learn.machine_diagnosis.law_columns.law_columns`.
-    make : function
-        From a view to its candidates.
+    make : function, optional
+        From a view to its candidates; default: the catalogues of machines and legs.
     levels : Levels
         Sizes of what disturbs each run beside the noise; default: the measuring frame alone, free in each.
     pool : int
@@ -154,16 +137,18 @@ def next_experiment(
     ------
     ArgumentError
         A number is out of range, or no scenario shows one of the candidates.
+    UnknownNameError
+        A candidate's cause is in no catalogue, and `make` is not given.
     KinematicsError
         The machine can hardly leave its home.
     """
     _refuse_numbers(slots, runs, pool, strength)
     wanted = one_of_each(candidates)
     sizes, known = _known(view, wanted, noise, amplitudes or {}, strength, laws, levels)
-    problem = Problem(wanted, sizes, make, laws, noise, levels, known)
+    problem = Problem(wanted, sizes, make or maker_of(wanted), laws, noise, levels, known)
     generator = np.random.default_rng(seed)
     six = reachable_coordinates(view.hexapod, pool, generator)
-    planner = _Planner(problem, view, six, checked(usual_scenarios() if scenarios is None else scenarios), slots)
+    planner = Planner(problem, view, six, checked(usual_scenarios() if scenarios is None else scenarios), slots)
     planner.refuse_unseen()
     found: list[Design] = []
     rest = problem
@@ -172,99 +157,6 @@ def next_experiment(
         rows = planner.plan(found[-1].scenario, found[-1].chosen)
         rest = replace(rest, known=rest.known + rest.information(rows))
     return _told(problem, planner, found, generator)
-
-
-class _Planner:
-    """A pool of poses under all scenarios, and the designs made of it."""
-
-    def __init__(
-        self, problem: Problem, view: MachineView, six: FloatArray, ways: tuple[Scenario, ...], slots: int
-    ) -> None:
-        self.problem, self.view, self.six, self.ways, self.size = problem, view, six, ways, slots
-        self.poses = pose_from_coordinates(six, hexapod=view.hexapod)
-        self.slots = {way.name: slots_of(problem, self._pool(way), len(six), slots) for way in ways}
-
-    def _rows(self, way: Scenario, which: npt.NDArray[np.int64], course: FloatArray, **more: Any) -> MachineView:
-        """Return planned rows: poses of the pool at parts of the warming."""
-        dT, plates, air = way.temperatures(course, len(self.view.sensors))
-        for k, sensor in enumerate(self.view.plate_sensors):
-            if sensor is None:
-                plates[:, k] = np.nan
-        known = np.isfinite(self.view.air).any()
-        return planned_view(
-            self.view.hexapod, self.poses[which], dT, plates=plates, air=air if known else None,
-            sensors=self.view.sensors, plate_sensors=self.view.plate_sensors, **more,
-        )  # fmt: skip
-
-    def _pool(self, way: Scenario) -> MachineView:
-        """Return all poses of the pool at each level of warming."""
-        n = len(self.six)
-        levels = np.repeat(np.arange(LEVELS), n)
-        return self._rows(way, np.tile(np.arange(n), LEVELS), levels / (LEVELS - 1.0), run=levels)
-
-    def plan(self, way: Scenario, chosen: npt.NDArray[np.int64]) -> MachineView:
-        """Return the rows of one run."""
-        return self._rows(way, chosen, course_of(len(chosen)), time=INTERVAL_S * np.arange(len(chosen)))
-
-    def refuse_unseen(self) -> None:
-        """Refuse candidates that neither the rows that are there nor any scenario shows."""
-        K = len(self.problem.scale)
-        seen = np.diagonal(self.problem.known)[-K:].copy()
-        for slots in self.slots.values():
-            seen = seen + np.einsum("lnii->i", slots.tables)[-K:]
-        lost = [
-            one.called for one, own in zip(self.problem.wanted, self.problem.places, strict=True)
-            if not (seen[own] > 0.0).any()
-        ]  # fmt: skip
-        if lost:
-            missing = "; ".join(missing_channels(self.view)) or "add a scenario that warms its part"
-            raise ArgumentError(f"no scenario shows {', '.join(lost)}: {missing}")
-
-    def chance(self, generator: np.random.Generator) -> npt.NDArray[np.int64]:
-        """Return random poses for the slots of a run."""
-        return generator.integers(len(self.six), size=self.size)
-
-    def best(self, problem: Problem, generator: np.random.Generator) -> Design:
-        """Return the best scenario and poses of one run that were found."""
-        trials = [self.chance(generator) for _trial in range(TRIALS)]
-        ranked = []
-        for way in self.ways:
-            slots = self.slots[way.name]
-            worth = problem.worth(slots.freed(np.array([slots.run(one) for one in trials])), slots.sd)
-            ranked.append((float(worth.mean()), way, trials[int(worth.argmax())]))
-        # sorting is stable: of equals the earlier
-        ranked.sort(key=lambda item: -item[0])
-        found = [self._improved(problem, way, start, generator) for _mean, way, start in ranked[:TRIED]]
-        top = max(design.worth for design in found)
-        good = [design for design in found if design.worth >= top - AS_GOOD * abs(top)]
-        return min(good, key=lambda design: self.ways.index(design.scenario))
-
-    def _improved(
-        self, problem: Problem, way: Scenario, start: npt.NDArray[np.int64], generator: np.random.Generator
-    ) -> Design:
-        """Return the best poses of a scenario from a start, worth as they are when planned."""
-        slots = self.slots[way.name]
-        design = exchanged(problem, slots, way, start, generator)
-        view = self.plan(way, design.chosen)
-        if order_matters(problem, view, self.plan(way, design.chosen[::-1])):
-            return reordered(problem, design, slots.sd, partial(self.plan, way), generator)
-        return replace(design, worth=float(problem.worth(problem.information(view), slots.sd)))
-
-    def random(self, runs: int, generator: np.random.Generator) -> float:
-        """Return the least separation that random scenarios and poses bring, on average over draws."""
-        sums = []
-        for _draw in range(DRAWS):
-            total = np.zeros_like(self.problem.known)
-            for _run in range(runs):
-                way = self.ways[int(generator.integers(len(self.ways)))]
-                total = total + self.problem.information(self.plan(way, self.chance(generator)))
-            sums.append(total)
-        return float(self.problem.least(np.array(sums), self.sd).mean())
-
-    @property
-    def sd(self) -> FloatArray:
-        """Standard deviations of the law's coefficients."""
-        return next(iter(self.slots.values())).sd
 
 
 def _refuse_numbers(slots: int, runs: int, pool: int, strength: float | None) -> None:
@@ -302,7 +194,7 @@ def _known(
 
 
 def _told(
-    problem: Problem, planner: _Planner, found: list[Design], generator: np.random.Generator
+    problem: Problem, planner: Planner, found: list[Design], generator: np.random.Generator
 ) -> MachineExperiment:  # fmt: skip
     """Return the experiment of designs, one a run, with what it promises."""
     six = np.concatenate([planner.six[design.chosen] for design in found])
@@ -336,14 +228,3 @@ def _told(
         random,
         words,
     )
-
-
-def joined(views: Sequence[MachineView]) -> MachineView:
-    """Return the rows of planned views, each a run of its own, as one view."""
-    first = views[0]
-    whole: dict[str, Any] = {
-        name: frozen(np.concatenate([getattr(view, name) for view in views]))
-        for name in ("poses", "q", "dT", "plates", "air", "time")
-    }
-    run = np.concatenate([np.full(len(view), k) for k, view in enumerate(views)])
-    return replace(first, run=run, runs=tuple(f"run-{k + 1}" for k in range(len(views))), **whole)

@@ -10,12 +10,15 @@ import numpy as np
 import pytest
 
 import hexathermal as ht
-from hexathermal.errors import ArgumentError
+from hexathermal.errors import ArgumentError, UnknownNameError
 from hexathermal.kinematics.limits import margins
 from hexathermal.kinematics.sampled_poses import reachable_coordinates
 from hexathermal.learn.machine_diagnosis.plan_files import experiment_facts, write_experiment
-from hexathermal.learn.machine_diagnosis.planning import MachineExperiment, joined, next_experiment
+from hexathermal.learn.machine_diagnosis.planner import joined
+from hexathermal.learn.machine_diagnosis.planning import MachineExperiment, next_experiment
 from hexathermal.learn.machine_diagnosis.scenarios import Scenario, usual_scenarios
+from hexathermal.learn.machine_diagnosis.single_leg import single_leg_candidates
+from hexathermal.learn.machine_diagnosis.tables import Levels
 from hexathermal.learn.machine_diagnosis.view import MachineView, planned_view
 from tests.learn.machine_diagnosis.planned import (
     BASE,
@@ -47,10 +50,12 @@ def plates() -> tuple[MachineView, MachineExperiment]:
     return view, planned_for(view, PLATFORM, BASE, amplitudes=sizes)
 
 
-def random_plan(view: MachineView, rng: np.random.Generator) -> tuple[MachineView, np.ndarray]:
-    """As many random feasible poses under a random scenario."""
+def random_plan(
+    view: MachineView, rng: np.random.Generator, way: Scenario | None = None
+) -> tuple[MachineView, np.ndarray]:
+    """As many random feasible poses under a scenario, a random one where none is given."""
     six = reachable_coordinates(view.hexapod, SLOTS, rng)
-    way = usual_scenarios()[int(rng.integers(len(usual_scenarios())))]
+    way = way or usual_scenarios()[int(rng.integers(len(usual_scenarios())))]
     dT, plates, air = way.temperatures(np.linspace(0.0, 1.0, SLOTS), 1)
     poses = ht.pose_from_coordinates(six, hexapod=view.hexapod)
     return planned_view(view.hexapod, poses, dT, plates=plates, air=air), six
@@ -74,7 +79,8 @@ def test_the_plan_carried_out_separates_as_promised_and_better_than_random_ones(
 ) -> None:
     """On a virtual machine with a faulty plate, solved by other means, the plan separates platform from base by what
     is promised within 10 % and three standard errors, each plate being the true one; the rows that were there did not
-    separate at all, and 40 random poses and scenarios separate less on average than half of it.
+    separate at all; 40 random choices of poses and scenario separate less on average than half of it, random poses in
+    the plan's own scenario less than 80 %.
     """
     known, plan = plates
     draws = 40
@@ -86,6 +92,8 @@ def test_the_plan_carried_out_separates_as_promised_and_better_than_random_ones(
         assert promise.after > 6.0
         others = [separations(known, *random_plan(known, rng), part, rng, 2).mean() for _draw in range(40)]
         assert np.mean(others) < 0.5 * got.mean()
+        same = [separations(known, *random_plan(known, rng, plan.scenarios[0]), part, rng, 2).mean() for _ in range(10)]
+        assert np.mean(same) < 0.8 * got.mean()
 
 
 def test_planned_poses_are_within_all_limits(plates: tuple[MachineView, MachineExperiment]) -> None:
@@ -172,6 +180,28 @@ def test_a_single_candidate_is_told_from_nothing() -> None:
     plan = planned_for(warmed_at_home(), "leg-coefficient of leg3")
     assert [(one.true, one.rival) for one in plan.promises] == [("leg-coefficient of leg3", "nothing")]
     assert plan.promises[0].after > plan.promises[0].before
+
+
+def test_slow_errors_of_legs_lower_what_is_promised() -> None:
+    """Where legs err slowly by as much as the noise, less is promised than where the frame alone is free."""
+    view = warmed_at_home()
+    sizes = {PLATFORM: np.array([GROWTH]), BASE: np.array([GROWTH])}
+    still, slow = (
+        planned_for(view, PLATFORM, BASE, amplitudes=sizes, levels=levels)
+        for levels in (Levels(frame=1e3), Levels(frame=1e3, slow=0.5, leg=1.0))
+    )
+    assert 0.0 < slow.separation < 0.9 * still.separation
+
+
+def test_causes_of_a_single_leg_are_planned_for(rng: np.random.Generator) -> None:
+    """A leg's own catalogue is known: a wrong scale is told from a wrong coefficient; what is in none is refused."""
+    view, _six = random_plan(warmed_at_home(), rng, usual_scenarios()[2])
+    own = [one for one in single_leg_candidates(view) if one.called == "scale-error of leg2"]
+    wanted = [*own, *chosen(view, "leg-coefficient of leg2")]
+    plan = next_experiment(view, wanted, usual_noise(), slots=SLOTS, pool=30)
+    assert plan.separation > plan.promises[0].before
+    with pytest.raises(UnknownNameError, match="no cause 'gremlins'"):
+        next_experiment(view, [replace(own[0], cause="gremlins")], usual_noise())
 
 
 def test_a_fault_that_no_thermometer_can_show_is_refused_by_name() -> None:
