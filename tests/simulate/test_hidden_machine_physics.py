@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ast
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -11,10 +12,14 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import hexathermal as ht
+from hexathermal.machine.compliance import Compliance
+from hexathermal.machine.hexapod import Hexapod
+from hexathermal.machine.thermal import LegLaw, PlateLaw, ThermalModel
 from hexathermal.simulate.hidden import machines
 from hexathermal.simulate.hidden.effect import Parameters
 from hexathermal.simulate.hidden.machines.campaign import draw_clean
 from hexathermal.simulate.hidden.machines.effects import CATALOGUE, OUTSIDE, found, named
+from hexathermal.simulate.hidden.machines.effects.payload_compliance import GRAVITY
 from hexathermal.simulate.hidden.machines.geometry import DRAWN, WORST, condition, draw_machine, machine_names
 from hexathermal.simulate.hidden.machines.motion import WAYS, draw_poses, reachable
 from hexathermal.simulate.hidden.machines.physics import (
@@ -101,22 +106,51 @@ def test_postures_are_those_of_the_forward_kinematics(name: str, seed: int) -> N
     assert np.abs(angles_of(ours.turn) - np.radians(house[:, 3:])).max() < scale * ANGLE_TOLERANCE_RAD
 
 
+def foretold(truth: MachineTruth, hexapod: Hexapod) -> np.ndarray:
+    """Coordinates that the house's `predicted_pose` of a machine has for a campaign's rows, shape (n, 6) [m, rad]."""
+    heats = told_rises(truth)
+    legs, plates = (20.0 + np.concatenate([getattr(heat, name) for heat in heats]) for name in ("legs", "plates"))
+    temps = {f"leg{leg + 1}_{sensor}": legs[:, leg, k] for leg in range(6) for k, sensor in enumerate(truth.sensors)}
+    temps |= {f"{part}_T1": plates[:, k] for k, part in enumerate(("platform", "base"))}
+    known = {name: temps[name] for name in hexapod.sensor_names}
+    poses = hexapod.predicted_pose(truth.retracted + truth.all("q"), known)
+    return ht.coordinates_from_pose(poses, hexapod=hexapod) * np.repeat([1e-3, np.pi / 180.0], 3)
+
+
 def test_clean_machines_stand_where_the_law_says(clean: MachineTruth) -> None:
     """Where nothing is hidden, `predicted_pose` of the filed machine is the truth, plates and zero included."""
-    hexapod = clean.hexapod
-    legs = np.concatenate([heat.legs for heat in told_rises(clean)])
-    plates = np.concatenate([heat.plates for heat in told_rises(clean)])
-    temps = {f"leg{leg + 1}_{sensor}": 20.0 + legs[:, leg, k] for leg in range(6)
-             for k, sensor in enumerate(clean.sensors)}  # fmt: skip
-    temps |= {name: 20.0 + plates[:, k] for k, name in enumerate(("platform_T1", "base_T1"))
-              if name in hexapod.sensor_names}  # fmt: skip
-    house = ht.coordinates_from_pose(
-        hexapod.predicted_pose(clean.retracted + clean.all("q"), {name: temps[name] for name in hexapod.sensor_names}),
-        hexapod=hexapod,
+    apart = np.abs(stood(clean, [true_heat(clean, run) for run in clean.runs]) - foretold(clean, clean.hexapod))
+    assert apart[:, :3].max() < 1e-10
+    assert apart[:, 3:].max() < 1e-9
+
+
+def extended(truth: MachineTruth) -> Hexapod:
+    """The machine whose file says what is true, where a file can say it."""
+    hexapod, load = truth.hexapod, truth.load
+    laws = [LegLaw(truth.sensors, A, B) for A, B in zip(truth.A, truth.B, strict=True)]
+    model = ThermalModel(
+        laws, *(PlateLaw(float(alpha), "T1") for alpha in truth.expansions), valid_degC=(-100.0, 150.0),
+        thermometers_of_leg=[leg + 1 for leg in truth.read_from],
+    )  # fmt: skip
+    soft = None if load is None else Compliance(load.compliance, float(load.weight[2] / GRAVITY[2]), load.centre)
+    return replace(
+        hexapod, thermal=model, compliance=soft, base_joints=truth.base_joints, platform_joints=truth.platform_joints
     )
-    ours = stood(clean, [true_heat(clean, run) for run in clean.runs])
-    assert np.abs(ours[:, :3] - house[:, :3] * 1e-3).max() < 1e-10
-    assert np.abs(ours[:, 3:] - np.radians(house[:, 3:])).max() < 1e-9
+
+
+@pytest.mark.parametrize(
+    "name",
+    ["leg-coefficient", "platform-expansion", "base-expansion", "swapped-legs", "payload-compliance", "joint-offset"],
+)
+def test_a_file_that_states_the_effect_foretells_the_truth(
+    name: str, clean: MachineTruth, generator: np.random.Generator
+) -> None:
+    """The extended `hexapod.toml` and the generator, which share no formula, put the platform in the same place."""
+    truth = hidden(clean, name, generator)
+    apart = np.abs(stood(truth, [true_heat(truth, run) for run in truth.runs]) - foretold(truth, extended(truth)))
+    assert np.abs(effect(truth)).max() > 50.0 * apart.max()
+    assert apart[:, :3].max() < 1e-9
+    assert apart[:, 3:].max() < 1e-8
 
 
 def test_a_uniformly_warm_machine_of_one_metal_only_grows(clean: MachineTruth) -> None:
@@ -261,6 +295,7 @@ def test_poses_stay_within_strokes_and_limits(way: str, seed: int) -> None:
         told = np.hstack([six[:, :3] * 1e3, np.degrees(six[:, 3:])])
         lengths = hexapod.inverse_kinematics(ht.pose_from_coordinates(told, hexapod=hexapod))
         assert ((lengths > low) & (lengths < high)).all()
+        hexapod.forward_kinematics(lengths, ht.pose_from_coordinates(told, hexapod=hexapod))  # within cones, or raises
 
 
 def test_drawn_machines_hold_their_platform(seed: int) -> None:

@@ -9,8 +9,8 @@ import numpy as np
 from hexathermal.errors import ArgumentError
 from hexathermal.machine.hexapod import Hexapod
 from hexathermal.poses import FloatArray
-from hexathermal.simulate.hidden.machines.posture import Posture, lengths_of
-from hexathermal.simulate.hidden.machines.rotation import from_angles
+from hexathermal.simulate.hidden.machines.posture import Posture, legs_of, lengths_of
+from hexathermal.simulate.hidden.machines.rotation import from_angles, turned
 from hexathermal.simulate.hidden.shapes import log_uniform
 
 MARGIN = 0.02
@@ -47,17 +47,37 @@ class Course:
 def displaced(hexapod: Hexapod, coordinates: FloatArray) -> FloatArray:
     """Return the displacements of the legs at coordinates from home (n, 6) [m, rad], shape (n, 6) [m]."""
     assert hexapod.retracted_length is not None  # checked where machines are drawn
-    posture = Posture(hexapod.home[:3, 3] + coordinates[:, :3], from_angles(coordinates[:, 3:]))
-    return lengths_of(posture, hexapod.base_joints, hexapod.platform_joints) - hexapod.retracted_length
+    lengths = lengths_of(_there(hexapod, coordinates), hexapod.base_joints, hexapod.platform_joints)
+    return np.asarray(lengths - hexapod.retracted_length)
+
+
+def _there(hexapod: Hexapod, coordinates: FloatArray) -> Posture:
+    """Return the postures of coordinates from home."""
+    return Posture(hexapod.home[:3, 3] + coordinates[:, :3], from_angles(coordinates[:, 3:]))
+
+
+def leaning(hexapod: Hexapod, coordinates: FloatArray) -> FloatArray:
+    """Return how far the legs lean from their directions at home, at base and platform joints, (n, 2, 6) [rad]."""
+    posture = _there(hexapod, coordinates)
+    legs = legs_of(posture, hexapod.base_joints, hexapod.platform_joints)
+    back = posture.turn[:, None] * np.array([1.0, -1.0, -1.0, -1.0])
+    both = np.stack([legs, turned(back, legs)], axis=1)
+    home = hexapod.platform_joints + hexapod.home[:3, 3] - hexapod.base_joints
+    both /= np.linalg.norm(both, axis=-1, keepdims=True)
+    along = (both * home).sum(-1) / np.linalg.norm(home, axis=1)
+    return np.asarray(np.arccos(np.clip(along, -1.0, 1.0)))
 
 
 def reachable(hexapod: Hexapod, coordinates: FloatArray) -> np.ndarray[tuple[int], np.dtype[np.bool_]]:
-    """Return which coordinates strokes and limits allow, shape (n,)."""
+    """Return which coordinates strokes, cones of joints and limits allow, shape (n,)."""
     assert hexapod.stroke is not None  # checked where machines are drawn
     low, high = hexapod.stroke.T
     edge = MARGIN * (high - low)
     q = displaced(hexapod, coordinates)
     good = ((q >= low + edge) & (q <= high - edge)).all(axis=1)
+    for k, cone in enumerate((hexapod.base_cone, hexapod.platform_cone)):
+        if cone is not None:
+            good &= (leaning(hexapod, coordinates)[:, k] <= (1.0 - MARGIN) * cone).all(axis=1)
     if hexapod.limits is not None:
         limits = hexapod.limits
         least, most = np.array([limits.x, limits.y, limits.z, limits.rx, limits.ry, limits.rz]).T * (1.0 - MARGIN)
