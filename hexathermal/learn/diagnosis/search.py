@@ -33,7 +33,8 @@ BYSTANDERS = 8
 USUAL = 0.8
 """Quantile of the bystanders that counts as chance."""
 
-MOST_PARITY = 60.0
+SURE_WITNESS = 25.0
+MOST_PARITY = 150.0
 FOLLOWED, LEAST_WITNESS = 5.0, 2.0
 """What the drift says for a sensor's fault counts up to so many times what the parity says beyond so much."""
 
@@ -56,17 +57,24 @@ class Ranked:
         Log evidence less that of the null.
     best : Scored
     levels : Levels
+    witness : float
+        The part of the evidence that does not come from the drift.
     """
 
     cause: str
     value: float
     best: Scored
     levels: Levels
+    witness: float = 0.0
 
     @property
     def gated(self) -> float:
-        """The evidence against a null that tolerates a small misfit of the same shape."""
-        return min(self.value, relevance(self.best.visible, self.levels.rms, self.best.trial.feigned))
+        """The evidence against a null that tolerates a small misfit of the same shape in the drift.
+
+        What others witness beyond `SURE_WITNESS` is no misfit of the drift.
+        """
+        small = relevance(self.best.visible, self.levels.rms, self.best.trial.feigned)
+        return min(self.value, small + max(self.witness - SURE_WITNESS, 0.0))
 
     @property
     def named(self) -> bool:
@@ -156,7 +164,7 @@ class Search:
                 if name in fits:
                     own, at = max(((self._at(best, item), item) for item in pool), key=lambda pair: pair[0])
                     drift = own + grid - np.log(len(RHO)) * bool(best.rho) - max(nulls)
-                    ranked[name] = Ranked(name, self._with_witness(best.trial, drift), best, at)
+                    ranked[name] = self._with_witness(Ranked(name, drift, best, at))
                 else:
                     ranked[name] = Ranked(
                         name, min(value, 0.0) if name not in ranked else ranked[name].value, best, levels
@@ -196,7 +204,7 @@ class Search:
         if best.trial.parity is None or best.trial.least_parity >= 0.0:
             return best
         own = [item for item in scored if item.trial.cause == best.trial.cause]
-        top = sorted(own, key=lambda item: -item.value)[:MOST_WITNESSED]
+        top = sorted(own, key=lambda item: (not item.trial.asked, -item.value))[:MOST_WITNESSED]
         return max(top, key=lambda item: item.value + self._gain(item.trial, item.trial.target))
 
     def _gain(self, trial: Trial, sensor: str | None) -> float:
@@ -204,16 +212,18 @@ class Search:
         model = None if sensor is None else self.bench.model(sensor)
         return 0.0 if model is None or trial.parity is None else model.gain(*trial.parity(model))
 
-    def _with_witness(self, trial: Trial, drift: float) -> float:
-        """Return the evidence of a trial in the drift with that of other witnesses.
+    def _with_witness(self, ranked: Ranked) -> Ranked:
+        """Return a cause whose value is the evidence in the drift with that of other witnesses.
 
         A fault of a thermometer must show against the other thermometers too: what the drift says for it counts up to
         `FOLLOWED` times what they say beyond `LEAST_WITNESS`.
         """
+        trial, drift = ranked.best.trial, ranked.value
         parity = self._parity(trial)
         if trial.parity is not None and trial.least_parity < 0.0:
             drift = min(drift, FOLLOWED * max(parity - LEAST_WITNESS, 0.0))
-        return drift + trial.advantage + parity
+        witness = trial.advantage + parity
+        return replace(ranked, value=drift + witness, witness=witness)
 
     def _parity(self, trial: Trial) -> float:
         """Return the log evidence of the parity for a trial, less what other sensors show of the same by chance."""

@@ -181,12 +181,21 @@ class SensorModel:
         """Noise and evidence of the parity with nothing hidden in it."""
         return self.channel.fitted(self.X, self.sd)
 
+    @cached_property
+    def _displaced(self) -> float:
+        """Evidence of the parity where the sensor sits at another place than stated, as exchanged plugs do."""
+        spread = np.where(np.arange(len(self.sd)) < len(self.expected[1]), LOOSE, self.sd)
+        return self.channel.fitted(self.X, spread, self.null[0], 30)[1]
+
     def gain(self, columns: FloatArray, sizes: FloatArray) -> float:
-        """Return by how much columns, shape (n, k), of prior sizes (k,), raise the log evidence of the parity."""
+        """Return by how much columns, shape (n, k), of prior sizes (k,), raise the log evidence of the parity.
+
+        A sensor that is elsewhere from the beginning is no fault that begins.
+        """
         X, sd = np.column_stack([self.X, columns]), np.concatenate([self.sd, sizes])
         levels, value = self.channel.fitted(X, sd, self.null[0], 30)
         # the same noise must be open to both
-        return value - max(self.null[1], self.channel.evidence(self.X, self.sd, levels))
+        return value - max(self.null[1], self._displaced, self.channel.evidence(self.X, self.sd, levels))
 
 
 def sensor_model(view: View, sensor: str) -> SensorModel | None:

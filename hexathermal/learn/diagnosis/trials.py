@@ -103,6 +103,8 @@ class Trial:
         Log evidence from what the drift does not show: order of positions, clocks against motion.
     feigned : float [m]
         Misfit of this kind that errors of the thermometers may feign.
+    asked : bool
+        Whether the parity is asked in any case, since it led to this trial.
     """
 
     cause: str
@@ -117,6 +119,7 @@ class Trial:
     anew: bool = False
     advantage: float = 0.0
     feigned: float = 0.0
+    asked: bool = False
 
     @property
     def named(self) -> bool:

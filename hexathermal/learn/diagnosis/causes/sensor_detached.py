@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+import math
+from collections.abc import Iterable, Iterator
+from dataclasses import replace
 from functools import partial
 
 import numpy as np
 
-from hexathermal.learn.diagnosis.sensor_model import SensorModel
+from hexathermal.learn.diagnosis.sensor_model import BIAS_K, SensorModel
 from hexathermal.learn.diagnosis.trials import Cause, Parameter, Trial, Workbench
 from hexathermal.machine.leg_repairs import SensorRepair
 from hexathermal.poses import FloatArray
@@ -36,7 +38,11 @@ CAUSE = Cause(
 )
 
 MOST_MOMENTS = 63
-"""Of all runs together."""
+"""Evenly in all runs together."""
+
+SCANNED, CLOSER, PROMISING = 360, 3, 10
+"""Moments at which the parity is asked where it breaks, the best of them that are looked at more closely, and so many
+of the best that are tried besides."""
 
 
 def trials(bench: Workbench) -> Iterator[Trial]:
@@ -49,18 +55,53 @@ def trials(bench: Workbench) -> Iterator[Trial]:
         if model is None:
             continue
         span, own = bench.slopes_span(sensor), view.temperatures(sensor)
-        for k, rows in enumerate(view.runs):
-            for part in np.linspace(0.0, 0.9, max(2, min(7, MOST_MOMENTS // len(view.runs)))):
-                if k == 0 and part == 0.0:
-                    continue
-                begin, end = float(rows.signals.time[0]), float(rows.signals.time[-1])
-                moment = begin + part * (end - begin)
-                told = _foretold(model, k, moment)
-                off = (view.channel.run > k) | ((view.channel.run == k) & (view.time >= moment))
-                lost = off * (view.windows_zeroed(told) - own)
-                where = {"run": rows.run.name, "time_s": round(moment, 1)}
-                yield Trial(CAUSE.name, (span * lost)[:, None], sensor, "", where, parity=partial(_parity, k, moment),
-                            repair=partial(_repair, model, k, moment))  # fmt: skip
+        even = _even_moments(model, min(7, MOST_MOMENTS // len(view.runs)))
+        promising = set(_promising_moments(model))
+        for k, moment in sorted({*even, *promising}):
+            told = _foretold(model, k, moment)
+            off = (view.channel.run > k) | ((view.channel.run == k) & (view.time >= moment))
+            lost = off * (view.windows_zeroed(told) - own)
+            where = {"run": view.runs[k].run.name, "time_s": round(moment, 1)}
+            asked = (k, moment) in promising
+            yield Trial(CAUSE.name, (span * lost)[:, None], sensor, "", where, parity=partial(_parity, k, moment),
+                        repair=partial(_repair, model, k, moment), asked=asked,
+                        advantage=-math.log(SCANNED / len(even)) if asked else 0.0)  # fmt: skip
+
+
+def _even_moments(model: SensorModel, each: int) -> list[tuple[int, float]]:
+    """Return moments evenly in each run, the beginning of the first left out."""
+    found = []
+    for k, signals in enumerate(model.view.signals):
+        begin, end = float(signals.time[0]), float(signals.time[-1])
+        found += [(k, float(moment)) for moment in np.linspace(begin, begin + 0.9 * (end - begin), max(2, each))]
+    return found[1:]
+
+
+def _promising_moments(model: SensorModel) -> list[tuple[int, float]]:
+    """Return the moments from which on the parity goes towards the air most clearly.
+
+    They are compared at a noise without a fault: what was fitted with the fault in it forgives any.
+    """
+    levels = model.null[0]
+    sound = replace(levels, slow=min(levels.slow, BIAS_K), offset=min(levels.offset, BIAS_K))
+    scores: dict[tuple[int, float], float] = {}
+
+    def scan(places: Iterable[tuple[int, float]]) -> list[tuple[int, float]]:
+        """Score places; return the best of all so far."""
+        for k, moment in places:
+            columns, sizes = _parity(k, moment, model)
+            X, sd = np.column_stack([model.X, columns]), np.concatenate([model.sd, sizes])
+            scores[k, moment] = model.channel.evidence(X, sd, sound)
+        return sorted(scores, key=lambda place: -scores[place])
+
+    best = scan(_even_moments(model, SCANNED // len(model.view.runs)))[:CLOSER]
+    for k, moment in best:
+        signals = model.view.signals[k]
+        begin, end = float(signals.time[0]), float(signals.time[-1])
+        step = 0.9 * (end - begin) / (SCANNED // len(model.view.runs) - 1)
+        near = np.clip(moment + step * np.array([-0.75, -0.5, -0.25, 0.25, 0.5, 0.75]), begin, end)
+        scan((k, float(one)) for one in near)
+    return scan(())[:PROMISING]
 
 
 def _repair(model: SensorModel, run: int, moment: float) -> SensorRepair:

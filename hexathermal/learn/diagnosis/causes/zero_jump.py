@@ -5,8 +5,10 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 import numpy as np
+import numpy.typing as npt
 
 from hexathermal.learn.diagnosis.trials import Cause, Parameter, Trial, Workbench
+from hexathermal.poses import FloatArray
 
 CAUSE = Cause(
     name="zero-jump",
@@ -24,8 +26,9 @@ CAUSE = Cause(
     words="the zero jumps in {target}",
 )
 
-MOST_MOMENTS = 480
-"""Of all runs together, so that the work grows with the rows alone."""
+MOST_MOMENTS = 960
+"""Of all runs together, so that the work grows with the rows alone: half of them evenly among the windows of a run,
+half evenly in time, so that neither many short landings nor one long rest is passed over."""
 
 
 def trials(bench: Workbench) -> Iterator[Trial]:
@@ -37,8 +40,16 @@ def trials(bench: Workbench) -> Iterator[Trial]:
         own = np.flatnonzero(run == k)
         later = run > k if not view.zeroed_by_run else np.zeros(len(run), dtype=bool)
         first = 1 if (k == 0 or view.zeroed_by_run) else 0
-        chosen = own[np.unique(np.linspace(first, len(own) - 1, moments).astype(int))] if len(own) > 2 else ()
-        for i in chosen:
+        for i in _moments(time[own], first, moments) + own[0] if len(own) > 2 else ():
             step = (((run == k) & (np.arange(len(run)) >= i)) | later).astype(float)
             where = {"run": rows.run.name, "time_s": round(float(time[i]), 1)}
             yield Trial(CAUSE.name, step[:, None], rows.run.name, "", where)
+
+
+def _moments(time: FloatArray, first: int, most: int) -> npt.NDArray[np.int64]:
+    """Return windows of a run in which a step may begin, from window `first` on."""
+    last = len(time) - 1
+    if last - first < most:
+        return np.arange(first, last + 1)
+    by_time = np.searchsorted(time, np.linspace(time[first], time[last], most // 2))
+    return np.unique([*np.linspace(first, last, most // 2).astype(int), *by_time])
