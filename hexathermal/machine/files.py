@@ -14,14 +14,13 @@ from hexathermal.machine.hexapod import GRADES, Hexapod
 from hexathermal.machine.leg_term_files import TERM_TABLES, read_terms
 from hexathermal.machine.thermal import (
     ABSOLUTE_ZERO_DEGC,
-    AS_RECORDED,
     DEFAULT_RANGE_DEGC,
     LARGEST_EXPANSION_PER_K,
     LegLaw,
     PlateLaw,
     ThermalModel,
-    checked_thermometers,
 )
+from hexathermal.machine.thermometers import AS_RECORDED, checked_thermometers
 from hexathermal.machine.toml_positions import Where
 
 FILE, FORMAT = "hexapod.toml", "hexathermal-hexapod/1"

@@ -15,6 +15,7 @@ from hexathermal.machine.bodies import Bodies, PoseLimits
 from hexathermal.machine.compliance import Compliance, same_value
 from hexathermal.machine.measuring_frame import MeasuringFrame
 from hexathermal.machine.thermal import TemperaturesLike, ThermalModel, frozen, refreeze
+from hexathermal.machine.thermometers import AS_RECORDED
 from hexathermal.poses import FloatArray, Frames, PoseLike, as_array, finite_array, pose_array
 
 GRADES = ("A", "B", "C")
@@ -316,6 +317,12 @@ class Hexapod:
         lines.append(f"  joints  base radius {_range(_radii(self.base_joints))} mm, ")
         lines[-1] += f"platform radius {_range(_radii(self.platform_joints))} mm about their centres"
         lines.append(f"  thermal {self._thermal_line()}")
+        if self.compliance is not None:
+            soft, centre = self.compliance, _point(self.compliance.payload_centre)
+            given = ", ".join(dict.fromkeys(f"{value * 1e6:.4g}" for value in soft.leg_compliance))
+            lines.append(f"  payload {soft.payload_mass:.6g} kg at {centre} mm, legs give way by {given} um/N")
+        if self.measuring_frame is not None:
+            lines.append(f"  poses   measured in a frame that follows {self.measuring_frame.sensor}")
         return "\n".join(lines)
 
     def _thermal_line(self) -> str:
@@ -327,6 +334,9 @@ class Hexapod:
         text += f", A = {_list(law.A * 1e6)}, B = {_list(law.B * 1e6)} um/m/K" if self.thermal.common_law else ""
         for part, plate in (("platform", self.thermal.platform), ("base", self.thermal.base)):
             text += f"; {part} compensated" if plate is not None and plate.sensor else f"; {part} not compensated"
+        told = self.thermal.thermometers_of_leg
+        if told != AS_RECORDED:
+            text += f"; legs 1 to 6 told by the thermometers recorded of legs {', '.join(map(str, told))}"
         return f"{text}; sensors {', '.join(names)}"
 
 

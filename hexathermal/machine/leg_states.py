@@ -17,7 +17,7 @@ from hexathermal.machine.leg_signals import LegSignals, Memory
 from hexathermal.machine.leg_terms import LegTerm
 from hexathermal.poses import FloatArray
 
-STATELESS = ("temperature", "square", "position", "periodic")
+STATELESS = ("temperature", "expansion", "square", "position", "periodic")
 """Shapes that follow from the displacement and temperatures of one row alone."""
 
 OWN_ZERO = ("position", "periodic")

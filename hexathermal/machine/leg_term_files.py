@@ -24,6 +24,7 @@ PARAMETERS: dict[str, dict[str, str]] = {
     "lag": {"sensor": "text!", "ratio": "number!", "time_constant_s": "number!", "order": "number"},
     "lead": {"sensor": "text!", "ratio": "number!", "time_constant_s": "number!"},
     "temperature": {"sensor": "text!", "ratio": "number!"},
+    "expansion": {"sensor": "text!"},
     "stored-heat": {"source": "text!", "power": "number", "time_constant_s": "number!", "ratio": "number"},
     "square": {"sensor": "text!", "ratio": "number!"},
     "room": {"time_constant_s": "number!"},
@@ -41,11 +42,11 @@ POSITIVE = {"lag": ("time_constant_s", "order"), "lead": ("time_constant_s",), "
             "periodic": ("pitch_mm",)}  # fmt: skip
 """Parameters that must be above 0; other time constants may be 0, which stands for no delay."""
 
-UNITS = {"lag": "1/K", "lead": "1/K", "temperature": "1/K", "square": "1/K^2", "air-index": "1", "position": "1",
+UNITS = {"lag": "1/K", "lead": "1/K", "temperature": "1/K", "expansion": "1/K", "square": "1/K^2", "air-index": "1", "position": "1",
          "room": "um/K", "tilt": "um/rad", "time": "um/h"}  # fmt: skip
 """Units of the amplitudes of each shape; of the others micrometres for a unit of the column."""
 
-COUNTS = {"lead": 2, "tilt": 2, "periodic": 2}
+COUNTS = {"lead": 2, "expansion": 2, "tilt": 2, "periodic": 2}
 """Amplitudes of shapes that have more than one."""
 
 KICKS = ("direction", "move", "step")

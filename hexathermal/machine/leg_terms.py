@@ -134,6 +134,12 @@ def temperature(signals: LegSignals, parameters: Mapping[str, Any], memory: Memo
     return signals.span(parameters["ratio"]) * signals.temperature(parameters["sensor"])
 
 
+def expansion(signals: LegSignals, parameters: Mapping[str, Any], memory: Memory) -> FloatArray:
+    """Return ``q0 dT`` and ``q dT`` of another sensor, shape (n, 2) [m K]: its own pair of the paper's eq. (4)."""
+    dT = signals.temperature(parameters["sensor"])
+    return np.stack([signals.retracted_length * dT, signals.q * dT], axis=1)
+
+
 def stored_heat(signals: LegSignals, parameters: Mapping[str, Any], memory: Memory) -> FloatArray:
     """Return heat of motion, or of a recorded input, behind a low pass, ``low_pass(|u|^power)``.
 
@@ -211,7 +217,8 @@ def time(signals: LegSignals, parameters: Mapping[str, Any], memory: Memory) -> 
 
 
 SHAPES: dict[str, Shape] = {
-    "lag": lag, "lead": lead, "temperature": temperature, "stored-heat": stored_heat, "square": square, "room": room,
+    "lag": lag, "lead": lead, "temperature": temperature, "expansion": expansion,
+    "stored-heat": stored_heat, "square": square, "room": room,
     "air-index": air_index, "tilt": tilt, "direction": direction, "periodic": periodic, "position": position,
     "relaxation": relaxation, "time": time,
 }  # fmt: skip

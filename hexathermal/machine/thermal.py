@@ -16,6 +16,7 @@ import numpy as np
 import numpy.typing as npt
 
 from hexathermal.errors import ArgumentError, ThermalModelError
+from hexathermal.machine.thermometers import AS_RECORDED, checked_thermometers, full_name, recorded_names
 from hexathermal.poses import FloatArray, as_array, finite_array
 
 if TYPE_CHECKING:
@@ -31,9 +32,6 @@ DEFAULT_RANGE_DEGC = (-60.0, 120.0)
 LARGEST_EXPANSION_PER_K = 1e-3
 """Coefficients above this are taken for a wrong unit: metals stay below 3e-5 /K, polymers below 3e-4 /K."""
 
-
-AS_RECORDED = (1, 2, 3, 4, 5, 6)
-"""Thermometers of legs that are recorded under the legs they sit on."""
 
 LARGEST_STRAIN = 0.2
 """Largest part of its length by which a law may change a leg or a plate within the range of validity."""
@@ -279,14 +277,10 @@ class ThermalModel:
         set_(self, "platform", platform)
         set_(self, "base", base)
         set_(self, "thermometers_of_leg", checked_thermometers(thermometers_of_leg))
-        names = [
-            _full_name(f"leg{recorded + 1}", sensor.removeprefix(f"leg{leg + 1}_") if leg != recorded else sensor)
-            for recorded, leg in enumerate(self.legs_as_recorded)
-            for sensor in laws[leg].sensors
-        ]
+        names = recorded_names([law.sensors for law in laws], self.legs_as_recorded)
         for part, plate in (("platform", self.platform), ("base", self.base)):
             if plate is not None and plate.sensor is not None:
-                names.append(_full_name(part, plate.sensor))
+                names.append(full_name(part, plate.sensor))
         double = sorted({name for name in names if names.count(name) > 1})
         if double:
             raise ArgumentError(f"two sensors would be called {double[0]}; sensor names must be unique within a part")
@@ -379,22 +373,6 @@ class ThermalModel:
         return all(law == self.legs[0] for law in self.legs)
 
 
-def checked_thermometers(given: Sequence[int]) -> tuple[int, ...]:
-    """Return a checked `thermometers_of_leg`."""
-    numbers = as_array(given, "thermometers_of_leg")
-    if numbers.shape != (6,) or sorted(numbers.tolist()) != list(AS_RECORDED):
-        raise ArgumentError(
-            f"thermometers_of_leg must hold each leg from 1 to 6 once, found {numbers.tolist()}; legs 3 and 4 "
-            "exchanged are [1, 2, 4, 3, 5, 6]"
-        )
-    return tuple(int(number) for number in numbers)
-
-
 def _tuple(value: Any) -> tuple[Any, ...]:
     """Return a sequence as a tuple; what is none becomes a tuple of itself, and is refused by its type later."""
     return tuple(value) if isinstance(value, Sequence) else (value,)
-
-
-def _full_name(part: str, sensor: str) -> str:
-    """Return ``part_sensor``, the column name of the sensor without its unit."""
-    return sensor if sensor.startswith(part + "_") else f"{part}_{sensor}"

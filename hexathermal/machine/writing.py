@@ -16,7 +16,8 @@ from hexathermal.machine.files import FORMAT
 from hexathermal.machine.forms import Reader
 from hexathermal.machine.hexapod import Hexapod
 from hexathermal.machine.leg_term_files import term_table
-from hexathermal.machine.thermal import AS_RECORDED, LegLaw, PlateLaw, ThermalModel
+from hexathermal.machine.thermal import LegLaw, PlateLaw, ThermalModel
+from hexathermal.machine.thermometers import AS_RECORDED
 from hexathermal.machine.units import metres, radians, same, shortest
 from hexathermal.poses import FloatArray
 

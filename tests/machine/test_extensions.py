@@ -70,6 +70,14 @@ def test_recorded_names_stay_where_plugs_are_exchanged() -> None:
     assert swapped.without_states() == swapped
 
 
+def test_a_machine_tells_what_extends_it() -> None:
+    """The short text of a machine names payload, exchanged thermometers and measuring frame; of a plain one none."""
+    machine = extended_machine(np.random.default_rng(4))
+    words = ("payload", "thermometers recorded of legs", "air_temperature")
+    assert all(word in repr(machine) for word in words)
+    assert not any(word in repr(ht.load_hexapod("reference")) for word in words)
+
+
 GOOD = """
 [compliance]
 leg_um_per_N = 0.02

@@ -11,8 +11,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import hexathermal as ht
-from hexathermal.errors import HexathermalError
+from hexathermal.errors import HexathermalError, ThermalModelError
 from hexathermal.machine.compliance import Compliance
+from hexathermal.machine.leg_terms import LegTerm
 from hexathermal.machine.pinocchio_model import PinocchioMachine
 from hexathermal.predict.budget_blocks import blocks
 from hexathermal.predict.budget_inputs import situation
@@ -152,6 +153,49 @@ def test_a_backlash_of_one_leg_is_followed(tmp_path: Path, rng: np.random.Genera
     correct_trajectory(machine, *(tmp_path / f"{name}.csv" for name in "pto"))
     found = np.genfromtxt(tmp_path / "o.csv", delimiter=",", names=True)
     assert np.abs(found["leg2_length_mm"] - lengths[:, 1] * 1e3).max() < 1e-9
+
+
+LEG_TERMS = {
+    "lag": LegTerm("thermal-lag", "lag", {"sensor": "T1", "ratio": 0.5, "time_constant_s": 900.0}, [1e-6]),
+    "lead": LegTerm("thermal-lag", "lead", {"sensor": "T2", "ratio": 0.5, "time_constant_s": 90.0}, [1e-6, -5e-7]),
+    "stored heat": LegTerm(
+        "hidden-heat", "stored-heat", {"source": "motion", "time_constant_s": 600.0, "ratio": 0.3}, [1e-2]
+    ),
+    "creep": LegTerm("creep", "relaxation", {"time_constant_s": 200.0, "kick": "step"}, [2e-7]),
+    "square": LegTerm("nonlinear-expansion", "square", {"sensor": "T2", "ratio": 0.5}, [2e-8]),
+    "missing": LegTerm("missing-sensor", "temperature", {"sensor": "T2", "ratio": 0.5}, [4e-7]),
+    "scale": LegTerm("scale-error", "position", {}, [3e-6]),
+    "screw": SCREW,
+}
+"""What one leg may show, beside backlash."""
+
+
+@pytest.mark.parametrize("name", LEG_TERMS)
+def test_what_one_leg_shows_is_used_from_its_file(name: str, tmp_path: Path, rng: np.random.Generator) -> None:
+    """A term of one leg in hexapod.toml changes the commands of that leg alone, and the platform then stands where it
+    should; terms of one row count in the budget too, others are refused there.
+    """
+    term = LEG_TERMS[name]
+    machine = ht.load_hexapod(ht.write_hexapod(extended_machine(rng, (term,), leg=3), tmp_path))
+    laws = tuple(dataclasses.replace(law, terms=()) for law in machine.thermal.legs)
+    without = dataclasses.replace(machine, thermal=dataclasses.replace(machine.thermal, legs=laws))
+    poses, temps = some_rows(rng, 30)
+    time = np.cumsum(rng.uniform(5.0, 200.0, 30))
+    lengths = machine.leg_controllers().corrected_leg_lengths(poses, temps, time)
+    moved = lengths - without.corrected_leg_lengths(poses, temps)
+    assert np.abs(np.delete(moved, 3, axis=1)).max() < 1e-15
+    assert np.abs(moved[:, 3]).max() > 1e-8
+    assert np.abs(machine.leg_controllers().predicted_pose(lengths, temps, time) - poses).max() < 1e-12
+    if machine.thermal.states:
+        with pytest.raises(ThermalModelError, match=term.cause):
+            machine.error_budget(poses[0], temps[0])
+        return
+    assert np.abs(machine.predicted_pose(lengths, temps) - poses).max() < 1e-12
+    budget = machine.error_budget(poses[0], temps[0])
+    drifted = pose_errors(poses[0], machine.predicted_pose(machine.inverse_kinematics(poses[0]), temps[0]))
+    assert np.abs(budget.uncorrected - drifted).max() < 1e-13
+    assert np.abs(budget.remaining).max() < 1e-13
+    assert any(item.label == "terms of the law" and item.covariance.any() for item in budget.contributions)
 
 
 def test_poses_that_are_refused_are_not_remembered(rng: np.random.Generator) -> None:
