@@ -116,7 +116,7 @@ def _one_way(view: MachineView, length: FloatArray) -> bool:
     """Whether a leg moves in one direction only within every run."""
     steps = np.diff(length)[np.diff(view.run) == 0]
     signs = np.sign(steps[np.abs(steps) > 1e-9])
-    return bool(signs.size == 0 or np.all(signs == signs[0]))
+    return bool(signs.size and np.all(signs == signs[0]))
 
 
 def _size(course: FloatArray) -> float:

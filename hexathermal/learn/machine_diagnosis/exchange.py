@@ -11,8 +11,9 @@ import numpy.typing as npt
 from scipy.special import logsumexp
 
 from hexathermal.learn.machine_diagnosis.separation import (
+    Base,
     Noise,
-    base_columns,
+    base_of,
     expected_evidence,
     information_of_rows,
     places_of,
@@ -88,10 +89,15 @@ class Problem:
                 found[:, :, own] = match[0].columns
         return found
 
+    def base(self, view: MachineView) -> Base:
+        """Return what is there in planned rows beside candidates; planned temperatures are read without error."""
+        found = base_of(view, self.laws, self.noise, self.levels)
+        return replace(found, own=found.own[..., :0])
+
     def information(self, view: MachineView) -> FloatArray:
         """Return what the rows of a view tell, frames eliminated, shape (p + K, p + K)."""
-        X, _sd = base_columns(view, self.laws, self.noise, self.levels)
-        return information_of_rows(view, X, self.columns(view), self.noise, self.levels).M
+        base = self.base(view)
+        return information_of_rows(view, base, self.columns(view), self.noise, self.levels).M
 
     def separations(self, M: FloatArray, sd: FloatArray) -> FloatArray:
         """Return the mean log evidence between each true candidate and each rival, shape (..., c, c).
@@ -177,11 +183,11 @@ def slots_of(problem: Problem, pool: MachineView, count: int, size: int) -> Slot
     """
     # slow errors belong to the time of a row, which its level does not tell: poses are chosen with the frame alone
     levels_alone = Levels(frame=problem.levels.frame, campaign=problem.levels.campaign)
-    X, sd = base_columns(pool, problem.laws, problem.noise, problem.levels)
-    W, sizes = whitened_rows(pool, X, problem.columns(pool), problem.noise, levels_alone)
+    base = problem.base(pool)
+    W, sizes = whitened_rows(pool, base.shared, problem.columns(pool), problem.noise, levels_alone)
     tables = (np.swapaxes(W, 1, 2) @ W).reshape(-1, count, W.shape[2], W.shape[2])
     levels = np.round(course_of(size) * (len(tables) - 1)).astype(np.int64)
-    return Slots(tables, levels, sd, sizes)
+    return Slots(tables, levels, base.sizes, sizes)
 
 
 def exchanged(

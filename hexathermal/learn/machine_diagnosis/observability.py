@@ -33,7 +33,7 @@ from hexathermal.learn.machine_diagnosis.separation import (
     FREE_FRAME,
     Information,
     Noise,
-    base_columns,
+    base_of,
     expected_evidence,
     information_of_rows,
     least_amplitude,
@@ -100,14 +100,14 @@ def shapes_of(
     for one in candidates:
         if one.columns.shape[:2] != (n, 6):
             raise ArgumentError(f"{one.called} has columns of shape {one.columns.shape}; expected ({n}, 6, k)")
-    X, sd = base_columns(view, laws, noise, levels)
+    base = base_of(view, laws, noise, levels)
     columns = np.concatenate([one.columns for one in candidates], axis=2)
-    made = information_of_rows(view, X, columns, noise, levels)
+    made = information_of_rows(view, base, columns, noise, levels)
     return Shapes(
         tuple(one.called for one in candidates),
         places_of([one.columns.shape[2] for one in candidates]),
         np.concatenate([usual_size(one) for one in candidates]),
-        made, made.visible(sd),
+        made, made.visible(base.sizes),
     )  # fmt: skip
 
 
@@ -153,8 +153,23 @@ def machine_observability(
     facts = circumstances(view)
     return MachineObservability(
         limits, absent, found, _separations(found, shapes), _classes(candidates, limits, found, close, facts),
-        missing_channels(view), tuple(fact.words for fact in facts), threshold, power, close,
+        _hidden(limits, absent, facts), missing_channels(view), tuple(fact.words for fact in facts), threshold, power,
+        close,
     )  # fmt: skip
+
+
+def _hidden(limits: Sequence[DetectionLimit], absent: Sequence[str], facts: Sequence[Circumstance]) -> tuple[str, ...]:
+    """Return of each cause that is not seen, everywhere or in some places, where and why."""
+    lines = []
+    for cause in dict.fromkeys([*absent, *(limit.cause for limit in limits)]):
+        own = [limit for limit in limits if limit.cause == cause]
+        lost = [limit for limit in own if not limit.seen]
+        if own and not lost:
+            continue
+        where = "not seen" if len(lost) == len(own) else f"not seen of {', '.join(str(one.target) for one in lost)}"
+        reasons = "; ".join(fact.words for fact in facts if fact.concerns([cause]))
+        lines.append(f"{cause}: {where}{f' ({reasons})' if reasons else ''}")
+    return tuple(lines)
 
 
 def limits_of(

@@ -88,6 +88,8 @@ class MachineObservability:
         Of each two candidates that are seen, least first.
     classes : tuple of AlikeClass
         Of two candidates and more.
+    hidden : tuple of str
+        Of each cause that is not seen, everywhere or in some places, in words: where, and why.
     missing : tuple of str
         Recorded channels that candidates would need.
     circumstances : tuple of str
@@ -101,6 +103,7 @@ class MachineObservability:
     evidence: FloatArray
     separations: tuple[Separation, ...]
     classes: tuple[AlikeClass, ...]
+    hidden: tuple[str, ...]
     missing: tuple[str, ...]
     circumstances: tuple[str, ...]
     threshold: float
@@ -115,11 +118,7 @@ class MachineObservability:
     @property
     def words(self) -> tuple[str, ...]:
         """What is to be said: what is not seen, what looks alike, what is missing."""
-        lines = [str(one) for one in self.classes]
-        if self.unseen:
-            because = "; ".join(self.circumstances)
-            lines.append(f"not seen: {', '.join(self.unseen)}{f' ({because})' if because else ''}")
-        return (*lines, *self.missing)
+        return (*(str(one) for one in self.classes), *self.hidden, *self.missing)
 
     def limit(self, cause: str, target: str | None = None) -> DetectionLimit:
         """Return the limit of a candidate."""

@@ -28,6 +28,7 @@ from hexathermal.learn.machine_diagnosis.exchange import (
     Problem,
 )
 from hexathermal.learn.machine_diagnosis.observability import (
+    CLOSE,
     TWICE,
     limits_of,
     mean_square_at,
@@ -219,6 +220,8 @@ def _told(
         f"{steps[0].upper()}{steps[1:]}: tells {rivals} with a log evidence of {least.after:.1f} or more on average "
         f"({least.before:.1f} without it; random poses and scenarios: {random:.1f})"
     )
+    if least.after < CLOSE:
+        words += f"; that is below {CLOSE:g}: plan more runs, more poses or larger rises of temperature"
     return MachineExperiment(
         tuple(design.scenario for design in found),
         plan,

@@ -41,6 +41,9 @@ LARGEST_SIZE = 64.0
 FREE_FRAME = Levels(frame=1e5)
 """The measuring frame is free in each run, and nothing else disturbs."""
 
+READINGS = "thermometers"
+"""What the words of the law's columns begin with that are errors of single readings."""
+
 SMALLEST_SHARE = 1e-6
 """Part of a candidate's squared effect that must be left after the refit: less is rounding."""
 
@@ -119,40 +122,63 @@ def refitted(M: FloatArray, sd: FloatArray) -> FloatArray:
     return np.asarray(0.5 * (G + np.swapaxes(G, -1, -2)))
 
 
-def base_columns(view: MachineView, laws: str, noise: Noise, levels: Levels) -> tuple[FloatArray, FloatArray]:
-    """Return what all runs share beside candidates: the law and a campaign's frame, (n, 6, p), and their sizes (p,)."""
-    law = law_columns(view, laws).columns
-    if levels.campaign <= 0.0:
-        return law, np.ones(law.shape[2])
-    columns = np.concatenate([law, view.frame * noise.coordinates], axis=2)
-    return columns, np.concatenate([np.ones(law.shape[2]), np.full(6, levels.campaign)])
+@dataclass(frozen=True, eq=False)
+class Base:
+    """What is there beside candidates.
+
+    Attributes
+    ----------
+    own : array, shape (n, 6, o)
+        Errors of the readings of these rows, which no other rows share, each for one standard deviation.
+    shared : array, shape (n, 6, p)
+        The law, and a campaign's frame.
+    sizes : array, shape (p,)
+        Standard deviations of their amplitudes.
+    """
+
+    own: FloatArray
+    shared: FloatArray
+    sizes: FloatArray
+
+
+def base_of(view: MachineView, laws: str, noise: Noise, levels: Levels) -> Base:
+    """Return what is there in the rows of a view beside candidates."""
+    law = law_columns(view, laws)
+    own = np.array([word.startswith(READINGS) for word in law.words], dtype=bool)
+    shared, sizes = law.columns[..., ~own], np.ones(int((~own).sum()))
+    if levels.campaign > 0.0:
+        shared = np.concatenate([shared, view.frame * noise.coordinates], axis=2)
+        sizes = np.concatenate([sizes, np.full(6, levels.campaign)])
+    return Base(law.columns[..., own], shared, sizes)
 
 
 def information_of_rows(
-    view: MachineView, base: FloatArray, columns: FloatArray, noise: Noise, levels: Levels
+    view: MachineView, base: Base, columns: FloatArray, noise: Noise, levels: Levels
 ) -> Information:
     """Return the information of a view's rows.
 
     Parameters
     ----------
     view : MachineView
-    base : array, shape (n, 6, p)
-        What all runs share, see `base_columns`.
+    base : Base
+        Errors of readings are integrated out with the runs' own disturbances.
     columns : array, shape (n, 6, K)
         Columns of the candidates beside each other.
     noise : Noise
     levels : Levels
         Sizes of each run's own disturbances.
     """
-    W, f = whitened_rows(view, base, columns, noise, levels)
+    there = np.concatenate([base.own, base.shared], axis=2)
+    W, f = whitened_rows(view, there, columns, noise, levels)
     u = W.shape[2] - len(f)
     M = np.zeros((u, u))
     for run in np.unique(view.run):
-        own = W[view.run == run].reshape(-1, W.shape[2])
-        M += refitted(own.T @ own, f)
+        rows = W[view.run == run].reshape(-1, W.shape[2])
+        M += refitted(rows.T @ rows, f)
+    M = refitted(M, np.ones(base.own.shape[2]))
     e = effects(view, columns)
     squares = np.array([
-        np.einsum("nck,ncl->kl", part, part)
+        np.einsum("nck,ncl->kl", part, part, optimize=True)
         for part in (e / noise.coordinates[:, None], e[:, :3], e[:, 3:])
     ])  # fmt: skip
     return Information(M, squares, len(view))

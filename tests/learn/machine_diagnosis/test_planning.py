@@ -265,3 +265,16 @@ def test_files_tell_the_plan(plates: tuple[MachineView, MachineExperiment], tmp_
     blocked.write_text("x")
     with pytest.raises(ArgumentError):
         write_experiment(plan, blocked)
+
+
+def test_noisy_thermometers_of_what_is_measured_do_not_disturb_the_plan(rng: np.random.Generator) -> None:
+    """Errors of readings belong to the rows that are there: with thermometers that flicker by 0.05 K the plan stands,
+    and what is known before is less than with quiet ones.
+    """
+    quiet, _six = random_plan(warmed_at_home(), rng, usual_scenarios()[2])
+    noisy = replace(quiet, dT=quiet.dT + 0.05 * rng.standard_normal(quiet.dT.shape))
+    names = ("leg-coefficient of leg2", "leg-coefficient of leg5")
+    sizes = {name: np.full(2, 2e-7) for name in names}
+    one, two = (planned_for(view, *names, amplitudes=sizes, pool=30) for view in (quiet, noisy))
+    assert two.promises[0].before < one.promises[0].before
+    assert two.separation > 6.0
