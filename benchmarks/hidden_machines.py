@@ -34,6 +34,9 @@ TURNS = (ONE, ONE, CLEAN, ONE, ONE, OUTSIDE, ONE, ONE, CLEAN, ONE, ONE, TWO)
 
 NORMAL_95 = 1.96
 
+UNFRAMED = "_unframed"
+"""Of what is told where each run may have a frame of its own."""
+
 
 @dataclass(frozen=True)
 class MachineDraw:
@@ -65,7 +68,8 @@ class MachineOutcome:
     verdict, names, places, equivalent, probability
         Said; `places` are the targets.
     gain, oracle_gain : dict of str to float or None
-        Part of the RMSE on validation runs that is gone, by ``translation`` and ``rotation``.
+        Part of the RMSE on validation runs that is gone, by ``translation`` and ``rotation``; with `UNFRAMED` at the
+        end, where each run may have a frame of its own.
     pulls : dict of str to float
         Of each parameter of a rightly named effect: stated less true value, over the stated standard deviation.
     seconds : float
@@ -172,29 +176,27 @@ def _foreign() -> list[str]:
 
 
 def true_values(cause: str, hidden: Mapping[str, Any]) -> dict[str, float]:
-    """Return an effect's parameters as a diagnosis names them, from those of the generator's answer.
+    """Return an effect's parameters as a diagnosis tells them, from those of the generator's answer.
 
-    Empty where there is no one-to-one: a frame that follows the room with a delay.
+    Empty where there is no one-to-one: a frame that follows the room with a delay; columns that are exchanged.
     """
     size = {name: float(value) for name, value in hidden.items() if isinstance(value, int | float)}
     if cause == "leg-coefficient":
         own = {f"{letter}_change_per_K": size["size"] * size[f"of_{letter}"] for letter in "AB"}
-        return own | {f"{name}_{hidden['sensor']}": value for name, value in own.items()}
+        both = {f"{name}_{sensor}": value * (sensor == hidden["sensor"]) for name, value in own.items()
+                for sensor in ("T1", "T2")}  # fmt: skip
+        return own | both
     if cause in ("platform-expansion", "base-expansion"):
         return {"expansion_change_per_K": size["expansion"]}
-    if cause == "swapped-legs":
-        return {"share": 1.0}
     if cause == "payload-compliance":
         sag = size["mass"] * 9.80665 * size["compliance"]
-        return {"sag": sag} | {f"sag_times_{axis}": sag * size[axis] for axis in "xyz"}
+        return {"sag_um": sag * 1e6} | {f"centre_{axis}_mm": size[axis] * 1e3 for axis in "xyz"}
     if cause == "joint-offset":
-        return {f"offset_{axis}": size["size"] * size[axis] for axis in "xyz"}
-    if cause == "tracker-drift":
-        if size["delay"] > 0.0:
-            return {}
-        turns = {f"turn_{axis}_per_K": size["size"] * size[f"r{axis}"] for axis in "xyz"}
-        return {f"shift_{axis}_per_K": size["size"] * size[axis] for axis in "xyz"} | turns
-    return {"step": size["gap"]} if cause == "leg-backlash" else {}
+        return {f"offset_{axis}_um": size["size"] * size[axis] * 1e6 for axis in "xyz"}
+    if cause == "tracker-drift" and size["delay"] == 0.0:
+        turns = {f"turn_{axis}_urad_per_K": size["size"] * size[f"r{axis}"] * 1e6 for axis in "xyz"}
+        return {f"shift_{axis}_um_per_K": size["size"] * size[axis] * 1e6 for axis in "xyz"} | turns
+    return {"step_um": size["gap"] * 1e6} if cause == "leg-backlash" else {}
 
 
 def pulls_of(said: Mapping[str, Any], answer: Mapping[str, Any]) -> dict[str, float]:
@@ -214,21 +216,16 @@ def pulls_of(said: Mapping[str, Any], answer: Mapping[str, Any]) -> dict[str, fl
 
 
 def gains_of(said: Mapping[str, Any], oracle: Mapping[str, Any]) -> tuple[dict[str, float | None], ...]:
-    """Return gains of translation and rotation, of the diagnosis and of the oracle.
-
-    Where the diagnosis puts frames of runs aside, so does the oracle: the one whose RMSE before is nearer.
-    """
+    """Return gains of translation and rotation, of the diagnosis and of the oracle; again for `UNFRAMED`."""
     found: dict[str, float | None] = {}
     best: dict[str, float | None] = {}
     gain = said.get("gain") or {}
-    for kind, unit in (("translation", "um"), ("rotation", "urad")):
-        before, after = (gain.get(f"{kind}_rmse_{when}_{unit}") for when in ("before", "after"))
-        pairs = [
-            (oracle[f"{kind}_filed{way}_{unit}"], oracle[f"{kind}_known{way}_{unit}"]) for way in ("", "_unframed")
-        ]
-        found[kind] = None if not before or after is None else 1.0 - after / before
-        filed, known = pairs[1] if not before else min(pairs, key=lambda pair: abs(pair[0] - before))
-        best[kind] = 1.0 - known / filed if filed else None
+    for end, scores in (("", gain), (UNFRAMED, gain.get("without_frame_of_each_run") or {})):
+        for kind, unit in (("translation", "um"), ("rotation", "urad")):
+            before, after = (scores.get(f"{kind}_rmse_{when}_{unit}") for when in ("before", "after"))
+            found[kind + end] = None if not before or after is None else 1.0 - after / before
+            filed, known = oracle[f"{kind}_filed{end}_{unit}"], oracle[f"{kind}_known{end}_{unit}"]
+            best[kind + end] = 1.0 - known / filed if filed else None
     return found, best
 
 

@@ -37,7 +37,8 @@ python -m benchmarks.machine_diagnosis --draws {count} --seed {seed} --measure {
 - *Right*: the first name is hidden. *Equivalent*: it is among the names stated as equivalent. *Wrong*: neither.
   *Place*: leg, plate, pair of legs or joint.
 - *Gain*: part of the RMSE on validation runs that the extended machine takes away, translation and rotation. The oracle
-  is the true machine; sums over draws in which it gains {gain:.0%} or more.
+  is the true machine; sums over draws in which it gains {gain:.0%} or more. *Unframed*: each run may have a frame of
+  its own, before and after.
 - Rates are given with their 90 % intervals.
 """
 

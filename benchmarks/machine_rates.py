@@ -7,7 +7,7 @@ from collections.abc import Callable, Iterable, Sequence
 import numpy as np
 
 from benchmarks.hidden_effects import CLEAN, ONE, OUTSIDE, TWO
-from benchmarks.hidden_machines import BARS, CAUSES, LEG, NORMAL_95, STRENGTHS, MachineOutcome
+from benchmarks.hidden_machines import BARS, CAUSES, LEG, NORMAL_95, STRENGTHS, UNFRAMED, MachineOutcome
 from benchmarks.hidden_rates import part_of, table
 
 GAIN = 0.02
@@ -29,11 +29,21 @@ def share(draws: Draws, good: Callable[[MachineOutcome], bool]) -> str:
     return part_of(sum(good(one) for one in draws), len(draws))
 
 
-def gain_ratio(draws: Draws) -> float:
-    """Return the sum of gains over the sum of the oracle's, over translations and rotations with something to gain."""
-    pairs = [(one.gain.get(kind) or 0.0, best) for one in draws for kind, best in one.oracle_gain.items()
-             if best is not None and best > GAIN]  # fmt: skip
+def gain_ratio(draws: Draws, end: str = "") -> float:
+    """Return the sum of gains over the sum of the oracle's, over translations and rotations with something to gain.
+
+    `end` is ``""``, or `UNFRAMED`: each run may have a frame of its own.
+    """
+    kinds = [kind + end for kind in ("translation", "rotation")]
+    pairs = [(one.gain.get(kind) or 0.0, one.oracle_gain.get(kind) or 0.0) for one in draws for kind in kinds]
+    pairs = [pair for pair in pairs if pair[1] > GAIN]
     return sum(pair[0] for pair in pairs) / sum(pair[1] for pair in pairs) if pairs else float("nan")
+
+
+def _ratios(draws: Draws) -> str:
+    """Return both gain ratios."""
+    both = (gain_ratio(draws), gain_ratio(draws, UNFRAMED))
+    return ", ".join("-" if np.isnan(ratio) else f"{ratio:.2f}" for ratio in both)
 
 
 def coverage(draws: Draws) -> tuple[int, int]:
@@ -43,18 +53,17 @@ def coverage(draws: Draws) -> tuple[int, int]:
 
 
 HEAD = ("draws", "cause right", "or equivalent", "place right of these", "wrong name", "`none`", "`unexplained`",
-        "gain / oracle's", "parameters within 95 %", "s, most")  # fmt: skip
+        "gain / oracle's, unframed", "parameters within 95 %", "s, most")  # fmt: skip
 
 
 def cells(own: Draws) -> list[str]:
     """Return what is told of any set of draws with effects in them."""
     right = [one for one in own if one.right and one.names]
-    ratio = gain_ratio(own)
     return [
         str(len(own)), share(own, lambda one: one.right), share(own, lambda one: one.right_or_equivalent),
         share(right, lambda one: one.place_right), share(own, lambda one: one.wrong),
         share(own, lambda one: one.verdict == "none"), share(own, lambda one: one.verdict == "unexplained"),
-        f"{ratio:.2f}" if np.isfinite(ratio) else "-", part_of(*coverage(own)),
+        _ratios(own), part_of(*coverage(own)),
         f"{max((one.seconds for one in own), default=0.0):.1f}",
     ]  # fmt: skip
 
@@ -90,10 +99,10 @@ def by_cause(draws: Draws) -> str:
             f"`{cause}`", *(f"{sum(one.right for one in part)}/{len(part)}" for part in parts),
             f"{sum(one.right_or_equivalent for one in own)}/{len(own)}",
             f"{sum(one.place_right for one in own)}/{sum(one.right for one in own)}", f"{inside}/{number}",
-            f"{gain_ratio(own):.2f}", said,
+            _ratios(own), said,
         ])  # fmt: skip
     head = ("cause", *(f"right at {size:g}" for size in STRENGTHS), "right or equivalent", "place right",
-            "parameters within 95 %", "gain / oracle's", "said instead")  # fmt: skip
+            "parameters within 95 %", "gain / oracle's, unframed", "said instead")  # fmt: skip
     return table(head, rows)
 
 
