@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from hexathermal.errors import NotConvergedError
+from hexathermal.errors import NotConvergedError, OtherBranchError, SingularPoseError
 from hexathermal.kinematics import layout as at
-from hexathermal.kinematics.batches import place
+from hexathermal.kinematics.batches import place, where
 from hexathermal.kinematics.forward import run
 from hexathermal.kinematics.refusals import refuse_forward
 from hexathermal.kinematics.statics import payload_sag
@@ -16,9 +16,9 @@ from hexathermal.poses import FloatArray
 MOST_STEPS = 40
 """Steps to the balance; each leaves some thousandths of the last, so that few are taken."""
 
-NO_BALANCE = (
-    "no pose is in balance under the payload: the legs give way too much, or the pose is near a singular one; check "
-    "compliance and payload in the machine's file"
+NO_BALANCE = "no pose is in balance under the payload"
+CHECK_LOAD = (
+    "the legs give way too much, or the pose is near a singular one; check compliance and payload in the machine's file"
 )
 
 
@@ -46,7 +46,7 @@ def balanced(
     Raises
     ------
     NotConvergedError
-        No pose is in balance.
+        No pose is in balance; with the place of the worst.
     KinematicsError
         As `forward_kinematics`.
     """
@@ -57,10 +57,17 @@ def balanced(
     last, stop = np.zeros_like(unloaded), 4.0 * np.finfo(float).eps * float(np.abs(unloaded).max(initial=1.0))
     for _step in range(MOST_STEPS):
         now = payload_sag(hexapod, poses, held=True)
-        poses, change, last = _standing(hexapod, unloaded + now, told, expansions, lead), np.abs(now - last), now
-        if change.max(initial=0.0) <= stop:
+        change, last = np.abs(now - last).max(axis=1, initial=0.0), now
+        if not (unloaded + now > 0.0).all():
+            break
+        try:
+            poses = _standing(hexapod, unloaded + now, told, expansions, lead)
+        except (NotConvergedError, OtherBranchError, SingularPoseError) as error:
+            raise NotConvergedError(f"{NO_BALANCE}{where(error.index)}: {CHECK_LOAD}", index=error.index) from None
+        if not (change > stop).any():
             return poses
-    raise NotConvergedError(NO_BALANCE)
+    bad = place(int(change.argmax()), lead)
+    raise NotConvergedError(f"{NO_BALANCE}{where(bad)}: {CHECK_LOAD}", index=bad)
 
 
 def _standing(
