@@ -8,9 +8,11 @@ import numpy as np
 
 import hexathermal as ht
 from hexathermal.kinematics.inverse import inverse_kinematics
+from hexathermal.kinematics.sampled_poses import reachable_coordinates
 from hexathermal.learn.hexapod_model import row_covariance
 from hexathermal.learn.machine_diagnosis.candidate import Candidate
 from hexathermal.learn.machine_diagnosis.causes import all_candidates
+from hexathermal.learn.machine_diagnosis.scenarios import Scenario, usual_scenarios
 from hexathermal.learn.machine_diagnosis.separation import Noise
 from hexathermal.learn.machine_diagnosis.view import MachineView, planned_view
 from hexathermal.simulate.hidden.machines.physics import as_filed, measured
@@ -100,6 +102,17 @@ def reached(view: MachineView, candidates: list[Candidate], clean: np.ndarray, d
             each.append(gain - 0.5 * np.linalg.slogdet(np.eye(len(G)) + size**2 * G)[1])
         found.append(np.max(each, axis=0))
     return np.array(found).T
+
+
+def random_plan(
+    view: MachineView, slots: int, rng: np.random.Generator, way: Scenario | None = None
+) -> tuple[MachineView, np.ndarray]:
+    """As many random feasible poses under a scenario, a random one where none is given."""
+    six = reachable_coordinates(view.hexapod, slots, rng)
+    way = way or usual_scenarios()[int(rng.integers(len(usual_scenarios())))]
+    dT, plates, air = way.temperatures(np.linspace(0.0, 1.0, slots), 1)
+    poses = ht.pose_from_coordinates(six, hexapod=view.hexapod)
+    return planned_view(view.hexapod, poses, dT, plates=plates, air=air), six
 
 
 def usual_noise() -> Noise:

@@ -12,18 +12,18 @@ import pytest
 import hexathermal as ht
 from hexathermal.errors import ArgumentError, UnknownNameError
 from hexathermal.kinematics.limits import margins
-from hexathermal.kinematics.sampled_poses import reachable_coordinates
 from hexathermal.learn.machine_diagnosis.plan_files import experiment_facts, write_experiment
 from hexathermal.learn.machine_diagnosis.planner import joined
 from hexathermal.learn.machine_diagnosis.planning import MachineExperiment, next_experiment
 from hexathermal.learn.machine_diagnosis.scenarios import Scenario, usual_scenarios
 from hexathermal.learn.machine_diagnosis.single_leg import single_leg_candidates
 from hexathermal.learn.machine_diagnosis.tables import Levels
-from hexathermal.learn.machine_diagnosis.view import MachineView, planned_view
+from hexathermal.learn.machine_diagnosis.view import MachineView
 from tests.learn.machine_diagnosis.planned import (
     BASE,
     PLATFORM,
     chosen,
+    random_plan,
     reached,
     residual,
     truth_of,
@@ -48,17 +48,6 @@ def plates() -> tuple[MachineView, MachineExperiment]:
     view = warmed_at_home()
     sizes = {PLATFORM: np.array([GROWTH]), BASE: np.array([GROWTH])}
     return view, planned_for(view, PLATFORM, BASE, amplitudes=sizes)
-
-
-def random_plan(
-    view: MachineView, rng: np.random.Generator, way: Scenario | None = None
-) -> tuple[MachineView, np.ndarray]:
-    """As many random feasible poses under a scenario, a random one where none is given."""
-    six = reachable_coordinates(view.hexapod, SLOTS, rng)
-    way = way or usual_scenarios()[int(rng.integers(len(usual_scenarios())))]
-    dT, plates, air = way.temperatures(np.linspace(0.0, 1.0, SLOTS), 1)
-    poses = ht.pose_from_coordinates(six, hexapod=view.hexapod)
-    return planned_view(view.hexapod, poses, dT, plates=plates, air=air), six
 
 
 def separations(
@@ -90,9 +79,12 @@ def test_the_plan_carried_out_separates_as_promised_and_better_than_random_ones(
         assert abs(got.mean() - promise.after) < 0.1 * promise.after + 3.0 * got.std() / np.sqrt(draws)
         assert abs(promise.before) < 0.5
         assert promise.after > 6.0
-        others = [separations(known, *random_plan(known, rng), part, rng, 2).mean() for _draw in range(40)]
+        others = [separations(known, *random_plan(known, SLOTS, rng), part, rng, 2).mean() for _draw in range(40)]
         assert np.mean(others) < 0.5 * got.mean()
-        same = [separations(known, *random_plan(known, rng, plan.scenarios[0]), part, rng, 2).mean() for _ in range(10)]
+        same = [
+            separations(known, *random_plan(known, SLOTS, rng, plan.scenarios[0]), part, rng, 2).mean()
+            for _ in range(10)
+        ]
         assert np.mean(same) < 0.8 * got.mean()
 
 
@@ -134,7 +126,7 @@ def test_what_is_warmed_fits_what_is_asked(names: tuple[str, str], scenario: str
 
 def test_swapped_legs_are_told_by_warming_one_of_the_two(rng: np.random.Generator) -> None:
     """Six legs that are always equally warm hide exchanged thermometers; the plan warms exactly one of the two."""
-    view, _six = random_plan(warmed_at_home(), rng)
+    view, _six = random_plan(warmed_at_home(), SLOTS, rng)
     alike = replace(view, dT=np.linspace(0, 5, SLOTS)[:, None, None] * (1.0 + 1e-3 * np.arange(6)[:, None]))
     plan = planned_for(alike, "swapped-legs of leg3+leg4", "leg-coefficient of leg3")
     legs = plan.scenarios[0].legs
@@ -146,7 +138,7 @@ def test_backlash_is_promised_for_the_order_in_which_poses_are_written(rng: np.r
     """Backlash depends on the order of the rows: the promise is reached in the order that is written, within 10 % and
     three standard errors; the same poses in one sweep from short to long tell it less.
     """
-    known, _six = random_plan(warmed_at_home(), rng)
+    known, _six = random_plan(warmed_at_home(), SLOTS, rng)
     names = ("leg-backlash of leg2", "joint-offset of base joint 2")
     step = 1.5e-6
     sizes = {names[0]: np.array([step]), names[1]: np.full(3, 5e-6)}
@@ -195,7 +187,7 @@ def test_slow_errors_of_legs_lower_what_is_promised() -> None:
 
 def test_causes_of_a_single_leg_are_planned_for(rng: np.random.Generator) -> None:
     """A leg's own catalogue is known: a wrong scale is told from a wrong coefficient; what is in none is refused."""
-    view, _six = random_plan(warmed_at_home(), rng, usual_scenarios()[2])
+    view, _six = random_plan(warmed_at_home(), SLOTS, rng, usual_scenarios()[2])
     own = [one for one in single_leg_candidates(view) if one.called == "scale-error of leg2"]
     wanted = [*own, *chosen(view, "leg-coefficient of leg2")]
     plan = next_experiment(view, wanted, usual_noise(), slots=SLOTS, pool=30)
@@ -271,7 +263,7 @@ def test_noisy_thermometers_of_what_is_measured_do_not_disturb_the_plan(rng: np.
     """Errors of readings belong to the rows that are there: with thermometers that flicker by 0.05 K the plan stands,
     and what is known before is less than with quiet ones.
     """
-    quiet, _six = random_plan(warmed_at_home(), rng, usual_scenarios()[2])
+    quiet, _six = random_plan(warmed_at_home(), SLOTS, rng, usual_scenarios()[2])
     noisy = replace(quiet, dT=quiet.dT + 0.05 * rng.standard_normal(quiet.dT.shape))
     names = ("leg-coefficient of leg2", "leg-coefficient of leg5")
     sizes = {name: np.full(2, 2e-7) for name in names}
