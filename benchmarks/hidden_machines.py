@@ -65,8 +65,8 @@ class MachineOutcome:
         Hidden.
     whole, visible : list of float
         Strength of each, against the noise; and where each run may have a frame of its own.
-    verdict, names, places, equivalent, probability
-        Said; `places` are the targets.
+    verdict, names, places, equivalent, equivalent_places, probability
+        Said; `places` are the targets, `equivalent_places` those stated to be as good for the first name.
     gain, oracle_gain : dict of str to float or None
         Part of the RMSE on validation runs that is gone, by ``translation`` and ``rotation``; with `UNFRAMED` at the
         end, where each run may have a frame of its own.
@@ -90,6 +90,7 @@ class MachineOutcome:
     names: list[str] = field(default_factory=list)
     places: list[str | None] = field(default_factory=list)
     equivalent: list[str] = field(default_factory=list)
+    equivalent_places: list[str] = field(default_factory=list)
     probability: float = 0.0
     gain: dict[str, float | None] = field(default_factory=dict)
     oracle_gain: dict[str, float | None] = field(default_factory=dict)
@@ -127,6 +128,13 @@ class MachineOutcome:
         return hidden is None or self.places[0] == hidden
 
     @property
+    def place_right_or_equivalent(self) -> bool:
+        """Whether the place is right, or among those stated to be as good."""
+        if self.place_right or not (self.right and self.names):
+            return self.place_right
+        return self.targets[self.causes.index(self.names[0])] in self.equivalent_places
+
+    @property
     def wrong(self) -> bool:
         """Whether something is named that is not hidden, nor stated to be equivalent to something hidden."""
         return bool(self.names) and not self.right_or_equivalent
@@ -158,7 +166,7 @@ def plan(count: int, seed: int, measure: str = "whole") -> list[MachineDraw]:
         strength = STRENGTHS[k % len(STRENGTHS)]
         if kind == ONE:
             causes = (CAUSES[singles % len(CAUSES)],)
-            strength = STRENGTHS[(singles + singles // len(CAUSES)) % len(STRENGTHS)]
+            strength = STRENGTHS[singles % len(STRENGTHS)]
             singles += 1
         elif kind == TWO:
             causes = tuple(str(name) for name in generator.choice(CAUSES, 2, replace=False))
@@ -251,6 +259,7 @@ def outcome_of(draw: MachineDraw) -> MachineOutcome:
         answer["machine"], answer["hall"], draw.seed, draw.strength, answer["causes"], answer["targets"],
         answer["whole"], answer["visible"], said.get("verdict", "failed"), [one["cause"] for one in effects],
         [one["target"] for one in effects], [_name(one) for one in said.get("equivalent", [])],
+        list(effects[0].get("equivalent_places", [])) if effects else [],
         said.get("probability", 0.0), gain, best, pulls_of(said, answer), seconds, failed,
     )  # fmt: skip
 

@@ -52,8 +52,8 @@ def coverage(draws: Draws) -> tuple[int, int]:
     return sum(pull < NORMAL_95 for pull in pulls), len(pulls)
 
 
-HEAD = ("draws", "cause right", "or equivalent", "place right of these", "wrong name", "`none`", "`unexplained`",
-        "gain / oracle's, unframed", "parameters within 95 %", "s, most")  # fmt: skip
+HEAD = ("draws", "cause right", "or equivalent", "place right of these", "or equivalent", "wrong name", "`none`",
+        "`unexplained`", "gain / oracle's, unframed", "parameters within 95 %", "s, most")  # fmt: skip
 
 
 def cells(own: Draws) -> list[str]:
@@ -61,7 +61,8 @@ def cells(own: Draws) -> list[str]:
     right = [one for one in own if one.right and one.names]
     return [
         str(len(own)), share(own, lambda one: one.right), share(own, lambda one: one.right_or_equivalent),
-        share(right, lambda one: one.place_right), share(own, lambda one: one.wrong),
+        share(right, lambda one: one.place_right), share(right, lambda one: one.place_right_or_equivalent),
+        share(own, lambda one: one.wrong),
         share(own, lambda one: one.verdict == "none"), share(own, lambda one: one.verdict == "unexplained"),
         _ratios(own), part_of(*coverage(own)),
         f"{max((one.seconds for one in own), default=0.0):.1f}",

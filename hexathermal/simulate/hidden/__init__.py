@@ -1,1 +1,1 @@
-"""Campaigns that hide something, for testing a diagnosis: benches of different physics, effects, and the answers."""
+"""Campaigns that hide something, for testing a diagnosis: benches or machines of many kinds, effects, the answers."""
