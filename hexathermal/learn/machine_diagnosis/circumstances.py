@@ -32,6 +32,7 @@ STILL_TURN = 0.005
 """A platform that turns by less [rad] does not turn."""
 
 THERMAL = ("leg-coefficient", "platform-expansion", "base-expansion", "swapped-legs", "tracker-drift")
+SHARED = ("platform-expansion", "base-expansion", "tracker-drift")
 POSED = ("joint-offset", "payload-compliance", *(cause for cause in THERMAL if cause != "swapped-legs"))
 
 
@@ -82,10 +83,15 @@ def _of_temperatures(view: MachineView) -> Iterator[Circumstance]:
         causes = {follows.get(name, "leg-coefficient") for name in still}
         yield Circumstance(f"constant within {STILL_K:g} K: {', '.join(still)}", tuple(sorted(causes)))
     moving = np.column_stack([course for name, course in known.items() if name not in still])
-    if moving.shape[1] > 1 and _one_course(moving) > ONE_COURSE:
+    if moving.shape[1] > 1 and _one_course(_scaled(moving)) > ONE_COURSE:
         yield Circumstance("all temperatures follow one course: no part is warm while another is cold", THERMAL)
-    elif _one_course(legs) > ONE_COURSE and _size(legs.mean(axis=1)) >= STILL_K:
-        yield Circumstance("the six legs follow one course", ("leg-coefficient", "swapped-legs"))
+    else:
+        if _one_course(legs) > ONE_COURSE and _size(legs.mean(axis=1)) >= STILL_K:
+            yield Circumstance("the six legs follow one course", ("leg-coefficient", "swapped-legs"))
+        parts = [name for name in known if not name.startswith("leg") and name not in still]
+        for one, two in combinations(parts, 2):
+            if _one_course(_scaled(np.column_stack([known[one], known[two]]))) > ONE_COURSE:
+                yield Circumstance(f"{one} and {two} follow one course", SHARED)
     twins = [f"{a + 1} and {b + 1}" for a, b in combinations(range(6), 2) if _size(legs[:, a] - legs[:, b]) < STILL_K]
     if twins:
         some = ", ".join(twins[:4]) + (" ..." if len(twins) > 4 else "")
@@ -122,6 +128,11 @@ def _one_way(view: MachineView, length: FloatArray) -> bool:
 def _size(course: FloatArray) -> float:
     """Return the root mean square of a course of temperatures [K]."""
     return float(np.sqrt(np.mean(np.square(course))))
+
+
+def _scaled(courses: FloatArray) -> FloatArray:
+    """Return courses (n, m) of unit size each, so that a small one counts as much as a large one."""
+    return np.asarray(courses / np.maximum(np.sqrt(np.mean(np.square(courses), axis=0)), 1e-12))
 
 
 def _one_course(courses: FloatArray) -> float:

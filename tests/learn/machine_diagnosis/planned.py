@@ -75,7 +75,9 @@ def residual(view: MachineView, truth: MachineTruth) -> np.ndarray:
     return lengths - view.retracted - view.q - replace(view, poses=poses).law_drift
 
 
-def reached(view: MachineView, candidates: list[Candidate], clean: np.ndarray, draws: int, rng: np.random.Generator):
+def reached(
+    view: MachineView, candidates: list[Candidate], clean: np.ndarray, draws: int, rng: np.random.Generator
+) -> np.ndarray:
     """Log evidence of candidates, shape (draws, c), of residuals with noise: dense, by the definition of it.
 
     The frame of each run is integrated over a wide prior; each candidate has its best size.
@@ -88,8 +90,8 @@ def reached(view: MachineView, candidates: list[Candidate], clean: np.ndarray, d
     for k, run in enumerate(runs):
         own = view.run == run
         U[own, :, 6 * k : 6 * k + 6] = FRAME * (view.frame * NOISE)[own]
-    U = np.linalg.solve(L, U).reshape(6 * n, -1)
-    P = np.linalg.inv(np.eye(6 * n) + U @ U.T)
+    W = np.linalg.solve(L, U).reshape(6 * n, -1)
+    P = np.linalg.inv(np.eye(6 * n) + W @ W.T)
     y = np.linalg.solve(L, clean[..., None]).reshape(-1, 1) + rng.standard_normal((6 * n, draws))
     found = []
     for one in candidates:

@@ -159,6 +159,18 @@ def test_legs_always_equally_warm_are_named(rng: np.random.Generator) -> None:
         seen.limit("swapped-legs", "leg3+leg4")
 
 
+def test_plates_of_one_course_are_named_as_what_hides_on_which_the_tracker_stands(rng: np.random.Generator) -> None:
+    """Platform and base on one course, legs on others: a tracker that stands on the one or the other is one class, and
+    that is its reason.
+    """
+    view = moved(rng)
+    plates = np.column_stack([view.plates[:, 0], 0.5 * view.plates[:, 0]])
+    seen = machine_observability(replace(view, plates=plates), usual_noise())
+    (own,) = [one for one in seen.classes if "tracker-drift of platform_T1" in one.names]
+    assert "tracker-drift of base_T1" in own.names
+    assert "the platform and the base follow one course" in own.reasons
+
+
 def test_more_noise_raises_limits_in_proportion(rng: np.random.Generator) -> None:
     """Twice the noise: the same strength over it, twice the parameter."""
     view = moved(rng)

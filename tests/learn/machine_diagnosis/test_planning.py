@@ -12,13 +12,14 @@ import pytest
 import hexathermal as ht
 from hexathermal.errors import ArgumentError, UnknownNameError
 from hexathermal.kinematics.limits import margins
+from hexathermal.kinematics.sampled_poses import reachable_coordinates
 from hexathermal.learn.machine_diagnosis.plan_files import experiment_facts, write_experiment
 from hexathermal.learn.machine_diagnosis.planner import joined
 from hexathermal.learn.machine_diagnosis.planning import MachineExperiment, next_experiment
 from hexathermal.learn.machine_diagnosis.scenarios import Scenario, usual_scenarios
 from hexathermal.learn.machine_diagnosis.single_leg import single_leg_candidates
 from hexathermal.learn.machine_diagnosis.tables import Levels
-from hexathermal.learn.machine_diagnosis.view import MachineView
+from hexathermal.learn.machine_diagnosis.view import MachineView, planned_view
 from tests.learn.machine_diagnosis.planned import (
     BASE,
     PLATFORM,
@@ -60,7 +61,7 @@ def separations(
     expansions[part] += GROWTH
     clean = residual(both, truth.changed(expansions=expansions))
     found = reached(both, chosen(both, PLATFORM, BASE), clean, draws, rng)
-    return found[:, part] - found[:, 1 - part]
+    return np.asarray(found[:, part] - found[:, 1 - part])
 
 
 def test_the_plan_carried_out_separates_as_promised_and_better_than_random_ones(
@@ -270,3 +271,20 @@ def test_noisy_thermometers_of_what_is_measured_do_not_disturb_the_plan(rng: np.
     one, two = (planned_for(view, *names, amplitudes=sizes, pool=30) for view in (quiet, noisy))
     assert two.promises[0].before < one.promises[0].before
     assert two.separation > 6.0
+
+
+def test_every_bundled_machine_is_planned_for(hexapod: ht.Hexapod, rng: np.random.Generator) -> None:
+    """Machines of long and of short stroke, with two thermometers a leg: poses within their limits, and a promise above
+    what random plans bring.
+    """
+    law = ht.LegLaw(("T1", "T2"), [1.0e-6, 1.0e-6], [0.5e-6, 0.6e-6])
+    plate = ht.PlateLaw(6e-6, "T1")
+    machine = replace(hexapod, thermal=ht.ThermalModel(law, plate, plate))
+    six = reachable_coordinates(machine, SLOTS, rng)
+    dT, plates, air = usual_scenarios()[1].temperatures(np.linspace(0.0, 1.0, SLOTS), 2)
+    poses = ht.pose_from_coordinates(six, hexapod=machine)
+    view = planned_view(machine, poses, dT, plates=plates, air=air)
+    plan = planned_for(view, PLATFORM, "leg-coefficient of leg1", pool=30)
+    planned = ht.pose_from_coordinates(plan.coordinates, hexapod=machine)
+    assert margins(machine, planned).reachable.all()
+    assert plan.separation > plan.random
