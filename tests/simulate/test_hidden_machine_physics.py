@@ -26,12 +26,12 @@ from hexathermal.simulate.hidden.machines.physics import (
     Heat,
     effect,
     nominal,
-    read_heat,
+    read_heats,
     rises,
     seen,
     stood,
-    told_heat,
-    true_heat,
+    told_heats,
+    true_heats,
 )
 from hexathermal.simulate.hidden.machines.posture import Posture, lengths_of, standing
 from hexathermal.simulate.hidden.machines.rotation import angles_of, from_angles, product, turned
@@ -56,7 +56,7 @@ def hidden(truth: MachineTruth, name: str, generator: np.random.Generator, **fix
 def leg_changes(truth: MachineTruth) -> np.ndarray:
     """By how much the legs seem longer than filed, between the joints as filed, shape (n, 6) [m]."""
     hexapod = truth.hexapod
-    six = stood(truth, [true_heat(truth, run) for run in truth.runs])
+    six = stood(truth, true_heats(truth))
     plates = 1.0 + np.concatenate([heat.plates for heat in told_rises(truth)]) * filed_expansions(truth)
     platform, base = hexapod.platform_joints * plates[:, :1, None], hexapod.base_joints * plates[:, 1:, None]
     dT = np.concatenate([heat.legs for heat in told_rises(truth)])
@@ -68,7 +68,7 @@ def leg_changes(truth: MachineTruth) -> np.ndarray:
 
 def told_rises(truth: MachineTruth) -> list[Heat]:
     """Temperatures since the zero, as recorded without errors."""
-    return rises(truth, [told_heat(truth, run) for run in truth.runs])
+    return rises(truth, told_heats(truth))
 
 
 def filed_expansions(truth: MachineTruth) -> np.ndarray:
@@ -119,7 +119,7 @@ def foretold(truth: MachineTruth, hexapod: Hexapod) -> np.ndarray:
 
 def test_clean_machines_stand_where_the_law_says(clean: MachineTruth) -> None:
     """Where nothing is hidden, `predicted_pose` of the filed machine is the truth, plates and zero included."""
-    apart = np.abs(stood(clean, [true_heat(clean, run) for run in clean.runs]) - foretold(clean, clean.hexapod))
+    apart = np.abs(stood(clean, true_heats(clean)) - foretold(clean, clean.hexapod))
     assert apart[:, :3].max() < 1e-10
     assert apart[:, 3:].max() < 1e-9
 
@@ -147,7 +147,7 @@ def test_a_file_that_states_the_effect_foretells_the_truth(
 ) -> None:
     """The extended `hexapod.toml` and the generator, which share no formula, put the platform in the same place."""
     truth = hidden(clean, name, generator)
-    apart = np.abs(stood(truth, [true_heat(truth, run) for run in truth.runs]) - foretold(truth, extended(truth)))
+    apart = np.abs(stood(truth, true_heats(truth)) - foretold(truth, extended(truth)))
     assert np.abs(effect(truth)).max() > 50.0 * apart.max()
     assert apart[:, :3].max() < 1e-9
     assert apart[:, 3:].max() < 1e-8
@@ -213,10 +213,10 @@ def test_backlash_sits_on_one_leg_within_its_gap(clean: MachineTruth, generator:
 def test_swapped_legs_change_what_is_recorded_only(clean: MachineTruth, generator: np.random.Generator) -> None:
     """Legs 2 and 6 read each other; the platform stands where it did; the others' columns stay."""
     truth = hidden(clean, "swapped-legs", generator, target="leg2+leg6", apart=1.0)
-    before, after = ([read_heat(one, run).legs for run in one.runs] for one in (clean, truth))
+    before, after = ([heat.legs for heat in read_heats(one)] for one in (clean, truth))
     for old, new in zip(before, after, strict=True):
         assert np.abs(new - old[:, [0, 5, 2, 3, 4, 1]]).max() < 1e-9
-    places = [stood(one, [true_heat(one, run) for run in one.runs]) for one in (clean, truth)]
+    places = [stood(one, true_heats(one)) for one in (clean, truth)]
     assert np.abs(places[1] - places[0]).max() < 1e-12
 
 
@@ -229,7 +229,7 @@ def test_a_drifting_tracker_moves_all_poses_alike(clean: MachineTruth, generator
                            for run in clean.runs])  # fmt: skip
     slope = (air - zero) @ motion / ((air - zero) @ (air - zero))
     assert np.abs(motion - np.outer(air - zero, slope)).max() < 1e-12
-    six = stood(clean, [true_heat(clean, run) for run in clean.runs])
+    six = stood(clean, true_heats(clean))
     assert np.abs(effect(truth) - (seen(six, motion) - six)).max() < 1e-12
 
 
@@ -242,7 +242,7 @@ def test_a_growing_plate_moves_its_joints(name: str, field: str, clean: MachineT
     row = int(np.abs(dT).argmax())
     factor = (1.0 + (filed_expansions(clean)[k] + 3e-6) * dT[row]) / (1.0 + filed_expansions(clean)[k] * dT[row])
     moved = clean.changed(**{field: getattr(clean, field) * factor})
-    heats = [true_heat(clean, run) for run in clean.runs]
+    heats = true_heats(clean)
     assert np.abs(stood(truth, heats)[row] - stood(moved, heats)[row]).max() < 1e-12
 
 
@@ -252,7 +252,7 @@ def test_a_payload_is_held_by_virtual_work(clean: MachineTruth, generator: np.ra
     load = truth.load
     assert load is not None
     thrust = -leg_changes(truth) / load.compliance
-    six = stood(truth, [true_heat(truth, run) for run in truth.runs])
+    six = stood(truth, true_heats(truth))
     plates = 1.0 + np.concatenate([heat.plates for heat in told_rises(truth)]) * filed_expansions(truth)
     platform = truth.platform_joints * plates[:, :1, None]
     base = truth.base_joints * plates[:, 1:, None]

@@ -18,7 +18,7 @@ from hexathermal.simulate.hidden.__main__ import main
 from hexathermal.simulate.hidden.machines import halls
 from hexathermal.simulate.hidden.machines.drawing import KINDS, draw_machine_campaign, machine_campaign_of
 from hexathermal.simulate.hidden.machines.effects import CATALOGUE, OUTSIDE, found
-from hexathermal.simulate.hidden.machines.physics import effect, mended_heat, read_heat, seen, stood
+from hexathermal.simulate.hidden.machines.physics import effect, mended_heats, read_heats, seen, stood
 from hexathermal.simulate.hidden.machines.strength import unframed, visible, whole
 from hexathermal.simulate.hidden.machines.writing import write_machine_campaign
 
@@ -59,7 +59,7 @@ def test_a_campaign_reads_back(seed: int, tmp_path: Path) -> None:
     for role in ("identification", "validation"):
         rows = hexapod_rows(campaign, role)
         of = truth.rows(role)
-        read = [read_heat(truth, run) for run in truth.runs]
+        read = read_heats(truth)
         zero = [heat if truth.zero == "run" else read[0] for heat in read]
         dT = np.concatenate([one.legs - first.legs[0] for one, first in zip(read, zero, strict=True)])[of]
         assert np.abs(rows.dT - dT).max() < 2e-3
@@ -75,9 +75,9 @@ def test_a_campaign_reads_back(seed: int, tmp_path: Path) -> None:
 def test_noise_is_as_stated(seed: int) -> None:
     """What the true machine, its frames and its thermometers' readings leave of the measured poses is white noise."""
     truth, answer = draw_machine_campaign(np.random.default_rng([seed, 5]), causes=["leg-backlash"], strength=1.0)
-    known = seen(seen(stood(truth, [mended_heat(truth, run) for run in truth.runs]), truth.all("moved")),
+    known = seen(seen(stood(truth, mended_heats(truth)), truth.all("moved")),
                  truth.all("frame"))  # fmt: skip
-    true = stood(truth, [mended_heat(truth, run) for run in truth.runs])
+    true = stood(truth, mended_heats(truth))
     assert np.abs(known - true).max() < 1e-3
     level = truth.all("noise").std(axis=0) / answer.levels
     assert ((level > 0.9) & (level < 1.1)).all()  # 900 rows: 0.024 a standard deviation

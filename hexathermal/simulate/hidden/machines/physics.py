@@ -14,7 +14,7 @@ import numpy as np
 from hexathermal.poses import FloatArray
 from hexathermal.simulate.hidden.machines.posture import Posture, legs_of, standing
 from hexathermal.simulate.hidden.machines.rotation import angles_of, from_angles, from_vector, product, turned
-from hexathermal.simulate.hidden.machines.truth import Load, MachineRunTruth, MachineTruth
+from hexathermal.simulate.hidden.machines.truth import Load, MachineTruth
 
 ROUNDS = 3
 """A leg gives way by some 1e-5 of its length, and by as much less in each round."""
@@ -28,24 +28,29 @@ class Heat:
     plates: FloatArray
 
 
-def true_heat(truth: MachineTruth, run: MachineRunTruth) -> Heat:
-    """Return what the machine's parts are at in a run."""
-    return Heat(run.legs, run.plates)
+def true_heats(truth: MachineTruth) -> list[Heat]:
+    """Return what the machine's parts are at in each run."""
+    return [Heat(run.legs, run.plates) for run in truth.runs]
 
 
-def read_heat(truth: MachineTruth, run: MachineRunTruth) -> Heat:
-    """Return what the thermometers read, in the columns in which it is recorded."""
-    return Heat((run.legs + run.leg_errors)[:, list(truth.read_from)], run.plates + run.plate_errors)
+def mended_heats(truth: MachineTruth) -> list[Heat]:
+    """Return what the thermometers read in each run, each put down to the leg on which it sits."""
+    return [Heat(run.legs + run.leg_errors, run.plates + run.plate_errors) for run in truth.runs]
 
 
-def told_heat(truth: MachineTruth, run: MachineRunTruth) -> Heat:
-    """Return what faultless thermometers would read, in the columns in which it is recorded."""
-    return Heat(run.legs[:, list(truth.read_from)], run.plates)
+def told_heats(truth: MachineTruth) -> list[Heat]:
+    """Return what faultless thermometers would read in each run, in the columns in which it is recorded."""
+    return [_in_columns(truth, heat) for heat in true_heats(truth)]
 
 
-def mended_heat(truth: MachineTruth, run: MachineRunTruth) -> Heat:
-    """Return what the thermometers read, each put down to the leg on which it sits."""
-    return Heat(run.legs + run.leg_errors, run.plates + run.plate_errors)
+def read_heats(truth: MachineTruth) -> list[Heat]:
+    """Return what the thermometers read in each run, in the columns in which it is recorded."""
+    return [_in_columns(truth, heat) for heat in mended_heats(truth)]
+
+
+def _in_columns(truth: MachineTruth, heat: Heat) -> Heat:
+    """Return temperatures of legs in the columns that hold them."""
+    return Heat(heat.legs[:, list(truth.read_from)], heat.plates)
 
 
 def rises(truth: MachineTruth, heats: list[Heat]) -> list[Heat]:
@@ -129,12 +134,12 @@ def effect(truth: MachineTruth) -> FloatArray:
     That is the platform as it truly stands and is seen, less what the machine as filed foretells from the temperatures
     in the columns where they are recorded; without noise, without errors of thermometers, the measuring frame true.
     """
-    true = seen(stood(truth, [true_heat(truth, run) for run in truth.runs]), truth.all("moved"))
-    filed = stood(as_filed(truth), [told_heat(truth, run) for run in truth.runs])
+    true = seen(stood(truth, true_heats(truth)), truth.all("moved"))
+    filed = stood(as_filed(truth), told_heats(truth))
     return np.asarray(true - filed)
 
 
 def measured(truth: MachineTruth) -> FloatArray:
     """Return the measured coordinates of all rows, shape (n, 6) [m, rad]."""
-    true = seen(stood(truth, [true_heat(truth, run) for run in truth.runs]), truth.all("moved"))
+    true = seen(stood(truth, true_heats(truth)), truth.all("moved"))
     return np.asarray(seen(true, truth.all("frame")) + truth.all("noise"))

@@ -17,8 +17,8 @@ from hexathermal.simulate.hidden.machines.physics import (
     as_filed,
     effect,
     measured,
-    mended_heat,
-    read_heat,
+    mended_heats,
+    read_heats,
     seen,
     stood,
 )
@@ -93,8 +93,8 @@ class MachineOracle:
 def oracle(truth: MachineTruth) -> MachineOracle:
     """Return what knowing the effects would gain on runs for validation."""
     shown = measured(truth)
-    filed = stood(as_filed(truth), [read_heat(truth, run) for run in truth.runs])
-    known = seen(stood(truth, [mended_heat(truth, run) for run in truth.runs]), truth.all("moved"))
+    filed = stood(as_filed(truth), read_heats(truth))
+    known = seen(stood(truth, mended_heats(truth)), truth.all("moved"))
     noise = truth.all("noise")
     return MachineOracle(
         _distances(truth, filed, shown), _distances(truth, known, shown), _distances(truth, shown - noise, shown),

@@ -19,7 +19,7 @@ from hexathermal.simulate.campaign_writing import (
     write_folder,
 )
 from hexathermal.simulate.hidden.machines.drawing import MachineAnswer
-from hexathermal.simulate.hidden.machines.physics import measured, read_heat
+from hexathermal.simulate.hidden.machines.physics import Heat, measured, read_heats
 from hexathermal.simulate.hidden.machines.truth import MachineRunTruth, MachineTruth
 from hexathermal.simulate.hidden.writing import write_answer
 
@@ -37,7 +37,8 @@ def write_machine_campaign(
         The folder holds something else, or a campaign without `force`, or cannot be written.
     """
     shown = np.split(measured(truth), np.cumsum([run.time.size for run in truth.runs])[:-1])
-    tables = (hexapod_columns(table_of(truth, run, poses)) for run, poses in zip(truth.runs, shown, strict=True))
+    parts = zip(truth.runs, read_heats(truth), shown, strict=True)
+    tables = (hexapod_columns(table_of(truth, run, read, poses)) for run, read, poses in parts)
     form = hexapod_form(truth.runs, title=HEXAPOD_TITLE, zero=truth.zero)
     write_folder(
         folder, form, tables, force=force, beside={HEXAPOD_FILE: lambda path: write_hexapod(truth.hexapod, path)}
@@ -45,9 +46,8 @@ def write_machine_campaign(
     return write_answer(folder, machine_answer_data(answer))
 
 
-def table_of(truth: MachineTruth, run: MachineRunTruth, poses: FloatArray) -> HexapodTable:
-    """Return what is recorded of a run whose measured coordinates are given, (n, 6) [m, rad]."""
-    read = read_heat(truth, run)
+def table_of(truth: MachineTruth, run: MachineRunTruth, read: Heat, poses: FloatArray) -> HexapodTable:
+    """Return what is recorded of a run, whose readings and measured coordinates (n, 6) [m, rad] are given."""
     temperatures = {
         f"leg{leg + 1}_{sensor}": read.legs[:, leg, k] for leg in range(6) for k, sensor in enumerate(truth.sensors)
     }
