@@ -10,6 +10,21 @@ must exceed ``need = 2 T + k log(2 + 2 T / k)``; the least effect is the noncent
 
 **Classes.** Candidates of which each two separate by less than a log evidence of `CLOSE`, each true at twice its limit
 (complete linkage): these data answer with all their names.
+
+A machine at home whose room warms by 5 K, and it with the room, cannot tell which plate grows:
+
+>>> from dataclasses import replace
+>>> import hexathermal as ht
+>>> from hexathermal.learn.machine_diagnosis.view import planned_view
+>>> plate = ht.PlateLaw(11.5e-6, "T1")
+>>> model = ht.ThermalModel(ht.LegLaw("T1", 2e-6, 1e-6), plate, plate)
+>>> hexapod = replace(ht.load_hexapod("reference"), thermal=model)
+>>> rise = np.linspace(0.0, 5.0, 20)[:, None]
+>>> view = planned_view(hexapod, np.repeat(hexapod.home[None], 20, axis=0), np.repeat(rise[:, None], 6, axis=1),
+...                     plates=np.repeat(rise, 2, axis=1))
+>>> seen = machine_observability(view, Noise(np.array([4e-7] * 3 + [1e-6] * 3)))
+>>> seen.equivalents("platform-expansion", "platform")[0]
+'base-expansion of base'
 """
 
 from __future__ import annotations
@@ -46,6 +61,21 @@ from hexathermal.poses import FloatArray
 if TYPE_CHECKING:
     from hexathermal.learn.machine_diagnosis.candidate import Candidate
     from hexathermal.learn.machine_diagnosis.view import MachineView
+
+__all__ = [
+    "CLOSE",
+    "POWER",
+    "THRESHOLD",
+    "TWICE",
+    "MachineObservability",
+    "Shapes",
+    "limits_of",
+    "machine_observability",
+    "mean_square_at",
+    "one_of_each",
+    "shapes_of",
+    "usual_size",
+]
 
 THRESHOLD = 6.0
 """Log evidence above which a cause is named, where the caller does not say."""
@@ -142,11 +172,10 @@ def machine_observability(
     """
     if not (threshold >= 0.0 and 0.0 < power < 1.0 and close >= 0.0):
         raise ArgumentError(f"expected threshold >= 0, 0 < power < 1, close >= 0; found {threshold}, {power}, {close}")
-    absent: tuple[str, ...] = ()
-    if candidates is None:
-        candidates = all_candidates(view)
-        absent = tuple(cause for cause in catalogue() if not any(one.cause == cause for one in candidates))
-    candidates = one_of_each(candidates)
+    everything = candidates is None
+    candidates = one_of_each(all_candidates(view) if candidates is None else candidates)
+    there = {one.cause for one in candidates} if everything else set(catalogue())
+    absent = tuple(cause for cause in catalogue() if cause not in there)
     shapes = shapes_of(view, candidates, noise, laws, levels)
     limits = limits_of(candidates, shapes, threshold, power)
     found = _evidence(limits, shapes)

@@ -104,6 +104,16 @@ class Planner:
         """Return random poses for the slots of a run."""
         return generator.integers(len(self.six), size=self.size)
 
+    def designs(self, runs: int, generator: np.random.Generator) -> list[Design]:
+        """Return the designs of runs, each beside what is known and the ones before."""
+        found: list[Design] = []
+        rest = self.problem
+        for _run in range(runs):
+            found.append(self.best(rest, generator))
+            rows = self.plan(found[-1].scenario, found[-1].chosen)
+            rest = replace(rest, known=rest.known + rest.information(rows))
+        return found
+
     def best(self, problem: Problem, generator: np.random.Generator) -> Design:
         """Return the best scenario and poses of one run that were found."""
         trials = [self.chance(generator) for _trial in range(TRIALS)]

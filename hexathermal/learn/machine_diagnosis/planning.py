@@ -10,12 +10,27 @@ where what is measured already counts too.  Scenarios are ranked by random poses
 one slot after the other, for the best of a pool within all limits, until none gains (Fedorov's exchange).  Where
 columns depend on the order of the rows (backlash), the order is searched in the end.  The separation that is promised
 is that of the plan as it is written, computed anew.
+
+Two joints of one leg look alike wherever that leg has one direction; other poses tell them apart:
+
+>>> from dataclasses import replace
+>>> import hexathermal as ht
+>>> from hexathermal.learn.machine_diagnosis.causes.joint_offset import candidates
+>>> from hexathermal.learn.machine_diagnosis.view import planned_view
+>>> model = ht.ThermalModel(ht.LegLaw("T1", 2e-6, 1e-6))
+>>> hexapod = replace(ht.load_hexapod("reference"), thermal=model)
+>>> view = planned_view(hexapod, np.repeat(hexapod.home[None], 5, axis=0), np.zeros((5, 6, 1)))
+>>> pair = [one for one in candidates(view) if one.target in ("base joint 4", "platform joint 4")]
+>>> noise = Noise(np.array([4e-7] * 3 + [1e-6] * 3))
+>>> plan = next_experiment(view, pair, noise, slots=10, scenarios=usual_scenarios()[:1], pool=20)
+>>> plan.promises[0].before < 0.1, plan.separation > 20.0
+(True, True)
 """
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -151,13 +166,7 @@ def next_experiment(
     six = reachable_coordinates(view.hexapod, pool, generator)
     planner = Planner(problem, view, six, checked(usual_scenarios() if scenarios is None else scenarios), slots)
     planner.refuse_unseen()
-    found: list[Design] = []
-    rest = problem
-    for _run in range(runs):
-        found.append(planner.best(rest, generator))
-        rows = planner.plan(found[-1].scenario, found[-1].chosen)
-        rest = replace(rest, known=rest.known + rest.information(rows))
-    return _told(problem, planner, found, generator)
+    return _told(problem, planner, planner.designs(runs, generator), generator)
 
 
 def _refuse_numbers(slots: int, runs: int, pool: int, strength: float | None) -> None:
