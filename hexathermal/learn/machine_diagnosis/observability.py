@@ -3,10 +3,10 @@
 Everything follows from the columns of the candidates alone (`hexathermal.learn.machine_diagnosis.separation`); nothing
 that was measured enters, so the same is told of a campaign and of a plan.
 
-**Limit of detection.** Named is what gains a log evidence above a threshold T.  With the amplitude's prior at the size
-of the effect a candidate of k parameters pays about ``k/2 log(2 + 2 T / k)`` for them, so its square over the noise
-must exceed ``need = 2 T + k log(2 + 2 T / k)``; the least effect is the noncentrality x at which
-``P(chi2_k(x) >= need)`` is the power asked for.
+**Limit of detection.** Named is what gains a log evidence above a threshold T.  With q the square, over the noise, of
+what k parameters explain, and their prior at its best size, that is ``1/2 (q - k - k log(q / k))``, so that q must
+exceed the root ``need`` of it at T; the least effect is the noncentrality x at which ``P(chi2_k(x) >= need)`` is the
+power asked for.  Of several parameters that show unequally well it is a mean: one direction is seen earlier than another.
 
 **Classes.** Candidates of which each two separate by less than a log evidence of `CLOSE`, each true at twice its limit
 (complete linkage): these data answer with all their names.
@@ -52,6 +52,7 @@ from hexathermal.learn.machine_diagnosis.separation import (
     expected_evidence,
     information_of_rows,
     least_amplitude,
+    needed_square,
     places_of,
     share_left,
 )
@@ -215,7 +216,7 @@ def _limit(one: Candidate, own: slice, shapes: Shapes, threshold: float, power: 
     weight = np.diag(np.square(s))
     share = share_left(shapes.information, shapes.G, own, shapes.scale)
     k = len(s)
-    x = least_amplitude(2.0 * threshold + k * np.log(2.0 + 2.0 * threshold / k), power, k)
+    x = least_amplitude(needed_square(threshold, k), power, k)
     total = float(np.trace(weight @ G))
     rows = 6.0 * shapes.information.rows
     if share == 0.0 or total <= 0.0:
@@ -223,7 +224,7 @@ def _limit(one: Candidate, own: slice, shapes: Shapes, threshold: float, power: 
         return DetectionLimit(one.cause, one.target, float("inf"), float("inf"), float("inf"), lost, 0.0)
     t2 = x / total
     whole, shift, turn = (float(np.trace(weight @ square[own, own])) * t2 for square in shapes.information.squares)
-    alone = least_amplitude(2.0 * threshold + np.log(2.0 + 2.0 * threshold), power, 1)
+    alone = least_amplitude(needed_square(threshold, 1), power, 1)
     with np.errstate(divide="ignore"):
         values = np.sqrt(alone / np.maximum(np.diagonal(G), 0.0))
     parameters = {name: (float(v), unit) for name, v, unit in zip(one.names, values, one.units, strict=True)}

@@ -273,6 +273,23 @@ def share_left(information: Information, G: FloatArray, own: slice, scale: Float
     return float(np.sqrt(min(left / before, 1.0))) if left > SMALLEST_SHARE * before else 0.0
 
 
+def needed_square(threshold: float, k: int) -> float:
+    """Return the square that k parameters must explain to gain a log evidence, their prior at its best size.
+
+    The root of ``q - k - k log(q / k) = 2 threshold``.
+
+    Examples
+    --------
+    >>> round(needed_square(5.0, 1), 2), round(needed_square(5.0, 6), 2)
+    (13.61, 24.42)
+    """
+    q = 2.0 * threshold + k
+    # a contraction: its slope k / q is below 1
+    for _turn in range(100):
+        q = 2.0 * threshold + k + k * np.log(q / k)
+    return float(q)
+
+
 def least_amplitude(need: float, power: float, k: int) -> float:
     """Return the noncentrality at which a quadratic form of k squares exceeds a need with a power.
 

@@ -41,8 +41,8 @@ def warmed_at_home(rows: int = 30, *, plates: bool = True, air: bool = True) -> 
 
 
 def chosen(view: MachineView, *names: str) -> list[Candidate]:
-    """Candidates of a view by their names."""
-    made = {one.called: one for one in all_candidates(view)}
+    """Candidates of a view by their names; of several settings the first."""
+    made = {one.called: one for one in reversed(all_candidates(view))}
     return [made[name] for name in names]
 
 

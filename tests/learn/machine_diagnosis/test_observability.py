@@ -13,6 +13,7 @@ import hexathermal as ht
 from hexathermal.errors import ArgumentError
 from hexathermal.kinematics.sampled_poses import reachable_coordinates
 from hexathermal.learn.machine_diagnosis.causes import catalogue
+from hexathermal.learn.machine_diagnosis.noise_levels import coordinates_of
 from hexathermal.learn.machine_diagnosis.observability import machine_observability
 from hexathermal.learn.machine_diagnosis.separation import (
     SIGNALS,
@@ -74,22 +75,22 @@ def test_units_do_not_matter(unit: float, seed: int) -> None:
 
 @pytest.mark.parametrize("name", [PLATFORM, "leg-coefficient of leg2", "tracker-drift of air_temperature"])
 def test_the_limit_is_what_would_be_named(name: str, rng: np.random.Generator) -> None:
-    """At its limit an effect gains the threshold in 90 % of dense draws (82 to 98 % of 150; of several parameters in
-    one direction in more than 70 %), at half of it in less than half of them, without any effect in none.
+    """At its limit an effect gains the threshold in 90 % of dense draws (82 to 98 % of 150; of several parameters,
+    whose directions are drawn, in more than 75 %), at half of it in less than 60 %, without any effect in at most 1 %.
     """
     view = moved(rng)
-    seen = machine_observability(view, usual_noise(), chosen(view, name), threshold=5.0)
-    (one,), limit = chosen(view, name), seen.limits[0]
-    direction = one.scale * rng.standard_normal(len(one.scale))
-    unit = one.columns @ direction
-    J = np.linalg.solve(view.jacobian, unit[..., None])[..., 0]
-    rms = float(np.sqrt(np.mean((J / NOISE) ** 2)))
-    hits = []
-    for part in (1.0, 0.5, 0.0):
-        clean = unit * (part * limit.strength / rms)
-        hits.append(float((reached(view, [one], clean, 150, rng)[:, 0] > 5.0).mean()))
-    assert (0.7 if len(direction) > 1 else 0.82) <= hits[0] <= (1.0 if len(direction) > 1 else 0.98)
-    assert hits[1] < 0.5
+    (one,) = chosen(view, name)
+    limit = machine_observability(view, usual_noise(), [one], threshold=5.0).limits[0]
+    k, hits = len(one.scale), np.zeros(3)
+    for _direction in range(15):
+        unit = one.columns @ (one.scale * (np.ones(1) if k == 1 else rng.standard_normal(k)))
+        told = coordinates_of(view, unit)
+        rms = float(np.sqrt(np.mean((told / NOISE) ** 2)))
+        for j, part in enumerate((1.0, 0.5, 0.0)):
+            clean = unit * (part * limit.strength / rms)
+            hits[j] += float((reached(view, [one], clean, 10, rng)[:, 0] > 5.0).mean()) / 15.0
+    assert (0.82 if k == 1 else 0.75) <= hits[0] <= (0.98 if k == 1 else 1.0)
+    assert hits[1] < 0.6
     assert hits[2] <= 0.01
 
 

@@ -13,9 +13,15 @@ from hexathermal.learn.machine_diagnosis.planning import next_experiment
 from hexathermal.learn.machine_diagnosis.result import MachineDiagnosis
 from hexathermal.learn.machine_diagnosis.view import MachineView, planned_view
 from hexathermal.machine.writing import write_hexapod
-from hexathermal.simulate.campaign_writing import HEXAPOD_FILE, hexapod_columns, hexapod_form, write_folder
+from hexathermal.simulate.campaign_writing import (
+    HEXAPOD_FILE,
+    HexapodTable,
+    hexapod_columns,
+    hexapod_form,
+    write_folder,
+)
 from hexathermal.simulate.hidden.machines.physics import measured
-from hexathermal.simulate.hidden.machines.writing import table_of
+from hexathermal.simulate.hidden.machines.truth import MachineRunTruth
 from tests.learn.hexapods import NOISE
 from tests.learn.machine_diagnosis.planned import BASE, PLATFORM, chosen, lawful, random_plan, truth_of, usual_noise
 
@@ -34,6 +40,14 @@ def small_moves(rng: np.random.Generator) -> tuple[MachineView, np.ndarray]:
     return view, six
 
 
+def recorded(run: MachineRunTruth, measured: np.ndarray) -> HexapodTable:
+    """What is written of a run: thermometers read without error."""
+    heat = {f"leg{leg + 1}_T1": run.legs[:, leg, 0] for leg in range(6)}
+    heat |= {f"{part}_T1": run.plates[:, k] for k, part in enumerate(("platform", "base"))}
+    told = [1e3] * 3 + [180.0 / np.pi] * 3
+    return HexapodTable(run.time, run.commanded * told, run.q, heat, run.air, measured * told)
+
+
 def diagnosed(
     folder: Path, view: MachineView, six: np.ndarray, part: int, rng: np.random.Generator
 ) -> MachineDiagnosis:
@@ -44,7 +58,7 @@ def diagnosed(
     noisy = [run.changed(noise=NOISE * rng.standard_normal((run.time.size, 6))) for run in truth.runs]
     truth = truth.changed(expansions=expansions, runs=tuple(noisy))
     shown = np.split(measured(truth), np.cumsum([run.time.size for run in truth.runs])[:-1])
-    tables = (hexapod_columns(table_of(truth, run, poses)) for run, poses in zip(truth.runs, shown, strict=True))
+    tables = (hexapod_columns(recorded(run, poses)) for run, poses in zip(truth.runs, shown, strict=True))
     form = hexapod_form(truth.runs, title="plan", zero=truth.zero)
     write_folder(folder, form, tables, beside={HEXAPOD_FILE: lambda path: write_hexapod(truth.hexapod, path)})
     return diagnose_machine(ht.load_campaign(folder))
