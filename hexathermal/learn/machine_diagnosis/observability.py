@@ -6,7 +6,7 @@ that was measured enters, so the same is told of a campaign and of a plan.
 **Limit of detection.** Named is what gains a log evidence above a threshold T.  With q the square, over the noise, of
 what k parameters explain, and their prior at its best size, that is ``1/2 (q - k - k log(q / k))``, so that q must
 exceed the root ``need`` of it at T; the least effect is the noncentrality x at which ``P(chi2_k(x) >= need)`` is the
-power asked for.  Of several parameters that show unequally well it is a mean: one direction is seen earlier than another.
+power asked for.  Of several parameters that show unequally well it is a mean: directions differ.
 
 **Classes.** Candidates of which each two separate by less than a log evidence of `CLOSE`, each true at twice its limit
 (complete linkage): these data answer with all their names.
