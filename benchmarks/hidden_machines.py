@@ -271,7 +271,9 @@ def _name(one: object) -> str:
 
 def _diagnosed(folder: Path) -> dict[str, Any]:
     """Return the JSON document of a diagnosis of a campaign's folder."""
-    import hexathermal as ht
+    from hexathermal.learn.campaign_files import load_campaign
+    from hexathermal.learn.machine_diagnosis.diagnosing import diagnose_machine
 
-    found: dict[str, Any] = json.loads(json.dumps(ht.diagnose(ht.load_campaign(folder)).to_json(), allow_nan=False))
+    said = diagnose_machine(load_campaign(folder)).to_json()
+    found: dict[str, Any] = json.loads(json.dumps(said, allow_nan=False))
     return found

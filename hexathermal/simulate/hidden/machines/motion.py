@@ -20,7 +20,7 @@ SHARES = (0.12, 0.95)
 """Of the reachable range that poses take up: drawn, uniform in its logarithm."""
 
 WAYS = ("anywhere", "axis by axis", "small steps")
-MOST_TRIES = 400
+MOST_TRIES, NEARER = 400, 0.9
 DECIMALS = 4
 """Of a commanded coordinate, in mm and degrees: a controller's numbers are short."""
 
@@ -122,23 +122,23 @@ def draw_poses(hexapod: Hexapod, count: int, share: float, way: str, generator: 
         The machine hardly reaches anything.
     """
     width = share * ranges(hexapod)
-    found: list[FloatArray] = []
-    here = np.zeros(6)
-    for k in range(count):
-        for _try in range(MOST_TRIES):
-            there = width * generator.uniform(-1.0, 1.0, 6)
-            if way == "axis by axis":
-                there = np.where(np.arange(6) == k % 6, there, 0.15 * there)
-            elif way == "small steps":
-                there = np.clip(here + 0.3 * there, -width, width)
-            if reachable(hexapod, there[None])[0]:
-                break
-        else:
-            raise ArgumentError(f"machine {hexapod.name!r} reaches hardly anything about home")
-        here = there
-        found.append(there)
-    unit = np.repeat([1e-3, np.pi / 180.0], 3)
-    return np.asarray(np.round(np.array(found) / unit, DECIMALS) * unit)
+    found, left = np.zeros((count, 6)), np.arange(count)
+    walk = np.zeros((count, 6))
+    for k in range(1, count):
+        walk[k] = np.clip(walk[k - 1] + 0.3 * generator.uniform(-1.0, 1.0, 6), -1.0, 1.0)
+    for round_ in range(MOST_TRIES):
+        there = generator.uniform(-1.0, 1.0, (left.size, 6))
+        if way == "axis by axis":
+            there = np.where(np.arange(6) == left[:, None] % 6, there, 0.15 * there)
+        elif way == "small steps":  # what is out of reach comes nearer to home
+            there = NEARER**round_ * walk[left]
+        good = reachable(hexapod, width * there)
+        found[left[good]] = width * there[good]
+        left = left[~good]
+        if not left.size:
+            unit = np.repeat([1e-3, np.pi / 180.0], 3)
+            return np.asarray(np.round(found / unit, DECIMALS) * unit)
+    raise ArgumentError(f"machine {hexapod.name!r} reaches hardly anything about home")
 
 
 def draw_course(runs: int, poses: int, generator: np.random.Generator) -> Course:
