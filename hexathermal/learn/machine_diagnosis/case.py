@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -12,7 +12,7 @@ from hexathermal.learn.hexapod_model import measured_lengths
 from hexathermal.learn.machine_diagnosis.candidate import Candidate
 from hexathermal.learn.machine_diagnosis.causes import all_candidates, catalogue
 from hexathermal.learn.machine_diagnosis.law_columns import law_columns
-from hexathermal.learn.machine_diagnosis.noise_levels import PoseNoise, pose_noise
+from hexathermal.learn.machine_diagnosis.noise_levels import SMALLEST_NOISE, PoseNoise, coordinates_of, pose_noise
 from hexathermal.learn.machine_diagnosis.single_leg import single_leg_candidates
 from hexathermal.learn.machine_diagnosis.tables import Tables, tables_of
 from hexathermal.learn.machine_diagnosis.unexplained import flexible_candidates
@@ -96,8 +96,6 @@ def _made(view: MachineView, y: FloatArray, laws: str, start: FloatArray | None,
 
 def first_noise(view: MachineView, y: FloatArray) -> FloatArray:
     """Return a rough noise of the coordinates: robust spread within runs."""
-    from hexathermal.learn.machine_diagnosis.noise_levels import SMALLEST_NOISE, coordinates_of
-
     e = coordinates_of(view, y)
     for run in np.unique(view.run):
         own = view.run == run
@@ -119,8 +117,3 @@ def _priors(candidates: Sequence[Candidate]) -> FloatArray:
         share = 1.0 if group in own else NAMELESS if group == "nameless" else OF_ONE_LEG
         weight[which] *= share / weight[which].sum()
     return np.asarray(np.log(weight / weight.sum()))
-
-
-def rows_of_view(view: MachineView, rows: HexapodRows) -> HexapodRows:
-    """Return rows as the machine of a view sees them."""
-    return replace(rows, hexapod=view.hexapod)

@@ -10,7 +10,6 @@ import numpy as np
 from hexathermal.learn.machine_diagnosis.case import Case, with_exchanged
 from hexathermal.learn.machine_diagnosis.evidence import log_bayes
 from hexathermal.learn.machine_diagnosis.search import (
-    WIDER,
     Adoption,
     Ranked,
     Step,
@@ -24,6 +23,9 @@ from hexathermal.machine.hexapod import Hexapod
 MOST_EFFECTS = 3
 EXCHANGED = 3.0
 """Log odds by which another cause must be better for it to take the place of one adopted before."""
+
+NAMELESS_MARGIN = 3.0
+"""Log odds by which a flexible shape must be better than the best cause for what it shows to have no name."""
 
 SWAP = "swapped-legs"
 
@@ -91,11 +93,13 @@ def _leader(case: Case, now: Step, alone: bool) -> Ranked | None:
     """Return the candidate to adopt: the best, or of two that together are better the stronger one; None: no name."""
     if not now.ranking or now.ranking[0].odds <= now.threshold:
         return None
-    best = now.ranking[0]
     pair = best_pair(case, now) if alone else None
     if pair is not None:
         return next(one for one in now.ranking if one.which in pair[:2])
-    return best if case.named(best.which) else None
+    best = next((one for one in now.ranking if case.named(one.which)), None)
+    if best is None or best.odds <= now.threshold or now.ranking[0].odds > best.odds + NAMELESS_MARGIN:
+        return None
+    return best
 
 
 def _adoption(case: Case, now: Step, ranked: Ranked, adopted: Sequence[Adoption]) -> Adoption:
@@ -106,21 +110,22 @@ def _adoption(case: Case, now: Step, ranked: Ranked, adopted: Sequence[Adoption]
 
 
 def _gains(case: Case, now: Step, ranked: Ranked, adopted: Sequence[Adoption]) -> tuple[float, ...]:
-    """Return the log likelihood that a candidate gains on each run, its amplitudes found without that run."""
+    """Return the log evidence by which a candidate foretells each run from the others, over what is without it.
+
+    ``log p(y_r | others, cause) - log p(y_r | others)``: the evidence of all runs less that of the others.
+    """
     if len(case.tables.runs) < 2:
         return ()
     one, own = case.candidates[ranked.which], case.tables.places[ranked.which]
     place = slice(own.start - case.tables.base, own.stop - case.tables.base)
-    base, gains = priors_of(case, adopted), []
-    for run in range(len(case.tables.runs)):
-        rest = candidates_left(case, ranked.levels, base, run)
-        whole = candidates_left(case, ranked.levels, base)
-        S, g = rest[place, place], rest[place, -1]
-        sd = one.scale * (1.0 if one.mean.any() else WIDER * ranked.scored.size)
-        _value, found = log_bayes(S, g, one.mean, sd)
-        left, right = whole[place, place] - S, whole[place, -1] - g
-        gains.append(float(found @ right - 0.5 * found @ left @ found))
-    return tuple(gains)
+    base, sd = priors_of(case, adopted), one.scale * ranked.scored.size
+
+    def evidence(skip: int | None) -> float:
+        S = candidates_left(case, ranked.levels, base, skip)
+        return log_bayes(S[place, place], S[place, -1], one.mean, sd)[0]
+
+    whole = evidence(None)
+    return tuple(whole - evidence(run) for run in range(len(case.tables.runs)))
 
 
 def _paying(found: Adoption) -> bool:

@@ -10,6 +10,7 @@ from hexathermal.learn.campaign import Campaign
 from hexathermal.learn.hexapod_data import HexapodRows, UnusableRowsError, hexapod_rows
 from hexathermal.learn.hexapod_noise import without_misses
 from hexathermal.learn.hexapod_offset import far_poses
+from hexathermal.learn.machine_diagnosis.candidate import Candidate
 from hexathermal.learn.machine_diagnosis.case import Case, case_of
 from hexathermal.learn.machine_diagnosis.causes import catalogue
 from hexathermal.learn.machine_diagnosis.course import Course, searched
@@ -28,7 +29,7 @@ from hexathermal.learn.machine_diagnosis.result import (
     MachineExperiment,
     MachineLimit,
 )
-from hexathermal.learn.machine_diagnosis.search import Adoption, priors_of
+from hexathermal.learn.machine_diagnosis.search import WIDER, Adoption, priors_of
 from hexathermal.learn.machine_diagnosis.separation import Noise
 from hexathermal.learn.machine_diagnosis.single_leg import ONLY_ON_A_BENCH
 from hexathermal.machine.files import read_hexapod
@@ -40,6 +41,7 @@ FEWEST_ROWS = 30
 """Poses below which nothing is asked: some forty places of causes, and frames, would be fitted to them."""
 
 MOST_CANDIDATES = 16
+STEPS = 4
 SLOW_NOTE = 0.5
 """Slow drift, over the noise, that is told."""
 
@@ -72,45 +74,76 @@ def diagnose_machine(
     UnusableRowsError
         Too few usable rows, or temperatures and poses that never change.
     """
+    if progress is not None:
+        progress(0, STEPS, "reading the runs")
+    rows, misses = _usable(campaign, hexapod)
+    held = _held_out(campaign, rows.hexapod)
+    return diagnosed(rows, held, laws=laws, title=campaign.title, notes=(misses,) if misses else (), progress=progress)
+
+
+def diagnosed(
+    rows: HexapodRows,
+    held: HexapodRows | None = None,
+    *,
+    laws: str = "kept",
+    title: str = "",
+    notes: tuple[str, ...] = (),
+    progress: Progress | None = None,
+) -> MachineDiagnosis:
+    """Return what a machine's model gets wrong in rows.
+
+    Parameters
+    ----------
+    rows : HexapodRows
+        Of runs for identification.
+    held : HexapodRows, optional
+        Of runs for validation: they tell the gain, and nothing else.
+    laws, progress
+        As `diagnose_machine`.
+    title : str
+    notes : tuple of str
+        What is to be said besides.
+    """
 
     def said(done: int, label: str) -> None:
         if progress is not None:
-            progress(done, 4, label)
+            progress(done, STEPS, label)
 
-    said(0, "reading the runs")
-    rows, misses = _usable(campaign, hexapod)
+    _refuse_dull(rows)
     said(1, "noise and columns")
     case = case_of(rows, laws)
     said(2, "searching for causes")
     course = searched(case)
     said(3, "limits, extension and gain")
     seen = _observed(case, course)
-    after, effects = _effects(course, seen, campaign.title)
-    held = _held_out(campaign, rows.hexapod)
+    after, effects = _effects(course, seen, title)
     left, gain = _residuals(rows, held, after)
     named, probability, follows = verdict(course)
+    ranking = _ranking(course)
     return MachineDiagnosis(
-        named, probability, effects, follows, _ranking(course), rows.hexapod, after, gain,
-        _disturbances(course), course.end.threshold, _limits(seen), tuple(str(one) for one in seen.classes),
-        _experiments(effects, _ranking(course)), left, campaign.title, _notes(course, rows, seen, misses, gain),
+        named, probability, effects, follows, ranking, rows.hexapod, after, gain, _disturbances(course),
+        course.end.threshold, _limits(seen), tuple(str(one) for one in seen.classes), _experiments(effects, ranking),
+        left, title, (*notes, *_notes(course, rows, seen, gain)),
     )  # fmt: skip
 
 
 def _usable(campaign: Campaign, hexapod: Hexapod | None) -> tuple[HexapodRows, str]:
     """Return the rows that are searched, and what is to be said of misses."""
-    rows, note = without_misses(_rows(campaign, "identification", hexapod))
+    return without_misses(_rows(campaign, "identification", hexapod))
+
+
+def _refuse_dull(rows: HexapodRows) -> None:
+    """Refuse rows in which nothing can show."""
     if len(rows) < FEWEST_ROWS:
         raise UnusableRowsError(
-            f"{campaign.file}: {len(rows)} usable poses of runs for identification; a diagnosis needs {FEWEST_ROWS} at "
-            "least, and is sharp with some hundred: measure more poses"
+            f"{len(rows)} usable poses of runs for identification; a diagnosis needs {FEWEST_ROWS} at least, and is "
+            "sharp with some hundred: measure more poses"
         )
     plates, air = np.nan_to_num(rows.plates), np.zeros(1) if rows.air is None else np.nan_to_num(rows.air)
     if not (np.ptp(rows.dT) or np.ptp(plates) or np.ptp(air)) and not np.ptp(rows.q, axis=0).any():
         raise UnusableRowsError(
-            f"{campaign.file}: neither a temperature nor a pose ever changes: nothing can show; measure several poses, "
-            "cold and warm"
+            "neither a temperature nor a pose ever changes: nothing can show; measure several poses, cold and warm"
         )
-    return rows, note
 
 
 def _rows(campaign: Campaign, role: str, hexapod: Hexapod | None) -> HexapodRows:
@@ -151,9 +184,26 @@ def _effects(course: Course, seen: MachineObservability, title: str) -> tuple[He
         else:
             found, own = _share(course, one)
         made.append((one, found, own))
-        hexapod = extended(hexapod, one.candidate, found, own, title)
+        hexapod = extended(hexapod, *_held_by_machine(course, one, found, own), title)
     made.sort(key=lambda item: -item[0].ranked.odds)
     return hexapod, tuple(_effect(course, one, found, own, seen) for one, found, own in made)
+
+
+def _held_by_machine(
+    course: Course, one: Adoption, found: FloatArray, covariance: FloatArray
+) -> tuple[Candidate, FloatArray, FloatArray]:
+    """Return a cause as a machine's file can hold it: a measuring frame follows its thermometer without delay."""
+    if "time_constant_s" not in one.candidate.settings or one.candidate.leg_shape:
+        return one.candidate, found, covariance
+    case = course.case
+    for k, other in enumerate(case.candidates):
+        if other.called == one.candidate.called and not other.settings:
+            others = priors_of(case, [item for item in course.adopted if item is not one])
+            own = (case.tables.places[k], other.mean, WIDER * one.size * other.scale)
+            _value, means, covariances = hypothesis(case.tables, course.end.null, [own, *others])
+            size = len(other.names)
+            return other, means[:size], covariances[:size, :size]
+    return one.candidate, found, covariance
 
 
 def _share(course: Course, one: Adoption) -> tuple[FloatArray, FloatArray]:
@@ -241,12 +291,11 @@ def _experiments(
     return tuple(MachineExperiment(known[name].CAUSE.experiment, (name,)) for name in asked)
 
 
-def _notes(
-    course: Course, rows: HexapodRows, seen: MachineObservability, misses: str, gain: MachineGain | None
-) -> tuple[str, ...]:
+def _notes(course: Course, rows: HexapodRows, seen: MachineObservability, gain: MachineGain | None) -> tuple[str, ...]:
     """Return what a reader must know besides."""
     notes = [*course.notes, *far_poses(rows), *(f"{n} rows were left out: {why}" for why, n in rows.left_out.items())]
-    notes += [misses] if misses else []
+    if any("time_constant_s" in one.candidate.settings and not one.candidate.leg_shape for one in course.adopted):
+        notes.append("the measuring frame follows late; the machine's file holds no delay, and its drift without one")
     levels = course.end.null
     if levels.frame > 0.0:
         notes.append("the measuring frame differs between runs: what moves all poses of a run alike is not told")

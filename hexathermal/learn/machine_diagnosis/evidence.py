@@ -27,8 +27,9 @@ STRENGTHS = np.array([0.05, 0.1, 0.2, 0.4, 0.8, 1.6, 3.2, 6.4, 12.8])
 """Prior sizes of the visible effect, RMS over the noise."""
 
 LEVEL_GRID = (0.1, 0.2, 0.4, 0.8, 1.6, 3.2, 6.4, 12.8, 50.0, 200.0, 1000.0)
-PRIOR_OF_LEVEL = 0.5
-"""Chance that a disturbance of a kind is there at all, before anything is seen."""
+PRIOR_OF_LEVEL = {"campaign": 0.2, "frame": 0.5, "slow": 0.5, "leg": 0.5}
+"""Chance that a disturbance of a kind is there at all, before anything is seen: measured poses are given in the
+machine's frame, so an offset of all runs alike is the least likely."""
 
 SWEEPS = 2
 
@@ -93,8 +94,9 @@ def scored(S: FloatArray, g: FloatArray, one: Candidate, rows: int, which: int) 
     which : int
         Its number.
     """
-    fixed = bool(one.mean.any())
-    sizes: FloatArray = np.ones(1) if fixed else sizes_for(S, one.scale, rows)
+    sizes = sizes_for(S, one.scale, rows)
+    if one.mean.any():
+        sizes = np.ones(1)
     if not sizes.size or not np.diagonal(S).any():
         return None
     parts = [log_bayes(S, g, one.mean, f * one.scale) for f in sizes]
@@ -128,14 +130,12 @@ def screened(S: FloatArray, tables: Tables, candidates: Sequence[Candidate]) -> 
 def prior_of(levels: Levels) -> float:
     """Return the log prior of levels: each kind is there or not, and where it is, all sizes are as likely."""
     total = 0.0
-    for value in (levels.frame, levels.slow, levels.leg, levels.campaign):
-        total += np.log(1.0 - PRIOR_OF_LEVEL) if value == 0.0 else np.log(PRIOR_OF_LEVEL / len(LEVEL_GRID))
+    for name, there in PRIOR_OF_LEVEL.items():
+        total += np.log(1.0 - there if getattr(levels, name) == 0.0 else there / len(LEVEL_GRID))
     return float(total)
 
 
-def hypothesis(
-    tables: Tables, levels: Levels, adopted: Sequence[Adopted]
-) -> tuple[float, FloatArray, FloatArray]:
+def hypothesis(tables: Tables, levels: Levels, adopted: Sequence[Adopted]) -> tuple[float, FloatArray, FloatArray]:
     """Return the log evidence of the rows under law, disturbances and adopted candidates, up to a constant.
 
     Parameters
@@ -165,9 +165,7 @@ def hypothesis(
     return value + gained, found, np.asarray(np.linalg.inv(M) * np.outer(sd, sd))
 
 
-def fitted_levels(
-    tables: Tables, adopted: Sequence[Adopted], begin: Levels | None = None
-) -> tuple[Levels, float]:
+def fitted_levels(tables: Tables, adopted: Sequence[Adopted], begin: Levels | None = None) -> tuple[Levels, float]:
     """Return the levels at which a hypothesis explains the rows best, and its log evidence there.
 
     One level after the other is tried on a grid, in two sweeps.
@@ -176,7 +174,7 @@ def fitted_levels(
     value = hypothesis(tables, best, adopted)[0]
     for _sweep in range(SWEEPS):
         before = value
-        for name in ("campaign", "frame", "slow", "leg"):
+        for name in PRIOR_OF_LEVEL:
             for size in (0.0, *LEVEL_GRID):
                 trial = replace(best, **{name: size})
                 if trial == best:

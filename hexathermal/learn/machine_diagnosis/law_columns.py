@@ -1,4 +1,10 @@
-"""The machine's law as columns whose coefficients may be off by what its file says of their uncertainty."""
+"""The machine's law as columns whose coefficients may be off, and what errors of the legs' thermometers make of it.
+
+Coefficients may be off by what the file says of their uncertainty.  A thermometer reads ``dT + n``, and the law makes
+``-(A q0 + B q) n`` of its error. What of ``n`` is fast is seen in the readings themselves: it is their difference from
+a local parabola of time, and a column each lets the rows decide whether it was noise or heat. The zero that readings
+count from has the same noise, in the whole campaign and in each run: an offset of that size.
+"""
 
 from __future__ import annotations
 
@@ -72,6 +78,10 @@ def law_columns(view: MachineView, laws: str = "kept") -> LawColumns:
             if std > 0.0:
                 parts.append((std * view.plate_column(part))[..., None])
                 words.append(part)
+    for leg in range(6):
+        own, names = _readings(view, leg)
+        parts.append(own)
+        words += names
     if not parts:
         return LawColumns(np.zeros((len(view), 6, 0)), ())
     return LawColumns(np.concatenate(parts, axis=2), tuple(words))
@@ -81,6 +91,26 @@ def leg_columns(view: MachineView, leg: int) -> FloatArray:
     """Return ``q0 dT_s, q dT_s`` of a leg's thermometers, shape (n, 2 s) [m K]."""
     heat = view.heat[:, leg]
     return np.concatenate([view.retracted[leg] * heat, view.q[:, leg, None] * heat], axis=1)
+
+
+def _readings(view: MachineView, leg: int) -> tuple[FloatArray, list[str]]:
+    """Return what errors of a leg's thermometers make of its law, (n, 6, k), and names."""
+    A, B = view.laws[leg]
+    columns: list[FloatArray] = []
+    runs = np.unique(view.run)
+    for k in np.flatnonzero(np.abs(A) + np.abs(B)):
+        flicker = view.flicker[:, leg, k]
+        noise = float(flicker.std())
+        if not noise > 0.0:
+            continue
+        length = A[k] * view.retracted[leg] + B[k] * view.q[:, leg]
+        columns += [length * flicker, length * noise]
+        if len(runs) > 1:
+            columns += [np.where(view.run == run, length * noise, 0.0) for run in runs]
+    out = np.zeros((len(view), 6, len(columns)))
+    if columns:
+        out[:, leg] = np.column_stack(columns)
+    return out, [f"thermometers of leg {leg + 1}"] * len(columns)
 
 
 def _roots(view: MachineView, laws: str) -> list[tuple[tuple[int, ...], FloatArray, str]]:

@@ -31,10 +31,10 @@ LEADERS = 8
 WIDER = 3.0
 """Prior of an amplitude that was adopted, over the size at which it was found."""
 
-MARGIN = 2.0
+MARGIN = 1.0
 """Log odds above what chance reaches that a name needs besides: levels are estimates."""
 
-LEAST_ODDS = 4.0
+LEAST_ODDS = 2.0
 PAIRS = ("leg-coefficient", "platform-expansion", "base-expansion", "leg-backlash", "tracker-drift",
          "payload-compliance")  # fmt: skip
 """Causes of which two together are asked for at once."""

@@ -20,12 +20,14 @@ from hexathermal.kinematics.statics import payload_sag
 from hexathermal.learn.hexapod_data import PLATES, HexapodRows
 from hexathermal.learn.hexapod_model import frame_columns
 from hexathermal.machine.hexapod import Hexapod
-from hexathermal.machine.leg_signals import LegSignals
+from hexathermal.machine.leg_signals import LegSignals, Memory
 from hexathermal.machine.leg_states import LegMemory, terms_drift
 from hexathermal.machine.thermal import ThermalModel, frozen
 from hexathermal.poses import FloatArray
 
 AIR = "air_temperature"
+NEAREST = 11
+"""Rows from which a parabola of time is made, to tell noise of a thermometer from its course."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -103,6 +105,16 @@ class MachineView:
         return self.dT[:, list(self.read)]
 
     @cached_property
+    def flicker(self) -> FloatArray:
+        """What of each leg's readings is off a local parabola of time, shape (n, 6, s) [K]: noise, most of it."""
+        out = np.zeros(self.heat.shape)
+        for run in np.unique(self.run):
+            rows = np.flatnonzero(self.run == run)
+            if len(rows) > NEAREST:
+                out[rows] = self.heat[rows] - smoothed(self.time[rows], self.heat[rows])
+        return out
+
+    @cached_property
     def jacobian(self) -> FloatArray:
         """Rates of the leg lengths, shape (n, 6, 6)."""
         return jacobian(self.hexapod, self.poses)
@@ -142,6 +154,14 @@ class MachineView:
         turned = np.einsum("nij,kj->nki", self.poses[:, :3, :3], self.hexapod.platform_joints)
         return np.asarray(-heat * (self.directions * turned).sum(axis=-1))
 
+    def late(self, values: FloatArray, time_constant: float) -> FloatArray:
+        """Return values (n,) behind a first-order low pass that begins at rest in each run."""
+        out = np.empty_like(values)
+        for run in np.unique(self.run):
+            rows = self.run == run
+            out[rows] = Memory().low_pass("late", self.time[rows], values[rows], time_constant)
+        return out
+
     def signals(self, leg: int) -> list[tuple[npt.NDArray[np.int64], LegSignals]]:
         """Return the rows of each run, and what the terms of a leg (0 to 5) see there."""
         found = []
@@ -168,6 +188,25 @@ class MachineView:
                     memory.count_from_retracted(law.terms, signals)
                     drift[rows, leg] = terms_drift(law.terms, signals, memory)
         return drift
+
+
+def smoothed(time: FloatArray, values: FloatArray) -> FloatArray:
+    """Return values (n, ...) at each row by the parabola of time that fits the `NEAREST` rows about it best.
+
+    Examples
+    --------
+    >>> t = np.arange(20.0)
+    >>> bool(np.abs(smoothed(t, t**2) - t**2).max() < 1e-9)
+    True
+    """
+    n = len(time)
+    first = np.clip(np.arange(n) - NEAREST // 2, 0, n - NEAREST)
+    window = first[:, None] + np.arange(NEAREST)
+    x = time[window] - time[:, None]
+    span = np.abs(x).max(axis=1, keepdims=True)
+    V = (x / np.where(span > 0.0, span, 1.0))[..., None] ** np.arange(3)
+    weights = np.linalg.pinv(V)[:, 0]
+    return np.asarray(np.einsum("nk,nk...->n...", weights, values[window]))
 
 
 def machine_view(rows: HexapodRows) -> MachineView:

@@ -1,8 +1,8 @@
 """The frame of the measuring system moves with the room.
 
 The same rigid motion ``[v, w] dT`` about home is in every measured pose, whatever the pose:
-``y_i = [J (v + w x (t - h), w)]_i dT`` with the temperature of the air, or of a plate on which the tracker stands: six
-parameters.
+``y_i = [J (v + w x (t - h), w)]_i dT`` with the temperature of the air, at once or behind a low pass, or of a plate on
+which the tracker stands: six parameters.
 """
 
 from __future__ import annotations
@@ -16,6 +16,9 @@ from hexathermal.learn.machine_diagnosis.view import AIR, MachineView
 
 USUAL_SHIFT_PER_K = 0.5e-6
 USUAL_TURN_PER_K = 1e-6
+
+LAGS_S = (0.0, 300.0, 900.0, 2700.0)
+"""Time constants with which a frame may follow the air [s]."""
 
 AXES = "xyz"
 
@@ -42,8 +45,11 @@ def candidates(view: MachineView) -> list[Candidate]:
     scale = np.array([USUAL_SHIFT_PER_K] * 3 + [USUAL_TURN_PER_K] * 3)
     found = []
     for sensor, heat in followed.items():
-        if np.isfinite(heat).all() and np.ptp(heat) > 0.0:
-            columns = view.frame * heat[:, None, None]
+        if not (np.isfinite(heat).all() and np.ptp(heat) > 0.0):
+            continue
+        for tau in LAGS_S if sensor == AIR else LAGS_S[:1]:
+            columns = view.frame * (view.late(heat, tau) if tau else heat)[:, None, None]
+            settings = {"time_constant_s": tau} if tau else {}
             found.append(Candidate(CAUSE.name, sensor, names, ("m/K",) * 3 + ("rad/K",) * 3, columns, scale,
-                                   np.zeros(6)))  # fmt: skip
+                                   np.zeros(6), settings))  # fmt: skip
     return found
