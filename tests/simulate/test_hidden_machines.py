@@ -16,6 +16,7 @@ from hexathermal.machine.files import read_hexapod
 from hexathermal.poses import coordinates_from_pose
 from hexathermal.simulate.hidden.__main__ import main
 from hexathermal.simulate.hidden.machines import halls
+from hexathermal.simulate.hidden.machines.campaign import FEIGNED
 from hexathermal.simulate.hidden.machines.drawing import KINDS, draw_machine_campaign, machine_campaign_of
 from hexathermal.simulate.hidden.machines.effects import CATALOGUE, OUTSIDE, found
 from hexathermal.simulate.hidden.machines.physics import effect, mended_heats, read_heats, seen, stood
@@ -123,6 +124,7 @@ def test_draws_hide_what_the_kinds_say(seed: int) -> None:
             else "one" if first in CATALOGUE else "leg"
         ] += 1  # fmt: skip
         assert all(size > 0.0 for size in answer.whole)
+        assert answer.feigned < 1.02 * FEIGNED
     assert set(kinds) <= set(KINDS)
     assert len(kinds) >= 3
     assert kinds["one"] > kinds["leg"]

@@ -104,7 +104,7 @@ def test_parameters_are_where_their_intervals_say(outcomes: list[MachineOutcome]
 
 
 def test_knowing_the_name_pays(outcomes: list[MachineOutcome]) -> None:
-    """Where the true machine would gain a twentieth on runs never fitted, the extended one gains half of that in most."""
+    """Where the true machine would gain a twentieth on runs never fitted, the extended one mostly gains half of it."""
     pairs = [(one.gain[kind] or 0.0, best) for one in outcomes if one.kind == ONE
              for kind, best in one.oracle_gain.items() if best is not None and best > 0.05]  # fmt: skip
     if len(pairs) < 6:

@@ -13,6 +13,7 @@ from hexathermal.simulate.hidden.machines.geometry import draw_machine, machine_
 from hexathermal.simulate.hidden.machines.halls.warmth import Warmth
 from hexathermal.simulate.hidden.machines.motion import SHARES, WAYS, displaced, draw_course, draw_poses
 from hexathermal.simulate.hidden.machines.physics import as_filed
+from hexathermal.simulate.hidden.machines.strength import feigned
 from hexathermal.simulate.hidden.machines.truth import MachineRunTruth, MachineTruth
 from hexathermal.simulate.hidden.shapes import log_uniform
 
@@ -32,6 +33,10 @@ CREEP, FRAMES = (0.05, 0.3), (1.0, 40.0)
 
 ZERO_BY_RUN, AIR, PLATES = 0.3, 0.9, 0.85
 """Parts of the campaigns that count temperatures from each run; that record the air; that record each plate."""
+
+FEIGNED = 0.1
+"""Most that errors of thermometers may feign through the law as filed, over the noise: clean means clean. Where drawn
+ones feign more, as through a plate far from its frame's origin, they are made smaller."""
 
 LANDING = 2e-8
 """By which a rod comes to rest beside its command [m]; the scale sees it."""
@@ -80,7 +85,17 @@ def draw_clean(
         (plates[0], plates[1]), bool(air or generator.random() < AIR), np.zeros(0), np.zeros(0), np.zeros(0),
         hexapod.base_joints, hexapod.platform_joints, notes={"share": share, "way": way, "sensor_noise_K": noise_K},
     )  # fmt: skip
-    return as_filed(truth), machine or hexapod.name
+    return with_true_thermometers(as_filed(truth)), machine or hexapod.name
+
+
+def with_true_thermometers(truth: MachineTruth) -> MachineTruth:
+    """Return a campaign with errors of thermometers that feign `FEIGNED` at most."""
+    size = feigned(truth)
+    if size <= FEIGNED:
+        return truth
+    names = ("leg_errors", "plate_errors", "air_errors")
+    runs = tuple(run.changed(**{name: FEIGNED / size * getattr(run, name) for name in names}) for run in truth.runs)
+    return truth.changed(runs=runs)
 
 
 def _run(

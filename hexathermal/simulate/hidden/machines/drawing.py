@@ -52,6 +52,8 @@ class MachineAnswer:
         As reached: against the noise, and against it where each run may have a frame of its own.
     together : float
         Strength of all together, whole.
+    feigned : float
+        Strength of what errors of the thermometers feign.
     levels : tuple of six float [m, m, m, rad, rad, rad]
         Standard deviations of the measured coordinates.
     oracle : MachineOracle
@@ -67,6 +69,7 @@ class MachineAnswer:
     whole: tuple[float, ...]
     visible: tuple[float, ...]
     together: float
+    feigned: float
     levels: tuple[float, ...]
     oracle: MachineOracle
 
@@ -149,7 +152,7 @@ def machine_campaign_of(
         name, clean.hall, seed, tuple(effect.name for effect in effects), tuple(target_of(part) for part in parts),
         tuple(parts), wanted, tuple(strengths.whole(one) for one in alone),
         tuple(strengths.visible(one) for one in alone), strengths.whole(hidden) if effects else 0.0,
-        tuple(clean.levels.tolist()), oracle(hidden),
+        strengths.feigned(clean), tuple(clean.levels.tolist()), oracle(hidden),
     )  # fmt: skip
     return hidden, answer
 

@@ -21,6 +21,7 @@ from hexathermal.simulate.hidden.machines.physics import (
     read_heats,
     seen,
     stood,
+    true_heats,
 )
 from hexathermal.simulate.hidden.machines.rotation import from_angles, product
 from hexathermal.simulate.hidden.machines.truth import MachineTruth
@@ -39,6 +40,13 @@ def visible(truth: MachineTruth) -> float:
     """Return the strength that is left where each run may have a frame of its own."""
     rows = truth.rows("identification")
     return float(np.sqrt(np.mean((unframed(truth, effect(truth))[rows] / truth.levels) ** 2)))
+
+
+def feigned(truth: MachineTruth) -> float:
+    """Return the strength of what errors of the thermometers feign through the machine's law."""
+    rows = truth.rows("identification")
+    apart = stood(truth, mended_heats(truth)) - stood(truth, true_heats(truth))
+    return float(np.sqrt(np.mean((apart[rows] / truth.levels) ** 2)))
 
 
 def unframed(truth: MachineTruth, values: FloatArray) -> FloatArray:
