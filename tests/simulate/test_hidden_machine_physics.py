@@ -44,7 +44,7 @@ ANGLE = st.floats(-1.4, 1.4)
 @pytest.fixture(scope="module")
 def clean(seed: int) -> MachineTruth:
     """A campaign in which nothing is hidden, all thermometers recorded."""
-    return draw_clean(np.random.default_rng(seed), air=True)[0]
+    return draw_clean(np.random.default_rng(seed), recorded=True)[0]
 
 
 def hidden(truth: MachineTruth, name: str, generator: np.random.Generator, **fixed: float | str) -> MachineTruth:

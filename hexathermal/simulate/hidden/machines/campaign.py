@@ -43,7 +43,7 @@ LANDING = 2e-8
 
 
 def draw_clean(
-    generator: np.random.Generator, *, hall: str | None = None, machine: str | None = None, air: bool = False
+    generator: np.random.Generator, *, hall: str | None = None, machine: str | None = None, recorded: bool = False
 ) -> tuple[MachineTruth, str]:
     """Draw a campaign of a machine that is as filed; and what the machine is called.
 
@@ -52,8 +52,8 @@ def draw_clean(
     generator : numpy.random.Generator
     hall, machine : str, optional
         Default: drawn.
-    air : bool
-        The air is recorded; otherwise that is drawn.
+    recorded : bool
+        Plates and air are recorded; otherwise that is drawn.
     """
     if machine is not None:
         chosen(machine, dict.fromkeys(machine_names(), True), "machine")
@@ -78,11 +78,11 @@ def draw_clean(
         read = errors[k] + noise_K * generator.standard_normal((POSES, shape))
         runs.append(_run(f"run-{k + 1:02d}", roles[k], time, draw_poses(hexapod, POSES, share, way, generator),
                          hexapod, warmth.at(course, time), read, frames[k] + creep[k], levels, generator))  # fmt: skip
-    plates = tuple(bool(law is not None or generator.random() < PLATES)
+    plates = tuple(bool(law is not None or recorded or generator.random() < PLATES)
                    for law in (hexapod.thermal.platform, hexapod.thermal.base))  # fmt: skip
     truth = MachineTruth(
         hexapod, hall, tuple(runs), "run" if generator.random() < ZERO_BY_RUN else "campaign", levels,
-        (plates[0], plates[1]), bool(air or generator.random() < AIR), np.zeros(0), np.zeros(0), np.zeros(0),
+        (plates[0], plates[1]), bool(recorded or generator.random() < AIR), np.zeros(0), np.zeros(0), np.zeros(0),
         hexapod.base_joints, hexapod.platform_joints, notes={"share": share, "way": way, "sensor_noise_K": noise_K},
     )  # fmt: skip
     return with_true_thermometers(as_filed(truth)), machine or hexapod.name

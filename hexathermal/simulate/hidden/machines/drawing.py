@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from hexathermal.errors import ArgumentError
-from hexathermal.simulate.hidden.effect import Parameters, target_of
+from hexathermal.simulate.hidden.effect import Parameters, always, target_of
 from hexathermal.simulate.hidden.machines import strength as strengths
 from hexathermal.simulate.hidden.machines.campaign import draw_clean
 from hexathermal.simulate.hidden.machines.effect import MachineEffect
@@ -133,7 +133,7 @@ def machine_campaign_of(
     if measure not in MEASURES:
         raise ArgumentError(f"measure is {measure!r}, expected {' or '.join(map(repr, MEASURES))}")
     effects = None if causes is None else [named(name) for name in causes]
-    clean, name = draw_clean(np.random.default_rng([seed, 0]), hall=hall, machine=machine, air=_needs_air(effects))
+    clean, name = draw_clean(np.random.default_rng([seed, 0]), hall=hall, machine=machine, recorded=_needs_all(effects))
     if effects is None:
         effects = _drawn(clean, np.random.default_rng([seed, 1]))
     for effect in effects:
@@ -157,9 +157,9 @@ def machine_campaign_of(
     return hidden, answer
 
 
-def _needs_air(effects: Sequence[MachineEffect] | None) -> bool:
-    """Return whether the room's temperature must be recorded for what is to be hidden."""
-    return effects is not None and any(effect.name == "tracker-drift" for effect in effects)
+def _needs_all(effects: Sequence[MachineEffect] | None) -> bool:
+    """Return whether temperatures of plates and room must be recorded for what is to be hidden."""
+    return effects is not None and any(effect.possible is not always for effect in effects)
 
 
 def possible_causes(truth: MachineTruth) -> tuple[str, ...]:

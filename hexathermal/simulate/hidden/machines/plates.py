@@ -17,6 +17,11 @@ def draw_growth(part: str, truth: MachineTruth, generator: np.random.Generator) 
     return {"target": part, "expansion": sign * 2e-6}
 
 
+def plate_recorded(part: str, truth: MachineTruth) -> bool:
+    """Return whether a plate's temperature is recorded: nothing else tells of its growth."""
+    return truth.plates_recorded[PLATES.index(part)]
+
+
 def grow(truth: MachineTruth, parameters: Parameters) -> MachineTruth:
     """Add to the expansion of the plate."""
     expansions = truth.expansions.copy()

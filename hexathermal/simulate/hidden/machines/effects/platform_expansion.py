@@ -5,8 +5,9 @@ from __future__ import annotations
 from functools import partial
 
 from hexathermal.simulate.hidden.machines.effect import MachineEffect
-from hexathermal.simulate.hidden.machines.plates import draw_growth, grow
+from hexathermal.simulate.hidden.machines.plates import draw_growth, grow, plate_recorded
 
 EFFECT = MachineEffect(
-    "platform-expansion", partial(draw_growth, "platform"), grow, amplitude="expansion", limits=(1e-10, 2e-4)
-)
+    "platform-expansion", partial(draw_growth, "platform"), grow, partial(plate_recorded, "platform"), "expansion",
+    (1e-10, 2e-4),
+)  # fmt: skip
