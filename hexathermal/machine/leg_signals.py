@@ -153,6 +153,25 @@ class Memory:
         self._kept["direction"] = found[-1]
         return np.asarray(found)
 
+    def play(self, q: FloatArray, width: float) -> FloatArray:
+        """Return where a nut sits in its play, -1/2 to 1/2: it goes with the rod until it meets the other side.
+
+        ``s <- clip(s + dq / width, -1/2, 1/2)``, in the middle at first.
+
+        Parameters
+        ----------
+        q : array, shape (n,) [m]
+        width : float [m]
+            Way of the rod in which the nut crosses its play.
+        """
+        before, place = self._kept.get("play", (float(q[0]), 0.0))
+        found = np.empty(len(q))
+        for row, step in enumerate(np.diff(q, prepend=before).tolist()):
+            place = min(max(place + step / width, -0.5), 0.5)
+            found[row] = place
+        self._kept["play"] = (float(q[-1]), place)
+        return found
+
     def relaxing(self, time: FloatArray, kicks: FloatArray, time_constant: float) -> FloatArray:
         """Return what decays from each kick, ``y <- y exp(-dt / tau) + kick``, shape (n,) or (n, k)."""
         t0, y0 = self._kept.get("relaxing", (time[0], np.zeros(kicks.shape[1:])))

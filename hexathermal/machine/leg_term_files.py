@@ -30,7 +30,7 @@ PARAMETERS: dict[str, dict[str, str]] = {
     "room": {"time_constant_s": "number!"},
     "air-index": {"path_mm": "mm!", "stroke_share": "number!"},
     "tilt": {},
-    "direction": {},
+    "direction": {"play_mm": "mm"},
     "periodic": {"pitch_mm": "mm!"},
     "position": {},
     "relaxation": {"time_constant_s": "number!", "kick": "text!"},
@@ -39,7 +39,7 @@ PARAMETERS: dict[str, dict[str, str]] = {
 """Parameters of each shape in files and their rules, see `hexathermal.machine.forms.Form`."""
 
 POSITIVE = {"lag": ("time_constant_s", "order"), "lead": ("time_constant_s",), "relaxation": ("time_constant_s",),
-            "periodic": ("pitch_mm",)}  # fmt: skip
+            "periodic": ("pitch_mm",), "direction": ("play_mm",)}  # fmt: skip
 """Parameters that must be above 0; other time constants may be 0, which stands for no delay."""
 
 UNITS = {"lag": "1/K", "lead": "1/K", "temperature": "1/K", "expansion": "1/K", "square": "1/K^2", "air-index": "1", "position": "1",

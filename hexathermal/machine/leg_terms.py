@@ -182,7 +182,12 @@ def tilt(signals: LegSignals, parameters: Mapping[str, Any], memory: Memory) -> 
 
 
 def direction(signals: LegSignals, parameters: Mapping[str, Any], memory: Memory) -> FloatArray:
-    """Return half the direction of the last move: the amplitude is the whole step at a reversal [1]."""
+    """Return half the direction of the last move: the amplitude is the whole step at a reversal [1].
+
+    With ``play_m`` the step is not at once: a reversal takes that way of the rod until it is whole.
+    """
+    if "play_m" in parameters:
+        return memory.play(signals.q, parameters["play_m"])
     found = memory.direction(signals.q)
     return np.asarray(0.5 * found)
 
