@@ -15,7 +15,7 @@ from hexathermal.learn.machine_diagnosis.case import Case, case_of
 from hexathermal.learn.machine_diagnosis.causes import catalogue
 from hexathermal.learn.machine_diagnosis.course import Course, searched
 from hexathermal.learn.machine_diagnosis.deciding import Equivalents, equivalents, probabilities, verdict
-from hexathermal.learn.machine_diagnosis.evidence import hypothesis
+from hexathermal.learn.machine_diagnosis.evidence import averaged
 from hexathermal.learn.machine_diagnosis.extension import extended
 from hexathermal.learn.machine_diagnosis.gain import MachineGain, MachineResidual, gained, residuals
 from hexathermal.learn.machine_diagnosis.noise_levels import coordinates_of, leg_noise
@@ -174,7 +174,7 @@ def _observed(case: Case, course: Course) -> MachineObservability:
 def _effects(course: Course, seen: MachineObservability, title: str) -> tuple[Hexapod, tuple[MachineEffect, ...]]:
     """Return the extended machine, and the causes that were named."""
     case, hexapod, made = course.case, course.first.view.hexapod, []
-    _value, means, covariances = hypothesis(case.tables, course.end.null, priors_of(case, course.adopted))
+    means, covariances = averaged(case.tables, course.end.null, priors_of(case, course.adopted))
     at = 0
     for one in sorted(course.adopted, key=lambda item: item.which >= 0):
         k = len(one.candidate.names)
@@ -200,7 +200,7 @@ def _held_by_machine(
         if other.called == one.candidate.called and not other.settings:
             others = priors_of(case, [item for item in course.adopted if item is not one])
             own = (case.tables.places[k], other.mean, WIDER * one.size * other.scale)
-            _value, means, covariances = hypothesis(case.tables, course.end.null, [own, *others])
+            means, covariances = averaged(case.tables, course.end.null, [own, *others])
             size = len(other.names)
             return other, means[:size], covariances[:size, :size]
     return one.candidate, found, covariance

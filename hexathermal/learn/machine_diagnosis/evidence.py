@@ -14,6 +14,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from itertools import product
 from typing import TypeAlias
 
 import numpy as np
@@ -104,7 +105,7 @@ def scored(S: FloatArray, g: FloatArray, one: Candidate, rows: int, which: int) 
     best = int(np.argmax(values))
     found = parts[best][1]
     strength = float(np.sqrt(max(found @ S @ found, 0.0) / (6.0 * rows)))
-    value = float(np.logaddexp.reduce(values) - np.log(len(values)))
+    value = float(np.logaddexp.reduce(values)) - float(np.log(len(values)))
     return Scored((which,), value, value - float(values[best]), float(sizes[best]), strength)
 
 
@@ -187,3 +188,30 @@ def fitted_levels(tables: Tables, adopted: Sequence[Adopted], begin: Levels | No
         if value - before < 0.1:
             break
     return best, value
+
+
+def averaged(tables: Tables, levels: Levels, adopted: Sequence[Adopted]) -> tuple[FloatArray, FloatArray]:
+    """Return mean and covariance of adopted amplitudes over levels about the best, each by its evidence.
+
+    A level that is not quite known makes amplitudes less certain than the best level says.
+
+    Returns
+    -------
+    mean, covariance : array, shape (m,), (m, m)
+    """
+    axes = [_neighbours(getattr(levels, name)) for name in ("frame", "slow", "leg")]
+    found = [hypothesis(tables, replace(levels, frame=f, slow=s, leg=g), adopted) for f, s, g in product(*axes)]
+    values = np.array([value for value, _mean, _covariance in found])
+    weight = np.exp(values - values.max())
+    weight /= weight.sum()
+    means = np.array([mean for _value, mean, _covariance in found])
+    mean = weight @ means
+    spread = (means - mean).T * weight @ (means - mean)
+    return mean, np.asarray(sum(w * one[2] for w, one in zip(weight, found, strict=True)) + spread)
+
+
+def _neighbours(level: float) -> tuple[float, ...]:
+    """Return a level of the grid with those beside it."""
+    grid = (0.0, *LEVEL_GRID)
+    k = grid.index(level)
+    return grid[max(k - 1, 0) : k + 3]

@@ -44,6 +44,8 @@ def quantities(one: Candidate, view: MachineView, found: FloatArray, covariance:
         made[called + ("" if called.endswith(end) else end)] = Quantity(
             float(value * factor), float(u * factor), spoken
         )
+    if "play_m" in one.settings:
+        made["play_mm"] = Quantity(float(one.settings["play_m"]) * 1e3, float("nan"), "mm")
     if "time_constant_s" in one.settings:
         made["time_constant_s"] = Quantity(float(one.settings["time_constant_s"]), float("nan"), "s")
     return made | _totals(one, view, found, std) | _size(one, found, covariance)

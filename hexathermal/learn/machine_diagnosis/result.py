@@ -196,14 +196,14 @@ class MachineDiagnosis:
             "equivalent": [] if first is None else list(first.equivalent),
             "probability": self.probability,
             "parameters": {} if first is None else _parameters(first),
-            "settings": {} if first is None else dict(first.settings),
+            "settings": {} if first is None else _plain(first.settings),
             "sentence": self.sentence,
             "effects": [_effect(one) for one in self.effects],
             "follows": self.follows,
             "gain": None if self.gain is None else _gain(self.gain),
             "candidates": [
                 {"cause": one.cause, "target": one.target, "evidence": one.evidence, "probability": one.probability,
-                 "strength": one.strength, "settings": dict(one.settings)} for one in self.candidates
+                 "strength": one.strength, "settings": _plain(one.settings)} for one in self.candidates
             ],
             "next_experiment": self.experiments[0].words if self.experiments else None,
             "experiments": [{"words": one.words, "causes": list(one.causes)} for one in self.experiments],
@@ -213,6 +213,11 @@ class MachineDiagnosis:
             "threshold": self.threshold,
             "notes": list(self.notes),
         }  # fmt: skip
+
+
+def _plain(settings: Mapping[str, Any]) -> dict[str, Any]:
+    """Return settings with lists for tuples, as JSON has them."""
+    return {name: list(value) if isinstance(value, tuple) else value for name, value in settings.items()}
 
 
 def _parameters(effect: MachineEffect) -> dict[str, Any]:
@@ -228,7 +233,7 @@ def _effect(one: MachineEffect) -> dict[str, Any]:
     return {
         "cause": one.cause, "target": one.target, "probability": one.probability, "equivalent": list(one.equivalent),
         "equivalent_places": list(one.equivalent_places), "parameters": _parameters(one),
-        "settings": dict(one.settings), "translation_rms_um": one.translation * UM,
+        "settings": _plain(one.settings), "translation_rms_um": one.translation * UM,
         "rotation_rms_urad": one.rotation * UM, "strength": one.strength, "pays_on_runs_left_out": list(one.pays),
         "sentence": one.sentence,
     }  # fmt: skip

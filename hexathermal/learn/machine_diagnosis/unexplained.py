@@ -28,7 +28,7 @@ def flexible_candidates(view: MachineView) -> list[Candidate]:
                        (AIR.replace("_", " "), view.air)):  # fmt: skip
         if np.isfinite(heat).all():
             found.append(_family(name, _moved(view, np.stack([heat, heat**2], axis=1))))
-    return [one for one in found if np.ptp(one.columns) > 0.0]
+    return [one for one in found if one.columns.any()]
 
 
 def _family(follows: str, columns: FloatArray) -> Candidate:
