@@ -15,7 +15,7 @@ from hexathermal.errors import ArgumentError
 from hexathermal.learn.campaign import Block, Campaign, RunFile, joined
 from hexathermal.learn.campaign_dataset import read_run
 from hexathermal.learn.cleaning import usable_blocks
-from hexathermal.learn.cleaning_beams import SMALLEST_MOVE_M
+from hexathermal.learn.cleaning_channels import SMALLEST_MOVE_M
 from hexathermal.poses import FloatArray
 
 STEP = 20.0

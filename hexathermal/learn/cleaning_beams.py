@@ -15,7 +15,6 @@ import numpy.typing as npt
 from hexathermal.learn.campaign_columns import BEAMS
 from hexathermal.learn.cleaning_beam_scales import BeamScales, against_others, jumps, measured, resting
 from hexathermal.learn.cleaning_channels import PIECE_ROWS, near_moves
-from hexathermal.learn.cleaning_channels import SMALLEST_MOVE_M as SMALLEST_MOVE_M
 from hexathermal.learn.cleaning_record import NOTED, REPAIRED, ROW, Ledger
 from hexathermal.learn.cleaning_rules import (
     MARGIN,

@@ -23,6 +23,7 @@ from hexathermal.learn.cleaning_rules import (
 )
 from hexathermal.learn.cleaning_sheets import Sheet, stacked, with_margins
 from hexathermal.learn.cleaning_stuck import STUCK_RULE, Scales, scales_of, stuck_in
+from hexathermal.machine.leg_signals import SMALLEST_MOVE
 from hexathermal.poses import FloatArray
 
 PIECE_ROWS = 8192
@@ -35,8 +36,8 @@ GAP_STEPS = 5.0
 """A step in time of more than so many usual steps is a gap."""
 
 
-SMALLEST_MOVE_M = 2e-6
-"""A displacement of the rod beyond this from row to row is a movement: another landing."""
+SMALLEST_MOVE_M = SMALLEST_MOVE
+"""A displacement of the rod [m] beyond this from row to row is a movement: another landing."""
 
 NEAR_ROWS = 3
 """So near to a movement heat comes and fades within rows."""
