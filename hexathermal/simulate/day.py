@@ -185,13 +185,20 @@ def _spread(spread: float, generator: np.random.Generator) -> FloatArray:
 
 
 def sensor_truth(hexapod: Hexapod, temperatures: DayTemperatures) -> FloatArray:
-    """Return the true temperatures at the sensors, shape (n, s) [degC], in the order of `sensor_names`."""
+    """Return the true temperatures at the sensors, shape (n, s) [degC], in the order of `sensor_names`.
+
+    Columns are those of the record: where plugs are exchanged, a leg's temperature stands under another leg's name.
+    """
     model = active_model(hexapod)
-    columns = [temperatures.legs[:, i] for i, law in enumerate(model.legs) for _sensor in law.sensors]
+    truth = np.empty((len(temperatures.time), len(model.sensor_names)))
+    for leg, own in enumerate(model.columns_of_leg):
+        truth[:, own] = temperatures.legs[:, leg, None]
+    first = sum(len(law.sensors) for law in model.legs)
     for plate, values in ((model.platform, temperatures.platform), (model.base, temperatures.base)):
         if plate is not None and plate.sensor is not None:
-            columns.append(values)
-    return np.column_stack(columns)
+            truth[:, first] = values
+            first += 1
+    return truth
 
 
 def readings(hexapod: Hexapod, truth: FloatArray, day: WorkingDay, generator: np.random.Generator) -> FloatArray:
