@@ -11,6 +11,7 @@ from hexathermal.learn.hexapod_data import HexapodRows
 from hexathermal.learn.hexapod_model import measured_lengths
 from hexathermal.learn.machine_diagnosis.candidate import Candidate
 from hexathermal.learn.machine_diagnosis.causes import all_candidates, catalogue
+from hexathermal.learn.machine_diagnosis.finer import finer_candidates
 from hexathermal.learn.machine_diagnosis.law_columns import law_columns
 from hexathermal.learn.machine_diagnosis.noise_levels import SMALLEST_NOISE, PoseNoise, coordinates_of, pose_noise
 from hexathermal.learn.machine_diagnosis.single_leg import single_leg_candidates
@@ -46,6 +47,8 @@ class Case:
         Log prior of each candidate.
     noise : PoseNoise
     tables : Tables
+    finer : tuple of Candidate
+        Those that are tried at more values of their setting; these stand behind all others.
     """
 
     view: MachineView
@@ -55,6 +58,7 @@ class Case:
     prior: FloatArray
     noise: PoseNoise
     tables: Tables
+    finer: tuple[Candidate, ...] = ()
 
     def named(self, which: int) -> bool:
         """Whether a candidate is of a catalogue."""
@@ -81,17 +85,26 @@ def with_exchanged(case: Case, hexapod: Hexapod) -> Case:
     """Return a case with a machine whose legs read other thermometers; the noise stays."""
     view = case.view.with_hexapod(hexapod)
     y = case.y + case.view.law_drift - view.law_drift
-    return _made(view, y, case.laws, None, case.noise)
+    return _made(view, y, case.laws, None, case.noise, case.finer)
 
 
-def _made(view: MachineView, y: FloatArray, laws: str, start: FloatArray | None, noise: PoseNoise | None) -> Case:
+def with_finer(case: Case, one: Candidate) -> Case:
+    """Return a case in which a candidate is tried at more values of its setting; numbers of the others stay."""
+    return _made(case.view, case.y, case.laws, None, case.noise, (*case.finer, one))
+
+
+def _made(
+    view: MachineView, y: FloatArray, laws: str, start: FloatArray | None, noise: PoseNoise | None,
+    finer: tuple[Candidate, ...] = (),
+) -> Case:  # fmt: skip
     """Return a case; the noise is found where none is given."""
     law = law_columns(view, laws).columns
-    candidates = (*all_candidates(view), *single_leg_candidates(view), *flexible_candidates(view))
+    candidates = (*all_candidates(view), *single_leg_candidates(view), *flexible_candidates(view),
+                  *(part for one in finer for part in finer_candidates(view, one)))  # fmt: skip
     if noise is None:
         noise = pose_noise(view, y, law, candidates, first_noise(view, y) if start is None else start)
     tables = tables_of(view, y, noise.coordinates, noise.weight, law, [one.columns for one in candidates])
-    return Case(view, y, laws, candidates, _priors(candidates), noise, tables)
+    return Case(view, y, laws, candidates, _priors(candidates), noise, tables, finer)
 
 
 def first_noise(view: MachineView, y: FloatArray) -> FloatArray:

@@ -7,8 +7,9 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from hexathermal.learn.machine_diagnosis.case import Case, with_exchanged
+from hexathermal.learn.machine_diagnosis.case import Case, with_exchanged, with_finer
 from hexathermal.learn.machine_diagnosis.evidence import log_bayes
+from hexathermal.learn.machine_diagnosis.finer import finer_setting
 from hexathermal.learn.machine_diagnosis.search import (
     Adoption,
     Ranked,
@@ -73,13 +74,17 @@ def searched(case: Case) -> Course:
         leader = _leader(case, now, not adopted)
         if leader is None:
             break
+        if finer_setting(case.candidates[leader.which]):
+            case = with_finer(case, case.candidates[leader.which])
+            now = step(case, adopted, now.null)
+            leader = _leader(case, now, False) or leader
         found = _adoption(case, now, leader, adopted)
         if not _paying(found):
             notes.append(f"{found.candidate.called} does not pay on runs left out of the fit: it is not named")
             break
         adopted.append(found)
         case = _behind(case, found)
-        if case is not first and found.which < 0:
+        if found.which < 0:
             adopted = [_found_again(case, one) for one in adopted]
         now = step(case, adopted, now.null)
     adopted = _exchanged(case, adopted)
@@ -106,7 +111,7 @@ def _adoption(case: Case, now: Step, ranked: Ranked, adopted: Sequence[Adoption]
     """Return a candidate as adopted, with what it gains on each run left out."""
     candidate = case.candidates[ranked.which]
     which = -1 if candidate.cause == SWAP else ranked.which
-    return Adoption(which, candidate, ranked.scored.size, ranked, now, _gains(case, now, ranked, adopted))
+    return Adoption(which, candidate, ranked.scored.size, ranked, now, case, _gains(case, now, ranked, adopted))
 
 
 def _gains(case: Case, now: Step, ranked: Ranked, adopted: Sequence[Adoption]) -> tuple[float, ...]:

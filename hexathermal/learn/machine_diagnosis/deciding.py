@@ -74,7 +74,7 @@ def verdict(course: Course) -> tuple[str, float, str | None]:
         follows = other.cause if not course.case.named(left.which) else f"looks like {other.called}"
     if course.adopted:
         first = course.adopted[0]
-        found = probabilities(course.first, first.step)
+        found = probabilities(first.case, first.step)
         return "effect", found.get(first.candidate.cause, 0.0), follows
     found = probabilities(course.case, course.end)
     if follows is not None:

@@ -182,11 +182,11 @@ def _effects(course: Course, seen: MachineObservability, title: str) -> tuple[He
             found, own = means[at : at + k], covariances[at : at + k, at : at + k]
             at += k
         else:
-            found, own = _share(course, one)
+            found, own = _share(one)
         made.append((one, found, own))
         hexapod = extended(hexapod, *_held_by_machine(course, one, found, own), title)
     made.sort(key=lambda item: -item[0].ranked.odds)
-    return hexapod, tuple(_effect(course, one, found, own, seen) for one, found, own in made)
+    return hexapod, tuple(_effect(one, found, own, seen) for one, found, own in made)
 
 
 def _held_by_machine(
@@ -206,21 +206,18 @@ def _held_by_machine(
     return one.candidate, found, covariance
 
 
-def _share(course: Course, one: Adoption) -> tuple[FloatArray, FloatArray]:
+def _share(one: Adoption) -> tuple[FloatArray, FloatArray]:
     """Return the share of an exchange that its own step would find freely."""
-    case = course.first
+    case = one.case
     own = case.tables.places[one.ranked.which]
     place = slice(own.start - case.tables.base, own.stop - case.tables.base)
     S = one.step.S
     return S[place, -1] / S[place, place][0], np.asarray(np.linalg.inv(S[place, place]))
 
 
-def _effect(
-    course: Course, one: Adoption, found: FloatArray, covariance: FloatArray, seen: MachineObservability
-) -> MachineEffect:
+def _effect(one: Adoption, found: FloatArray, covariance: FloatArray, seen: MachineObservability) -> MachineEffect:
     """Return a named cause with its parameters."""
-    case = course.first if one.which < 0 else course.case
-    candidate = one.candidate
+    case, candidate = one.case, one.candidate
     parameters = quantities(candidate, case.view, found, covariance)
     moved = coordinates_of(case.view, candidate.columns @ found)
     far, turned = (float(np.sqrt((part**2).sum(axis=1).mean())) for part in (moved[:, :3], moved[:, 3:]))
@@ -247,7 +244,7 @@ def _residuals(
 def _ranking(course: Course) -> tuple[MachineCandidate, ...]:
     """Return what was named, then the ranking of the first step."""
     found = list[MachineCandidate]()
-    steps = [(course.first if one.which < 0 else course.case, one.step, one.ranked) for one in course.adopted]
+    steps = [(one.case, one.step, one.ranked) for one in course.adopted]
     ranking = course.adopted[0].step if course.adopted else course.end
     home = steps[0][0] if steps else course.case
     steps += [(home, ranking, one) for one in ranking.ranking]

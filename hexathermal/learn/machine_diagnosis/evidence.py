@@ -104,7 +104,7 @@ def scored(S: FloatArray, g: FloatArray, one: Candidate, rows: int, which: int) 
     values = np.array([value for value, _found in parts])
     best = int(np.argmax(values))
     found = parts[best][1]
-    strength = float(np.sqrt(max(found @ S @ found, 0.0) / (6.0 * rows)))
+    strength = float(np.sqrt(max(float(found @ S @ found), 0.0) / (6.0 * rows)))
     value = float(np.logaddexp.reduce(values)) - float(np.log(len(values)))
     return Scored((which,), value, value - float(values[best]), float(sizes[best]), strength)
 

@@ -102,6 +102,8 @@ class Adoption:
     ranked : Ranked
     step : Step
         In which it was found.
+    case : Case
+        Whose numbers that step has.
     pays : tuple of float
         Log likelihood that it gains on each run left out.
     """
@@ -111,6 +113,7 @@ class Adoption:
     size: float
     ranked: Ranked
     step: Step
+    case: Case
     pays: tuple[float, ...] = ()
 
 
@@ -149,8 +152,9 @@ def step(case: Case, adopted: Sequence[Adoption], begin: Levels | None = None) -
     base = priors_of(case, adopted)
     null, value = fitted_levels(case.tables, base, begin)
     S = candidates_left(case, null, base)
-    taken = {one.which for one in adopted}
-    found = [one for one in screened(S, case.tables, case.candidates) if one.which[0] not in taken]
+    taken = {one.candidate.called for one in adopted if one.which >= 0}
+    found = [one for one in screened(S, case.tables, case.candidates)
+             if case.candidates[one.which[0]].called not in taken]  # fmt: skip
     order = sorted(found, key=lambda one: -(one.value + case.prior[one.which[0]]))
     leaders = _leaders(case, order)
     pool = [null, *(fitted_levels(case.tables, [*base, _prior(case, one)], null)[0] for one in leaders)]

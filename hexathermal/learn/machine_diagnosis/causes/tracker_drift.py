@@ -13,6 +13,7 @@ from hexathermal.learn.diagnosis.trials import Cause, Parameter
 from hexathermal.learn.hexapod_data import PLATES
 from hexathermal.learn.machine_diagnosis.candidate import Candidate
 from hexathermal.learn.machine_diagnosis.view import AIR, MachineView
+from hexathermal.poses import FloatArray
 
 USUAL_SHIFT_PER_K = 0.5e-6
 USUAL_TURN_PER_K = 1e-6
@@ -36,20 +37,30 @@ CAUSE = Cause(
 
 def candidates(view: MachineView) -> list[Candidate]:
     """Give the air, and the plates' thermometers."""
+    return [
+        following(view, sensor, tau)
+        for sensor, heat in _followed(view).items()
+        if np.isfinite(heat).all() and np.ptp(heat) > 0.0
+        for tau in (LAGS_S if sensor == AIR else LAGS_S[:1])
+    ]
+
+
+def following(view: MachineView, sensor: str, time_constant: float) -> Candidate:
+    """Return the frame that follows a thermometer, at once (0) or behind a low pass [s]."""
+    heat = _followed(view)[sensor]
+    late = view.late(heat, time_constant) if time_constant else heat
+    names = tuple(f"{word}_{axis}_per_K" for word in ("shift", "turn") for axis in AXES)
+    scale = np.array([USUAL_SHIFT_PER_K] * 3 + [USUAL_TURN_PER_K] * 3)
+    settings = {"time_constant_s": time_constant} if time_constant else {}
+    return Candidate(CAUSE.name, sensor, names, ("m/K",) * 3 + ("rad/K",) * 3, view.frame * late[:, None, None], scale,
+                     np.zeros(6), settings)  # fmt: skip
+
+
+def _followed(view: MachineView) -> dict[str, FloatArray]:
+    """Return temperatures that a frame may follow, by the names of their thermometers."""
     followed = {AIR: view.air}
     for k, part in enumerate(PLATES):
         sensor = view.plate_sensors[k]
         if sensor is not None:
             followed[sensor if sensor.startswith(part) else f"{part}_{sensor}"] = view.plates[:, k]
-    names = tuple(f"{word}_{axis}_per_K" for word in ("shift", "turn") for axis in AXES)
-    scale = np.array([USUAL_SHIFT_PER_K] * 3 + [USUAL_TURN_PER_K] * 3)
-    found = []
-    for sensor, heat in followed.items():
-        if not (np.isfinite(heat).all() and np.ptp(heat) > 0.0):
-            continue
-        for tau in LAGS_S if sensor == AIR else LAGS_S[:1]:
-            columns = view.frame * (view.late(heat, tau) if tau else heat)[:, None, None]
-            settings = {"time_constant_s": tau} if tau else {}
-            found.append(Candidate(CAUSE.name, sensor, names, ("m/K",) * 3 + ("rad/K",) * 3, columns, scale,
-                                   np.zeros(6), settings))  # fmt: skip
-    return found
+    return followed
