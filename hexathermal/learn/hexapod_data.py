@@ -22,6 +22,7 @@ from hexathermal.learn.row_fingerprints import RowFingerprints
 from hexathermal.machine.files import read_hexapod
 from hexathermal.machine.hexapod import Hexapod
 from hexathermal.machine.thermal import frozen
+from hexathermal.machine.thermometers import AS_RECORDED
 from hexathermal.poses import FloatArray, pose_from_coordinates
 
 if TYPE_CHECKING:
@@ -29,6 +30,7 @@ if TYPE_CHECKING:
 
 AXES = ("x", "y", "z", "rx", "ry", "rz")
 PLATES = ("platform", "base")
+AIR = "air_temperature"
 
 
 class UnusableRowsError(FileFormatError, ArgumentError):
@@ -62,11 +64,11 @@ class HexapodRows:
     q : array, shape (n, 6) [m]
         Displacements of the rods by their scales.
     dT : array, shape (n, 6, s) [K]
-        Of the legs, from the zero.
+        As recorded of the legs, from the zero; see `heat`.
     plates : array, shape (n, 2) [K]
         Of platform and base; NaN where not recorded.
     zero_degC, plates_zero_degC : array, shape (6, s), (2,) [degC]
-        Temperatures of the zero, mean over the runs.
+        Temperatures of the zero as recorded, mean over the runs.
     left_out : dict of str to int
         Reasons and numbers of rows.
     fingerprints : dict of str to str
@@ -101,6 +103,11 @@ class HexapodRows:
         return _retracted(self.hexapod)
 
     @property
+    def heat(self) -> FloatArray:
+        """Temperatures that tell each leg, shape (n, 6, s) [K]: `dT` with exchanged thermometers put right."""
+        return heat_of_legs(self.hexapod, self.dT)
+
+    @property
     def recorded_plates(self) -> tuple[bool, bool]:
         """Whether platform and base have a thermometer."""
         return self.plate_sensors[0] is not None, self.plate_sensors[1] is not None
@@ -110,6 +117,28 @@ class HexapodRows:
         names = ("run", "time", "commanded", "measured", "q", "dT", "plates")
         air = None if self.air is None else self.air[keep]
         return replace(self, air=air, **{name: getattr(self, name)[keep] for name in names})
+
+
+def heat_of_legs(hexapod: Hexapod, recorded: FloatArray) -> FloatArray:
+    """Return temperatures by the legs that they tell, from those by the legs under which they are recorded.
+
+    Parameters
+    ----------
+    hexapod : Hexapod
+    recorded : array, shape (..., 6, s)
+
+    Examples
+    --------
+    >>> import dataclasses
+    >>> import hexathermal as ht
+    >>> hexapod = ht.load_hexapod("reference")
+    >>> model = dataclasses.replace(hexapod.thermal, thermometers_of_leg=[1, 2, 4, 3, 5, 6])
+    >>> heat_of_legs(dataclasses.replace(hexapod, thermal=model), np.arange(6.0)[:, None])[:, 0].tolist()
+    [0.0, 1.0, 3.0, 2.0, 4.0, 5.0]
+    """
+    if hexapod.thermal is None or hexapod.thermal.thermometers_of_leg == AS_RECORDED:
+        return recorded
+    return np.asarray(recorded[..., [own - 1 for own in hexapod.thermal.thermometers_of_leg], :])
 
 
 def _retracted(hexapod: Hexapod) -> FloatArray:
@@ -155,11 +184,13 @@ def hexapod_rows(
     runs = campaign.runs_of(role)
     if not runs:
         raise ArgumentError(f"there is no {role} run in the campaign: give a run role = {role!r} in campaign.toml")
+    frame = machine.measuring_frame
+    aired = frame is not None and frame.sensor == AIR
     first = None
     if campaign.zero == "campaign":
-        first = _zero(_table(campaign, campaign.runs[0], names, plates, {}, RowFingerprints()))
+        first = _zero(_table(campaign, campaign.runs[0], names, plates, aired, {}, RowFingerprints()))
     for k, run in enumerate(runs):
-        table = _table(campaign, run, names, plates, left_out, marks)
+        table = _table(campaign, run, names, plates, aired, left_out, marks)
         if not len(table["time"]):
             continue
         zero = _zero(table) if first is None else first
@@ -224,10 +255,14 @@ def _table(
     run: RunFile,
     sensors: tuple[str, ...],
     plates: tuple[str | None, str | None],
+    aired: bool,
     left_out: dict[str, int],
     marks: RowFingerprints,
 ) -> dict[str, Any]:
-    """Return the usable rows of a run as it stands in its table; counts what is left out, adds its fingerprint."""
+    """Return the usable rows of a run as it stands in its table; counts what is left out, adds its fingerprint.
+
+    `aired`: the measuring frame follows the air, so that rows need its temperature where it is recorded at all.
+    """
     data = read_run(campaign, run)
     names = list(campaign.sensors)
     heat = data["temperature"].values
@@ -248,6 +283,9 @@ def _table(
     no_reading = codes_in(own, True).any(axis=(1, 2)) | codes_in(plate, True).any(axis=1)
     own, plate = (np.where(codes_in(part, True), np.nan, part) for part in (own, plate))
     marks.add_poses(run.name, time, data["leg_q"].values, seen * ([1e-3] * 3 + [np.pi / 180.0] * 3))
+    air = data["air_temperature"].values if AIR in data else np.full(len(time), np.nan)
+    air = np.where(codes_in(air[:, None], True)[:, 0], np.nan, air)
+    airless = ~np.isfinite(air) if aired and np.isfinite(air).any() else ~good
     reasons = (
         ("not settled", data["settled"].values != 1.0 if "settled" in data else ~good),
         ("the measured pose is missing", ~np.isfinite(seen).all(axis=1)),
@@ -255,6 +293,7 @@ def _table(
         (f"a thermometer reads {CODE_RULE}", no_reading),
         ("a thermometer gave no value",
          ~(np.isfinite(own).all(axis=(1, 2)) & np.isfinite(plate[:, known]).all(axis=1))),
+        ("the air, which the measuring frame follows, has no temperature", airless),
         ("time, commanded pose or a displacement is missing",
          ~(np.isfinite(six).all(axis=1) & np.isfinite(data["leg_q"].values).all(axis=1) & np.isfinite(time))),
         ("commanded pose or a displacement is a logger's missing code", coded(data, "") | coded(data, "leg")),
@@ -265,8 +304,6 @@ def _table(
             left_out[reason] = left_out.get(reason, 0) + count
         good &= ~bad
     told = np.flatnonzero(np.isfinite(own).all(axis=(1, 2)) & np.isfinite(plate[:, known]).all(axis=1))
-    air = data["air_temperature"].values if "air_temperature" in data else np.full(len(time), np.nan)
-    air = np.where(codes_in(air[:, None], True)[:, 0], np.nan, air)
     read = np.flatnonzero(np.isfinite(air))
     first = None if not told.size else (own[told[0]], plate[told[0]], air[read[0]] if read.size else np.nan)
     begun = float(np.nanmin(time)) if np.isfinite(time).any() else 0.0

@@ -14,14 +14,16 @@ import numpy as np
 
 from hexathermal.errors import ArgumentError
 from hexathermal.learn.choice import decided
-from hexathermal.learn.hexapod_data import HexapodRows, UnusableRowsError
+from hexathermal.learn.hexapod_data import PLATES, HexapodRows, UnusableRowsError
 from hexathermal.learn.hexapod_fit import HexapodFit
 from hexathermal.learn.hexapod_model import HexapodEquations, pose_residuals
 from hexathermal.learn.hexapod_noise import Kinds, frames_of, leg_and_plate, settled
 from hexathermal.learn.hexapod_offset import far_poses
 from hexathermal.learn.hexapod_spread import leg_spread
+from hexathermal.learn.hexapod_stated import refuse_unread_terms, stated_notes, terms_of_legs
 from hexathermal.machine.hexapod import Hexapod
 from hexathermal.machine.thermal import DEFAULT_RANGE_DEGC, LegLaw, PlateLaw, ThermalModel, frozen
+from hexathermal.machine.thermometers import AS_RECORDED
 from hexathermal.poses import FloatArray
 
 PLATES_CHOICES = ("auto", "fit", "known", "none")
@@ -82,7 +84,11 @@ class HexapodIdentification:
         return self.fits[self.chosen]
 
     def laws(self, title: str = "") -> tuple[LegLaw, ...]:
-        """Return the law of each leg, with its covariance: one law for all holds the spread between legs too."""
+        """Return the law of each leg, with its covariance and the terms that the machine states of it.
+
+        One law for all holds the spread between legs too.
+        """
+        terms = terms_of_legs(self.rows.hexapod)
         fit, s = self.fit, len(self.rows.sensors)
         at = [self.rows.sensors.index(name) for name in self.sensors]
         covariance = fit.full_covariance
@@ -94,31 +100,42 @@ class HexapodIdentification:
             own = own + np.diag(spread**2)
             known = own if own.any() else None
             A, B = fit.b[which[: len(at)]], fit.b[which[len(at) :]]
-            laws.append(LegLaw(self.sensors, A, B, known, title, spread=spread if spread.any() else None))
+            laws.append(LegLaw(self.sensors, A, B, known, title, terms[leg], spread if spread.any() else None))
         return tuple(laws)
 
     def hexapod(self, title: str = "", legs: tuple[LegLaw, ...] | None = None) -> Hexapod:
         """Return the machine with the chosen laws; references are the temperatures of the zero.
 
-        Expansions of plates without a thermometer stay as the machine has them. `legs`: six laws from elsewhere, as
-        they were given, with their own covariances, where those are chosen.
+        Expansions of plates without a thermometer stay as the machine has them; so do exchanged thermometers, terms of
+        legs, payload, joints and measuring frame. `legs`: six laws from elsewhere, as they were given, with their own
+        covariances, where those are chosen; one without terms gets the leg's own.
         """
-        rows, fit = self.rows, self.fit
-        old = rows.hexapod.thermal
-        plates: dict[str, PlateLaw | None] = {}
-        for k, part in enumerate(("platform", "base")):
-            sensor = rows.plate_sensors[k]
-            before = None if old is None else getattr(old, part)
-            plates[part] = before if before is None or before.sensor is None else replace(before, sensor=None)
-            if sensor is not None and (fit.b[12 * len(rows.sensors) + k] != 0.0 or part in fit.model.words):
-                plates[part] = PlateLaw(float(fit.b[12 * len(rows.sensors) + k]), sensor)
-        laws = self.laws(title) if legs is None else legs
-        zero = [float(rows.zero_degC[leg, rows.sensors.index(name)]) for leg in range(6) for name in laws[leg].sensors]
-        zero += [float(value) for value, law in zip(rows.plates_zero_degC, plates.values(), strict=True)
+        rows, old = self.rows, self.rows.hexapod.thermal
+        plates = (self._plate(0), self._plate(1))
+        laws = self.laws(title) if legs is None else tuple(
+            replace(law, terms=law.terms or own) for law, own in zip(legs, terms_of_legs(rows.hexapod), strict=True)
+        )  # fmt: skip
+        told = AS_RECORDED if old is None else old.thermometers_of_leg
+        # references stand in the order of the record
+        zero = [float(rows.zero_degC[recorded - 1, rows.sensors.index(name)])
+                for recorded in AS_RECORDED for name in laws[told.index(recorded)].sensors]  # fmt: skip
+        zero += [float(value) for value, law in zip(rows.plates_zero_degC, plates, strict=True)
                  if law is not None and law.sensor is not None]  # fmt: skip
         valid = DEFAULT_RANGE_DEGC if old is None else old.valid_degC
-        model = ThermalModel(laws, plates["platform"], plates["base"], np.round(zero, 4), valid)
+        model = ThermalModel(laws, *plates, np.round(zero, 4), valid, told)
         return replace(rows.hexapod, thermal=model, grade="A")
+
+    def _plate(self, k: int) -> PlateLaw | None:
+        """Return the law of the platform (0) or base (1): found, known, or only stated."""
+        rows, fit, part = self.rows, self.fit, PLATES[k]
+        before: PlateLaw | None = None if rows.hexapod.thermal is None else getattr(rows.hexapod.thermal, part)
+        sensor, value = rows.plate_sensors[k], float(fit.b[12 * len(rows.sensors) + k])
+        if sensor is not None and part in fit.model.words:
+            at = fit.model.words.index(part)
+            return PlateLaw(value, sensor, float(np.sqrt(fit.covariance[at, at])))
+        if sensor is not None and value != 0.0:
+            return PlateLaw(value, sensor, None if before is None else before.expansion_std)
+        return before if before is None or before.sensor is None else replace(before, sensor=None)
 
 
 def identify_hexapod(
@@ -151,13 +168,17 @@ def identify_hexapod(
     Raises
     ------
     ArgumentError
-        An option is none of those known, or the machine states no expansion of a plate.
+        An option is none of those known, the machine states no expansion of a plate, or terms of its legs read a
+        thermometer that is not chosen.
+    UnknownNameError
+        The machine's measuring frame follows a temperature that is not recorded.
     UnusableRowsError
         Too few rows, or coefficients that these rows cannot tell apart.
     """
     if plates not in PLATES_CHOICES:
         raise ArgumentError(f"plates is {plates!r}, expected one of {', '.join(map(repr, PLATES_CHOICES))}")
     chosen = rows.sensors if sensors is None else tuple(sensors)
+    refuse_unread_terms(rows.hexapod, chosen)
     need = 12 * len(chosen) + 8
     if len(rows) * 6 < 2 * need:
         raise UnusableRowsError(f"{len(rows)} poses cannot tell {need} unknowns; at least {need // 3 + 1} are needed")
@@ -235,7 +256,11 @@ def _plates(rows: HexapodRows, plates: str, notes: list[str]) -> tuple[float | N
 
 def _doubts(rows: HexapodRows) -> list[str]:
     """Return what is to be said of the rows."""
-    notes = [*far_poses(rows), *(f"{count} rows were left out: {text}" for text, count in rows.left_out.items())]
+    notes = [
+        *far_poses(rows),
+        *stated_notes(rows),
+        *(f"{count} rows were left out: {text}" for text, count in rows.left_out.items()),
+    ]
     if len(rows.runs) == 1:
         notes.append(
             "one run only: uncertainties are those of independent rows, and nothing is judged on runs left out"

@@ -9,7 +9,8 @@ of the nominal machine and displacements ``q_i`` by the scales:
           + [J (v + w x (t - h), w)]_i                                             the tracker's frame, in each run
           + [J n]_i + e_i                                                          its noise; what no law explains
 
-so everything is linear in the coefficients. The covariance of a row is ``V = J N J' + s^2 I``: noise of the six
+so everything is linear in the coefficients. What the machine's file states beyond its laws is taken off before: see
+`hexathermal.learn.hexapod_stated`. The covariance of a row is ``V = J N J' + s^2 I``: noise of the six
 coordinates, and of the legs.
 """
 
@@ -24,9 +25,10 @@ from hexathermal.errors import ArgumentError
 from hexathermal.kinematics.inverse import inverse_kinematics
 from hexathermal.kinematics.jacobian import jacobian
 from hexathermal.learn.hexapod_data import PLATES, HexapodRows
+from hexathermal.learn.hexapod_stated import in_machine_frame, stated_lengths
 from hexathermal.machine.hexapod import Hexapod
 from hexathermal.poses import FloatArray
-from hexathermal.predict.pose_errors import moved_poses
+from hexathermal.predict.pose_errors import moved_back
 
 FRAMES = ("run", "campaign", "none")
 """What the positioning system's frame is free in: each run, the whole campaign, or nothing."""
@@ -53,6 +55,7 @@ def columns(hexapod: Hexapod, poses: FloatArray, q: FloatArray, dT: FloatArray, 
     poses : array, shape (n, 4, 4) [m]
     q : array, shape (n, 6) [m]
     dT : array, shape (n, 6, s) [K]
+        That tell each leg: `HexapodRows.heat`.
     plates : array, shape (n, 2) [K]
         Of platform and base; NaN: the column is zero.
     """
@@ -179,6 +182,11 @@ def measured_lengths(rows: HexapodRows, poses: FloatArray) -> FloatArray:
     return np.asarray(inverse_kinematics(rows.hexapod, poses) - rows.retracted - rows.q)
 
 
+def lengths_of_laws(rows: HexapodRows, poses: FloatArray) -> FloatArray:
+    """Return what of `measured_lengths` is left to laws and plates: without sag and terms that the machine states."""
+    return measured_lengths(rows, poses) - stated_lengths(rows, poses)
+
+
 def whitened(V: FloatArray, values: FloatArray) -> FloatArray:
     """Return values (n, 6, k) with rows of unit covariance."""
     return np.asarray(np.linalg.solve(np.linalg.cholesky(V), values))
@@ -202,7 +210,7 @@ def hexapod_equations(
     if frame not in FRAMES:
         raise ArgumentError(f"frame is {frame!r}, expected one of {', '.join(map(repr, FRAMES))}")
     poses = unframed(rows, frames)
-    X = columns(rows.hexapod, poses, rows.q, rows.dT, rows.plates)
+    X = columns(rows.hexapod, poses, rows.q, rows.heat, rows.plates)
     F = frame_columns(rows.hexapod, poses)
     names = coefficient_names(rows.sensors)
     if frame == "campaign":
@@ -210,7 +218,7 @@ def hexapod_equations(
             np.concatenate([X, F], axis=2),
             (*names, *(f"frame {axis}" for axis in ("x", "y", "z", "rx", "ry", "rz"))),
         )
-    y = measured_lengths(rows, poses)
+    y = lengths_of_laws(rows, poses)
     V = row_covariance(rows.hexapod, poses, noise, leg_noise)
     parts = [X, F, y[..., None]] if frame == "run" else [X, y[..., None]]
     W = whitened(V, np.concatenate(parts, axis=2))
@@ -224,16 +232,9 @@ def hexapod_equations(
 
 
 def unframed(rows: HexapodRows, frames: FloatArray | None) -> FloatArray:
-    """Return the measured poses freed of each run's frame, shape (n, 4, 4)."""
-    if frames is None:
-        return rows.measured
-    # the inverse of a small motion about home, to second order and better: turn back, then shift back
-    back = -frames[rows.run]
-    shift = np.zeros_like(back)
-    shift[:, :3] = back[:, :3]
-    turn = back - shift
-    home = rows.hexapod.home[:3, 3]
-    return moved_poses(moved_poses(rows.measured, shift, home), turn, home)
+    """Return the measured poses freed of the stated drift of the frame and of each run's frame, shape (n, 4, 4)."""
+    poses = in_machine_frame(rows)
+    return poses if frames is None else moved_back(poses, frames[rows.run], rows.hexapod.home[:3, 3])
 
 
 def _run_equations(name: str, W: FloatArray, p: int, rows: int) -> RunEquations:
@@ -258,8 +259,8 @@ def _run_equations(name: str, W: FloatArray, p: int, rows: int) -> RunEquations:
 def length_residuals(rows: HexapodRows, b: FloatArray, frames: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Return residuals of the lengths (n, 6) [m] at coefficients and frames (runs, 6), and the poses they belong to."""
     poses = unframed(rows, frames)
-    X = columns(rows.hexapod, poses, rows.q, rows.dT, rows.plates)
-    return measured_lengths(rows, poses) - X @ b, poses
+    X = columns(rows.hexapod, poses, rows.q, rows.heat, rows.plates)
+    return lengths_of_laws(rows, poses) - X @ b, poses
 
 
 def pose_residuals(rows: HexapodRows, b: FloatArray, frames: FloatArray) -> FloatArray:

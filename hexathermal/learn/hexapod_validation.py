@@ -1,9 +1,11 @@
 """The proof on runs of a whole hexapod that were never fitted: errors of the platform before and after correction.
 
 Before: the measured pose less the pose that the scales say (the forward kinematics of ``q0 + q``): what a controller
-without correction leaves.  After: the measured pose less the pose that the law predicts, with its legs' drift and its
-plates' expansion, through the exact forward kinematics.  Errors are ``[t - t_w, log(R R_w^T)]`` in base axes. Misses of
-the positioning system are left out by the rule of identification; runs that were fitted are known by their rows.
+without correction leaves.  After: the measured pose less the pose that the law predicts, with its legs' drift, its
+plates' expansion and the sag under its payload, through the exact forward kinematics.  Errors are ``[t - t_w, log(R
+R_w^T)]`` in base axes. Measured poses are freed of the drift of the measuring frame that the machine states: it is no
+error of the platform. Misses of the positioning system are left out by the rule of identification; runs that were
+fitted are known by their rows.
 """
 
 from __future__ import annotations
@@ -19,12 +21,14 @@ from hexathermal.learn.hexapod_data import PLATES, HexapodRows, hexapod_rows
 from hexathermal.learn.hexapod_noise import without_misses
 from hexathermal.learn.hexapod_offset import far_poses
 from hexathermal.learn.hexapod_scores import PoseScore, best_factor, pose_scores
+from hexathermal.learn.hexapod_stated import in_machine_frame, stated_notes
 from hexathermal.learn.law import Origin
 from hexathermal.learn.validation import TRIFLE, Figure, Verdict
 from hexathermal.machine.hexapod import Hexapod
 from hexathermal.machine.thermal import ThermalModel
 from hexathermal.poses import FloatArray
 from hexathermal.predict.correction import predicted_pose
+from hexathermal.predict.leg_states import leg_controllers
 from hexathermal.predict.pose_errors import moved_poses, pose_errors
 
 FEWEST_RUNS = 3
@@ -103,16 +107,16 @@ def validate_hexapod(
     Raises
     ------
     UnknownNameError
-        The campaign lacks a thermometer of the law; `available` lists those recorded.
+        The campaign lacks a thermometer of the law, or that which the machine's measuring frame follows; `available`
+        lists those recorded.
     ArgumentError
         The machine has no law, or there are no usable rows (`UnusableRowsError`).
     """
     model = _law(hexapod, campaign)
     wanted = tuple(dict.fromkeys(name for law in model.legs for name in law.sensors))
     rows, note = without_misses(hexapod_rows(campaign, role, hexapod=hexapod, sensors=wanted))
-    told = forward_kinematics(hexapod, rows.retracted + rows.q)
-    warm = predicted_pose(hexapod, rows.retracted + rows.q, _temperatures(rows, model))
-    before, after = pose_errors(told, rows.measured), pose_errors(warm, rows.measured)
+    told, stood = forward_kinematics(hexapod, rows.retracted + rows.q), in_machine_frame(rows)
+    before, after = pose_errors(told, stood), pose_errors(_predicted(rows, model), stood)
     names = [name for k, name in enumerate(rows.runs) if (rows.run == k).any()]
     fitted = _fitted(rows, names, origin)
     judged = [name for name in names if name not in fitted] or names
@@ -179,9 +183,25 @@ def _temperatures(rows: HexapodRows, model: ThermalModel) -> FloatArray:
     return np.column_stack(found) + model.reference_temperature_degC
 
 
+def _predicted(rows: HexapodRows, model: ThermalModel) -> FloatArray:
+    """Return where the law puts the platform, (n, 4, 4); legs that remember begin anew in each run."""
+    lengths, temps = rows.retracted + rows.q, _temperatures(rows, model)
+    if not model.states:
+        return predicted_pose(rows.hexapod, lengths, temps)
+    poses = np.empty(rows.measured.shape)
+    for run in np.unique(rows.run):
+        own = rows.run == run
+        poses[own] = leg_controllers(rows.hexapod).predicted_pose(lengths[own], temps[own], rows.time[own])
+    return poses
+
+
 def _notes(rows: HexapodRows, model: ThermalModel, told: FloatArray) -> list[str]:
     """Return what is to be said before anything is judged."""
-    notes = [*far_poses(rows), *(f"{count} rows were left out: {reason}" for reason, count in rows.left_out.items())]
+    notes = [
+        *far_poses(rows),
+        *stated_notes(rows),
+        *(f"{count} rows were left out: {reason}" for reason, count in rows.left_out.items()),
+    ]
     apart = np.abs(pose_errors(told, rows.commanded)[:, :3]).max()
     if apart > CORRECTED_ON_LINE_M:
         notes.append(

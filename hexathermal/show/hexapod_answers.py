@@ -247,7 +247,7 @@ def _proposed(arguments: argparse.Namespace, found: HexapodIdentification, progr
     model = replace(fit.model, fixed=fit.model.fixed[:p], C=fit.model.C[:p][:, free],
                     words=tuple(fit.model.words[k] for k in free))  # fmt: skip
     return designed_poses(
-        rows.hexapod, candidates, rows.dT[slots], rows.plates[slots], found.noise, model,
+        rows.hexapod, candidates, rows.heat[slots], rows.plates[slots], found.noise, model,
         criterion=arguments.criterion, frame=found.frame != "none", known=without_frame(found.equations.S, p),
         leg_noise=found.leg_noise,
     )  # fmt: skip

@@ -22,7 +22,9 @@ coefficients and covariance. Give one law for all six legs, or six laws in the o
 
 EPILOG = f"""\
 The machine keeps its reference temperature (the one it was calibrated at); a machine without a thermal law needs
---reference. The range of temperatures becomes reference plus the law's range of dT, widened by --margin.
+--reference. It also keeps what else extends it: laws of its plates, exchanged thermometers (thermometers_of_leg), its
+payload and its measuring frame; terms of its legs go with their laws, and are named. The range of temperatures becomes
+reference plus the law's range of dT, widened by --margin.
 
 Terms that extend the law come along; terms of the bench (its frame, the interferometer) and repairs of the campaign's
 data do not, for they are no property of the leg: put such faults right at the machine's own sensors. Terms with a state
@@ -80,7 +82,7 @@ def run(arguments: argparse.Namespace, progress: Progress) -> Answer:
         raise ArgumentError(f"machine {hexapod.name or arguments.machine} has no q0_mm, which a leg's law needs")
     model = _model(laws, hexapod, arguments)
     file = write_hexapod(dataclasses.replace(hexapod, thermal=model), out)
-    warnings = [*_left_out(laws, model), *_doubts(laws, hexapod)]
+    warnings = [*_left_out(laws, model), *_replaced(hexapod), *_doubts(laws, hexapod)]
     carried = tuple(dict.fromkeys(term.cause for law in model.legs for term in law.terms))
     low, high = model.valid_degC
     facts = {
@@ -133,14 +135,26 @@ def _left_out(laws: list[IdentifiedLaw], model: ThermalModel) -> list[str]:
     return left
 
 
+def _replaced(hexapod: Hexapod) -> list[str]:
+    """Return which terms of the machine's own legs give way to the laws."""
+    old = () if hexapod.thermal is None else hexapod.thermal.legs
+    return [
+        f"leg {leg + 1}: {', '.join(term.cause for term in law.terms)} of the machine's own law is replaced with it"
+        for leg, law in enumerate(old)
+        if law.terms
+    ]
+
+
 def _model(laws: list[IdentifiedLaw], hexapod: Hexapod, arguments: argparse.Namespace) -> ThermalModel:
     """Return the machine's thermal model with the laws."""
     import numpy as np
 
     from hexathermal.machine.thermal import ThermalModel
+    from hexathermal.machine.thermometers import AS_RECORDED
 
     old = hexapod.thermal
     plates = (None, None) if old is None else (old.platform, old.base)
+    told = AS_RECORDED if old is None else old.thermometers_of_leg
     if arguments.reference is not None:
         leg_reference: float | None = arguments.reference
     elif old is None:
@@ -165,7 +179,7 @@ def _model(laws: list[IdentifiedLaw], hexapod: Hexapod, arguments: argparse.Name
         raise ArgumentError("the laws were fitted on no range of temperatures; give --margin above 0")
     rounded = (float(np.floor(valid[0] * 10.0) / 10.0), float(np.ceil(valid[1] * 10.0) / 10.0))
     legs = [law.leg_law() for law in laws]
-    model = ThermalModel(legs[0] if len(legs) == 1 else legs, *plates, leg_reference, rounded)
+    model = ThermalModel(legs[0] if len(legs) == 1 else legs, *plates, leg_reference, rounded, told)
     return model.without_states() if arguments.at_rest else model
 
 
