@@ -197,8 +197,11 @@ def _prior(case: Case, one: Scored) -> Adopted:
 def best_pair(case: Case, found: Step) -> tuple[int, int, float] | None:
     """Return the two candidates that together beat the best single one clearly, and their log odds."""
     S, at = found.S, case.tables.base
-    some = [item for item in found.ranking if case.candidates[item.which].cause in PAIRS]
-    places = {item.which: case.tables.places[item.which] for item in some}
+    some: dict[str, int] = {}
+    for item in found.ranking:
+        if case.candidates[item.which].cause in PAIRS:
+            some.setdefault(case.candidates[item.which].called, item.which)
+    places = {which: case.tables.places[which] for which in some.values()}
     best: tuple[int, int, float] | None = None
     for one, two in combinations(places, 2):
         first, second = case.candidates[one], case.candidates[two]
