@@ -28,7 +28,7 @@ STRENGTHS = np.array([0.05, 0.1, 0.2, 0.4, 0.8, 1.6, 3.2, 6.4, 12.8])
 """Prior sizes of the visible effect, RMS over the noise."""
 
 LEVEL_GRID = (0.1, 0.2, 0.4, 0.8, 1.6, 3.2, 6.4, 12.8, 50.0, 200.0, 1000.0)
-PRIOR_OF_LEVEL = {"campaign": 0.2, "frame": 0.5, "slow": 0.5, "leg": 0.5}
+PRIOR_OF_LEVEL = {"campaign": 0.1, "frame": 0.5, "slow": 0.5, "leg": 0.5}
 """Chance that a disturbance of a kind is there at all, before anything is seen: measured poses are given in the
 machine's frame, so an offset of all runs alike is the least likely."""
 

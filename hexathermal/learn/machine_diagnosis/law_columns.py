@@ -97,11 +97,10 @@ def _readings(view: MachineView, leg: int) -> tuple[FloatArray, list[str]]:
     """Return what errors of a leg's thermometers make of its law, (n, 6, k), and names."""
     A, B = view.laws[leg]
     columns: list[FloatArray] = []
-    runs = np.unique(view.run)
+    runs, noise = np.unique(view.run), _reading_noise(view)
     for k in np.flatnonzero(np.abs(A) + np.abs(B)):
         flicker = view.flicker[:, leg, k]
-        noise = float(flicker.std())
-        if not noise > 0.0:
+        if not flicker.any():
             continue
         length = A[k] * view.retracted[leg] + B[k] * view.q[:, leg]
         columns += [length * flicker, length * noise]
@@ -111,6 +110,12 @@ def _readings(view: MachineView, leg: int) -> tuple[FloatArray, list[str]]:
     if columns:
         out[:, leg] = np.column_stack(columns)
     return out, [f"thermometers of leg {leg + 1}"] * len(columns)
+
+
+def _reading_noise(view: MachineView) -> float:
+    """Return the noise of a reading [K]: the least of all thermometers, since fast heat only adds to what is seen."""
+    spread = view.flicker.std(axis=0)
+    return float(spread[spread > 0.0].min(initial=np.inf)) if spread.any() else 0.0
 
 
 def _roots(view: MachineView, laws: str) -> list[tuple[tuple[int, ...], FloatArray, str]]:
