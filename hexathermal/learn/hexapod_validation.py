@@ -112,7 +112,7 @@ def validate_hexapod(
     ArgumentError
         The machine has no law, or there are no usable rows (`UnusableRowsError`).
     """
-    model = _law(hexapod, campaign)
+    model = readable_law(hexapod, campaign)
     wanted = tuple(dict.fromkeys(name for law in model.legs for name in law.sensors))
     rows, note = without_misses(hexapod_rows(campaign, role, hexapod=hexapod, sensors=wanted))
     told, stood = forward_kinematics(hexapod, rows.retracted + rows.q), in_machine_frame(rows)
@@ -148,8 +148,16 @@ def validate_hexapod(
     )
 
 
-def _law(hexapod: Hexapod, campaign: Campaign) -> ThermalModel:
-    """Return the law of a machine whose thermometers a campaign has."""
+def readable_law(hexapod: Hexapod, campaign: Campaign) -> ThermalModel:
+    """Return the law of a machine, all of whose thermometers a campaign has.
+
+    Raises
+    ------
+    ArgumentError
+        The machine has no law.
+    UnknownNameError
+        The campaign lacks a thermometer of the law; `available` lists those recorded.
+    """
     model = hexapod.thermal
     if model is None:
         raise ArgumentError(

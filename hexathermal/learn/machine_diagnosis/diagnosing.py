@@ -10,6 +10,7 @@ from hexathermal.learn.campaign import Campaign
 from hexathermal.learn.hexapod_data import HexapodRows, UnusableRowsError, hexapod_rows
 from hexathermal.learn.hexapod_noise import without_misses
 from hexathermal.learn.hexapod_offset import far_poses
+from hexathermal.learn.hexapod_validation import readable_law
 from hexathermal.learn.machine_diagnosis.candidate import Candidate
 from hexathermal.learn.machine_diagnosis.case import Case, case_of
 from hexathermal.learn.machine_diagnosis.causes import catalogue
@@ -68,17 +69,18 @@ def diagnose_machine(
     Raises
     ------
     ArgumentError
-        The campaign is of another kind, or `laws` is neither.
-    ThermalModelError
-        The machine has no thermal law.
+        The campaign is of another kind, the machine has no thermal law, or `laws` is neither.
+    UnknownNameError
+        The campaign lacks a thermometer that the law reads.
     UnusableRowsError
         Too few usable rows, or temperatures and poses that never change.
     """
     if progress is not None:
         progress(0, STEPS, "reading the runs")
     rows, misses = _usable(campaign, hexapod)
-    held = _held_out(campaign, rows.hexapod)
-    return diagnosed(rows, held, laws=laws, title=campaign.title, notes=(misses,) if misses else (), progress=progress)
+    held, mute = _held_out(campaign, rows.hexapod)
+    notes = tuple(note for note in (misses, mute) if note)
+    return diagnosed(rows, held, laws=laws, title=campaign.title, notes=notes, progress=progress)
 
 
 def diagnosed(
@@ -148,20 +150,23 @@ def _refuse_dull(rows: HexapodRows) -> None:
 
 def _rows(campaign: Campaign, role: str, hexapod: Hexapod | None) -> HexapodRows:
     """Return the usable rows of a role, with the thermometers that the legs' laws read."""
-    machine = hexapod
+    machine, sensors = hexapod, None
     if machine is None and campaign.hexapod is not None:
         machine = read_hexapod(campaign.hexapod)
-    thermal = None if machine is None else machine.thermal
-    sensors = None if thermal is None else tuple(dict.fromkeys(name for law in thermal.legs for name in law.sensors))
+    if machine is not None and campaign.kind == "hexapod":
+        laws = readable_law(machine, campaign).legs
+        sensors = tuple(dict.fromkeys(name for law in laws for name in law.sensors))
     return hexapod_rows(campaign, role, hexapod=machine, sensors=sensors)
 
 
-def _held_out(campaign: Campaign, hexapod: Hexapod) -> HexapodRows | None:
-    """Return the rows of runs for validation, None where there are none."""
+def _held_out(campaign: Campaign, hexapod: Hexapod) -> tuple[HexapodRows | None, str]:
+    """Return the rows of runs for validation, None where there are none, and what is to be said of that."""
     if not campaign.runs_of("validation"):
-        return None
-    rows = _rows(campaign, "validation", hexapod)
-    return without_misses(rows)[0]
+        return None, ""
+    try:
+        return without_misses(_rows(campaign, "validation", hexapod))[0], ""
+    except UnusableRowsError as error:
+        return None, f"runs for validation cannot be used: {error}"
 
 
 def _observed(case: Case, course: Course) -> MachineObservability:
