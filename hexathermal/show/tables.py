@@ -15,9 +15,10 @@ from hexathermal.kinematics.constants import LARGEST_CONDITION
 from hexathermal.kinematics.jacobian import condition_number
 from hexathermal.machine.hexapod import Hexapod
 from hexathermal.machine.library import models_folder
-from hexathermal.machine.thermal import PlateLaw
+from hexathermal.machine.thermal import LegLaw, PlateLaw
 from hexathermal.poses import FloatArray
 from hexathermal.predict.trajectory import POSE_COLUMNS, TrajectorySummary
+from hexathermal.show.extension_tables import exchange_rows, extension_facts, extension_rows, term_cells, term_facts
 from hexathermal.simulate.day import HOUR_S, reference_degC
 from hexathermal.simulate.demonstration import Demonstration, largest
 
@@ -126,7 +127,7 @@ def machine_facts(hexapod: Hexapod, file: Path) -> dict[str, Any]:
             for axis, unit in AXES.items()
         },
         "thermal": _thermal_facts(hexapod),
-    }  # fmt: skip
+    } | extension_facts(hexapod)  # fmt: skip
 
 
 def _thermal_facts(hexapod: Hexapod) -> dict[str, Any] | None:
@@ -136,22 +137,32 @@ def _thermal_facts(hexapod: Hexapod) -> dict[str, Any] | None:
         return None
 
     def plate(law: PlateLaw | None) -> dict[str, Any] | None:
-        return None if law is None else {"expansion_um_per_m_K": round(law.expansion * 1e6, 9), "sensor": law.sensor}
+        if law is None:
+            return None
+        std = None if law.expansion_std is None else round(law.expansion_std * 1e6, 9)
+        return {"expansion_um_per_m_K": round(law.expansion * 1e6, 9), "expansion_std_um_per_m_K": std,
+                "sensor": law.sensor}  # fmt: skip
+
+    def leg(law: LegLaw) -> dict[str, Any]:
+        std = None if law.covariance is None else np.round(np.sqrt(np.diagonal(law.covariance)) * 1e6, 9)
+        count = len(law.sensors)
+        return {
+            "sensors": list(law.sensors),
+            "A_um_per_m_K": np.round(law.A * 1e6, 9).tolist(),
+            "B_um_per_m_K": np.round(law.B * 1e6, 9).tolist(),
+            "A_std_um_per_m_K": None if std is None else std[:count].tolist(),
+            "B_std_um_per_m_K": None if std is None else std[count:].tolist(),
+            "covariance_known": law.covariance is not None,
+            "campaign": law.campaign,
+            "terms": term_facts(law.terms),
+        }
 
     return {
         "sensors": list(model.sensor_names),
         "reference_temperature_degC": np.asarray(model.reference_temperature_degC).tolist(),
         "valid_degC": list(model.valid_degC),
-        "legs": [
-            {
-                "sensors": list(law.sensors),
-                "A_um_per_m_K": np.round(law.A * 1e6, 9).tolist(),
-                "B_um_per_m_K": np.round(law.B * 1e6, 9).tolist(),
-                "covariance_known": law.covariance is not None,
-                "campaign": law.campaign,
-            }
-            for law in model.legs
-        ],
+        "thermometers_of_leg": list(model.thermometers_of_leg),
+        "legs": [leg(law) for law in model.legs],
         "platform": plate(model.platform),
         "base": plate(model.base),
     }
@@ -187,7 +198,7 @@ def _overview(facts: dict[str, Any], pretty: bool) -> Table:
     for axis, unit in AXES.items() if facts["limits"] else ():
         low, high = facts["limits"][f"{axis}_{unit}"]
         rows.append((f"travel limit {axis}", f"{low:g} to {high:g} {unit} ({facts['limits']['convention']})"))
-    for row in rows:
+    for row in (*rows, *extension_rows(facts)):
         table.add_row(*row)
     return table
 
@@ -220,16 +231,36 @@ def _thermal_tables(facts: dict[str, Any], pretty: bool) -> list[Table]:
     for part in ("platform", "base"):
         plate = thermal[part]
         text = "no law" if plate is None else f"expansion {plate['expansion_um_per_m_K']:g} um/m/K"
+        if plate is not None and plate["expansion_std_um_per_m_K"] is not None:
+            text += f", standard uncertainty {plate['expansion_std_um_per_m_K']:g}"
         if plate is not None:
             text += f", sensor {plate['sensor']}" if plate["sensor"] else ", no sensor: not compensated"
         about.add_row(f"{part} plate", text)
+    for row in exchange_rows(thermal["thermometers_of_leg"]):
+        about.add_row(*row)
     about.add_row("columns of a temperature file", ", ".join(f"{name}_degC" for name in thermal["sensors"]))
-    laws = framed(pretty, "leg", "sensor", "A um/m/K>", "B um/m/K>", "coefficients from")
-    shared = all(law == thermal["legs"][0] for law in thermal["legs"])
-    for k, law in enumerate(thermal["legs"][:1] if shared else thermal["legs"]):
-        for sensor, A, B in zip(law["sensors"], law["A_um_per_m_K"], law["B_um_per_m_K"], strict=True):
-            laws.add_row("1 to 6" if shared else str(k + 1), sensor, f"{A:g}", f"{B:g}", law["campaign"] or "not said")
-    return [about, laws]
+    return [about, *_law_tables(thermal["legs"], pretty)]
+
+
+def _law_tables(legs: list[dict[str, Any]], pretty: bool) -> list[Table]:
+    """Return the coefficients of the legs with their standard uncertainties, and their terms where they have any."""
+    unsure = any(law["covariance_known"] for law in legs)
+    heads = [f"{letter} um/m/K>" for letter in "AB"]
+    heads = [head for letter, one in zip("AB", heads, strict=True) for head in (one, f"std of {letter}>")[: 1 + unsure]]
+    laws = framed(pretty, "leg", "sensor", *heads, "coefficients from")
+    shared = all(law == legs[0] for law in legs)
+    terms = framed(pretty, "leg", "term of the law", "amplitudes", "std", "unit", "shape")
+    for k, law in enumerate(legs[:1] if shared else legs):
+        leg = "1 to 6" if shared else str(k + 1)
+        for j, sensor in enumerate(law["sensors"]):
+            cells = []
+            for letter in "AB":
+                std = law[f"{letter}_std_um_per_m_K"]
+                cells += [f"{law[f'{letter}_um_per_m_K'][j]:g}", "-" if std is None else f"{std[j]:.3g}"][: 1 + unsure]
+            laws.add_row(leg, sensor, *cells, law["campaign"] or "not said")
+        for term in law["terms"]:
+            terms.add_row(leg, *term_cells(term))
+    return [laws, terms] if terms.row_count else [laws]
 
 
 def day_table(result: Demonstration, pretty: bool, width: int | None = None) -> Table:
