@@ -27,17 +27,23 @@ def law(factor: float = 1.0, plates: bool = True) -> ht.ThermalModel:
     return ht.ThermalModel(leg, *parts, reference_temperature_degC=24.0)
 
 
-def written(folder: Path, rows: HexapodRows, *, zero: str = "run", thermal: ht.ThermalModel | None = None) -> Campaign:
-    """Write rows as a campaign of validation runs."""
-    ht.write_hexapod(dataclasses.replace(rows.hexapod, thermal=thermal), folder)
+def written(
+    folder: Path, rows: HexapodRows, *, zero: str = "run", hexapod: ht.Hexapod | None = None, identified: int = 0
+) -> Campaign:
+    """Write rows as a campaign of validation runs, the first `identified` of them runs for identification."""
+    ht.write_hexapod(dataclasses.replace(rows.hexapod, thermal=None) if hexapod is None else hexapod, folder)
     lines = ['format = "hexathermal-campaign/1"', 'kind = "hexapod"', f'zero = "{zero}"', 'hexapod = "hexapod.toml"']
     six, seen = (ht.coordinates_from_pose(poses, hexapod=rows.hexapod) for poses in (rows.commanded, rows.measured))
     pose = ["x_mm", "y_mm", "z_mm", "rx_deg", "ry_deg", "rz_deg"]
     head = ["time_s", *pose, *(f"leg{k}_q_mm" for k in range(1, 7)), *(f"leg{k}_T1_degC" for k in range(1, 7)),
             "platform_T1_degC", "base_T1_degC", *(f"measured_{name}" for name in pose)]  # fmt: skip
     table = np.column_stack([rows.time, six, rows.q * 1e3, 20.0 + rows.dT[..., 0], 20.0 + rows.plates, seen])
+    if rows.air is not None:
+        head.append("air_temperature_degC")
+        table = np.column_stack([table, 20.0 + rows.air])
     for k, name in enumerate(rows.runs):
-        lines += ["[[runs]]", f'name = "{name}"', f'file = "{name}.csv"', 'role = "validation"']
+        role = "identification" if k < identified else "validation"
+        lines += ["[[runs]]", f'name = "{name}"', f'file = "{name}.csv"', f'role = "{role}"']
         part = table[rows.run == k]
         np.savetxt(folder / f"{name}.csv", part, delimiter=",", header=",".join(head), comments="", fmt="%.12g")
     (folder / "campaign.toml").write_text("\n".join(lines) + "\n", encoding="utf-8")
