@@ -42,7 +42,8 @@ POSITIVE = {"lag": ("time_constant_s", "order"), "lead": ("time_constant_s",), "
             "periodic": ("pitch_mm",), "direction": ("play_mm",)}  # fmt: skip
 """Parameters that must be above 0; other time constants may be 0, which stands for no delay."""
 
-UNITS = {"lag": "1/K", "lead": "1/K", "temperature": "1/K", "expansion": "1/K", "square": "1/K^2", "air-index": "1", "position": "1",
+UNITS = {"lag": "1/K", "lead": "1/K", "temperature": "1/K", "expansion": "1/K", "square": "1/K^2",
+         "air-index": "1", "position": "1",
          "room": "um/K", "tilt": "um/rad", "time": "um/h"}  # fmt: skip
 """Units of the amplitudes of each shape; of the others micrometres for a unit of the column."""
 

@@ -6,14 +6,17 @@ import hashlib
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
+import numpy as np
+
 from hexathermal.errors import ArgumentError, UnknownNameError
 from hexathermal.learn.campaign import Campaign
 from hexathermal.learn.campaign_laws import identify_campaign
 from hexathermal.learn.diagnosis.chance import chance_threshold
 from hexathermal.learn.diagnosis.deciding import LEAST, Decision, decided
-from hexathermal.learn.diagnosis.evidence import Scored
+from hexathermal.learn.diagnosis.evidence import Scored, beside, screened, stacked_columns
 from hexathermal.learn.diagnosis.search import REPEATED, Ranked, Step
 from hexathermal.learn.diagnosis.stage import Stage, view_of
+from hexathermal.learn.diagnosis.trials import Trial
 from hexathermal.learn.law import IdentifiedLaw
 from hexathermal.learn.signals import RunRows
 from hexathermal.poses import FloatArray
@@ -23,12 +26,21 @@ LATER = 2.0
 """Every cause after the first needs so much more evidence: it may mop up what the first one's shape left."""
 
 MOST_TOLERATED = 2
+MOST_REFUSED = 2
+"""Causes that stand above chance but predict runs left out no better are passed over, at most so many."""
 
 LEAST_SHARE = 0.03
 """Every cause after the first must take away this part of the squared residual of runs left out."""
 
 STANDING, CLEARLY = 0.1, 0.05
 """A target may stand for the leader's if it has this part of its evidence, and takes away so much more."""
+
+MOST_REFINED = 2
+"""Shapes of one cause that may join beside its first."""
+
+MOST_KIN, SEEN_KIN, KIN_SIZE = 3, 0.05, 0.2
+"""Directions in which the shapes of a named cause differ, the smallest of them over the largest, and the error of its
+shape over what is visible of it."""
 
 FEWEST_WINDOWS = 40
 FEWEST_RUNS = 2
@@ -44,15 +56,12 @@ class Found:
     ----------
     ranked : Ranked
     decision : Decision
-    joined : bool
-        Whether it pays on runs left out.
     amplitudes, spread : array, shape (k,)
         Of the trial's columns when it was named, and their standard uncertainties.
     """
 
     ranked: Ranked
     decision: Decision
-    joined: bool
     amplitudes: FloatArray
     spread: FloatArray
 
@@ -72,6 +81,8 @@ class Course:
     end : Decision
         Of the last step.
     threshold : float
+    refused : tuple of Ranked
+        Causes that stood above chance, but do not predict runs left out better.
     """
 
     first: Stage
@@ -81,6 +92,7 @@ class Course:
     found: tuple[Found, ...]
     end: Decision
     threshold: float
+    refused: tuple[Ranked, ...] = ()
 
 
 def base_law(campaign: Campaign, sensors: Sequence[str] | None, law: IdentifiedLaw | None) -> IdentifiedLaw:
@@ -123,26 +135,29 @@ def searched(
     threshold = max(LEAST, chance)
     stage = _tolerant(stage, threshold)
     step = stage.step
-    steps, found, stages = [step], list[Found](), list[Stage]()
+    steps, found, stages, refused = [step], list[Found](), list[Stage](), list[Ranked]()
     decision = decided(step, threshold)
     while len(found) < MOST_EFFECTS:
         leader = _leader(stage, decision, threshold + LATER * bool(found), first=not found)
         if leader is None:
             break
         after = stage.with_effect(leader.best)
-        pays = _share(stage, after, leader) > (LEAST_SHARE if found else 0.0)
-        if not pays and found:
-            break
+        if _share(stage, after, leader) <= (LEAST_SHARE if found else 0.0):
+            if found or len(refused) == MOST_REFUSED:
+                break
+            refused.append(leader)
+            stage = _tolerant(stage.without(leader.best), threshold)
+            steps[0] = step = stage.step
+            decision = decided(step, threshold)
+            continue
         stages.append(stage)
-        found.append(Found(leader, decision, pays, *stage.amplitudes(leader)))
-        if not pays:
-            break
-        stage = _tolerant(after, threshold + LATER)
+        found.append(Found(leader, decision, *stage.amplitudes(leader)))
+        stage = _tolerant(_with_kin(_refined(stage, after, leader, threshold), stage, leader), threshold + LATER)
         said(1 + len(found), MOST_EFFECTS + 2, f"{leader.cause} named; trying what is left")
         step = stage.step
         steps.append(step)
         decision = decided(step, threshold + LATER)
-    return Course(first, stage, tuple(stages), tuple(steps), tuple(found), decision, threshold)
+    return Course(first, stage, tuple(stages), tuple(steps), tuple(found), decision, threshold, tuple(refused))
 
 
 def _tolerant(stage: Stage, threshold: float) -> Stage:
@@ -155,6 +170,50 @@ def _tolerant(stage: Stage, threshold: float) -> Stage:
             break
         stage = replace(stage, tolerated=(*stage.tolerated, top.best))
     return stage
+
+
+def _kin(stage: Stage, leader: Ranked) -> list[Trial]:
+    """Return the trials of a stage that tell of the same cause on the same target by a term."""
+    own = leader.best.trial
+    return [trial for trial in stage.search.trials
+            if own.shape and trial.shape and (trial.cause, trial.target) == (own.cause, own.target)]  # fmt: skip
+
+
+def _refined(before: Stage, after: Stage, leader: Ranked, threshold: float) -> Stage:
+    """Return a stage with the leader's cause joined and more of its own shapes beside, as far as they pay.
+
+    Nature's creep is no single exponential, nor is a lag of one time: a second of the same cause is no other cause.
+    """
+    kin = _kin(before, leader)
+    for _more in range(MOST_REFINED):
+        scored = screened(after.channel, after.base, leader.levels, kin, before.search.largest) if kin else []
+        best = max(scored, key=lambda item: item.value, default=None)
+        if best is None or best.gated < threshold:
+            break
+        finer = after.with_effect(best)
+        if _share(after, finer, leader) < LEAST_SHARE:
+            break
+        after = finer
+    return after
+
+
+def _with_kin(after: Stage, before: Stage, leader: Ranked) -> Stage:
+    """Return a stage whose null has what other shapes of the same cause look like, as large as an error of its shape.
+
+    A sketch of a cause leaves a part of it, which another cause would mop up.
+    """
+    kin = _kin(before, leader)
+    if not kin:
+        return after
+    base = after.base
+    left = beside(stacked_columns(after.channel, kin), base.X)
+    scale = np.sqrt((left**2).mean(axis=0))
+    U, size, _V = np.linalg.svd(left[:, scale > 0.0] / scale[scale > 0.0], full_matrices=False)
+    keep = np.flatnonzero(size > SEEN_KIN * size[:1])[:MOST_KIN]
+    columns = U[:, keep] * np.sqrt(len(U))
+    sizes = np.full(len(keep), KIN_SIZE * leader.best.visible)
+    shape = Scored(Trial(leader.cause, columns), 0.0, 0.0, 1.0, 0.0, 0.0, sizes)
+    return replace(after, tolerated=(*after.tolerated, shape))
 
 
 def _leader(stage: Stage, decision: Decision, threshold: float, *, first: bool) -> Ranked | None:

@@ -111,10 +111,11 @@ def _candidates(course: Course) -> tuple[Candidate, ...]:
 
 def _notes(course: Course) -> tuple[str, ...]:
     """Return what a reader must know besides."""
-    notes = []
+    notes = [
+        f"{item.cause} stands above chance, but predicts runs left out of the fit no better: it is not named"
+        for item in course.refused
+    ]
     for one in course.found:
-        if not one.joined:
-            notes.append(f"{one.ranked.cause} does not pay on runs left out of the fit: it does not join the law")
         if one.ranked.cause == "periodic-screw-error":
             notes += _aliases(course)
     view = course.first.view

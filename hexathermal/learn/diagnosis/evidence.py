@@ -100,10 +100,14 @@ def relevance(shown: float, noise: float, feigned: float) -> float:
 
 def visible(columns: FloatArray, base: FloatArray) -> FloatArray:
     """Return the RMS of what stays of columns after the base is refitted, shape (m,)."""
+    return np.asarray(np.sqrt((beside(columns, base) ** 2).mean(axis=0)))
+
+
+def beside(columns: FloatArray, base: FloatArray) -> FloatArray:
+    """Return what stays of columns after the base is refitted, shape (n, m)."""
     Q, R = linalg.qr(base / (np.sqrt((base**2).mean(axis=0)) + 1e-30), mode="economic")
     keep = np.abs(np.diag(R)) > 1e-9 * np.abs(np.diag(R)).max()
-    left = columns - Q[:, keep] @ (Q[:, keep].T @ columns)
-    return np.asarray(np.sqrt((left**2).mean(axis=0)))
+    return np.asarray(columns - Q[:, keep] @ (Q[:, keep].T @ columns))
 
 
 def sizes_of(trial: Trial, left: FloatArray, noise: float, largest: float) -> FloatArray:

@@ -9,7 +9,7 @@ import numpy as np
 
 from hexathermal.learn.diagnosis.causes import catalogue
 from hexathermal.learn.diagnosis.channels import Channel, Levels
-from hexathermal.learn.diagnosis.evidence import RHO, Base, Scored, changed_base, mean_log, relevance, screened
+from hexathermal.learn.diagnosis.evidence import RHO, Base, Scored, beside, changed_base, mean_log, relevance, screened
 from hexathermal.learn.diagnosis.trials import Trial, Workbench
 from hexathermal.learn.diagnosis.unexplained import THERMAL, flexible_trials
 from hexathermal.poses import FloatArray
@@ -20,7 +20,9 @@ LEADERS = 7
 
 TWINS = {
     "missing-sensor": ("swapped-sensors",), "swapped-sensors": ("missing-sensor",),
-    "sensor-drift": ("sensor-detached",), "sensor-detached": ("sensor-drift",),
+    "sensor-drift": ("sensor-detached", "swapped-sensors", "missing-sensor"),
+    "sensor-detached": ("sensor-drift", "swapped-sensors", "missing-sensor"),
+    "thermal-lag": ("swapped-sensors",),
 }  # fmt: skip
 """Causes that explain what another one has left of itself."""
 
@@ -41,6 +43,9 @@ FOLLOWED, LEAST_WITNESS = 5.0, 2.0
 MOST_WITNESSED = 16
 """Trials of a sensor's fault whose parity is asked."""
 
+
+MENDED = 3
+"""Trials of a cause that mends data whose data are mended indeed."""
 
 TRIFLE = 0.3
 """Log evidence by which new noise must help the null for everything to be screened again."""
@@ -145,7 +150,7 @@ class Search:
         levels, null = self.channel.fitted(self.base.X, self.base.sd, begin)
         ranked: dict[str, Ranked] = {}
         for _again in range(2):
-            scored = self.scored(levels, trials)
+            scored = self._closer(self.scored(levels, trials), levels, null)
             families = _families(scored)
             leaders = sorted(families, key=lambda name: -families[name][0])[:LEADERS]
             pool = [levels]
@@ -173,8 +178,45 @@ class Search:
             levels, null = pool[better], nulls[better]
             if gained < TRIFLE:
                 break
-        order = tuple(sorted(ranked.values(), key=lambda item: -item.value))
+        order = tuple(sorted(self._believed(list(ranked.values())), key=lambda item: -item.value))
         return Step(order, levels, null)
+
+    def _believed(self, ranked: list[Ranked]) -> list[Ranked]:
+        """Return the ranking in which what is nameless leads a name only as far as it shows beside that name.
+
+        A name whose shape is a little wrong leaves a little: the lead of anything that takes that too is bounded as
+        that of any small misfit, by what it takes over what is tolerated.
+        """
+        names = [item for item in ranked if item.named]
+        best = max(names, key=lambda item: item.value, default=None)
+        if best is None or best.value <= 0.0:
+            return ranked
+        base, own = self.system(best.best), best.best.trial
+        law = np.column_stack([base.X[:, : base.plain], own.columns])
+        found = []
+        for item in ranked:
+            if not item.named and item.value > best.value:
+                trial = item.best.trial
+                both = base.extended(trial.columns, item.best.size)
+                _, mean, _ = self.channel.solved(both.X, both.sd, item.levels)
+                taken = beside(trial.columns, law) @ mean[len(mean) - trial.columns.shape[1] :]
+                lead = relevance(float(np.sqrt((taken**2).mean())), item.levels.rms, max(trial.feigned, own.feigned))
+                item = replace(item, value=min(item.value, best.value + lead))
+            found.append(item)
+        return found
+
+    def _closer(self, scored: list[Scored], levels: Levels, null: float) -> list[Scored]:
+        """Return trials of which those that mend data, the best of each cause, are scored on data that are mended.
+
+        Errors of a thermometer that stand in the null are those of what was recorded under its name.
+        """
+        mending = sorted((item for item in scored if item.trial.anew), key=lambda item: -item.value)
+        chosen: dict[int, Scored] = {}
+        for name in {item.trial.cause for item in mending}:
+            for item in [one for one in mending if one.trial.cause == name][:MENDED]:
+                value = self._at(item, levels) - null + item.trial.advantage
+                chosen[id(item)] = replace(item, value=max(item.value, value))
+        return [chosen.get(id(item), item) for item in scored]
 
     def system(self, scored: Scored) -> Base:
         """Return the base with the trial in it."""
@@ -201,11 +243,15 @@ class Search:
 
     def _witnessed(self, best: Scored, scored: list[Scored]) -> Scored:
         """Return the trial of a sensor's fault that drift and parity together speak for; others as they are."""
-        if best.trial.parity is None or best.trial.least_parity >= 0.0:
-            return best
         own = [item for item in scored if item.trial.cause == best.trial.cause]
+        if all(item.trial.parity is None for item in own):
+            return best
         top = sorted(own, key=lambda item: (not item.trial.asked, -item.value))[:MOST_WITNESSED]
-        return max(top, key=lambda item: item.value + self._gain(item.trial, item.trial.target))
+        return max(top, key=lambda item: item.value + self._spoken(item.trial))
+
+    def _spoken(self, trial: Trial) -> float:
+        """Return what the parity says for a trial: where it need not show there, beyond what others show."""
+        return self._parity(trial) if trial.least_parity >= 0.0 else self._gain(trial, trial.target)
 
     def _gain(self, trial: Trial, sensor: str | None) -> float:
         """Return the log evidence of one sensor's parity for a trial."""
@@ -222,8 +268,12 @@ class Search:
         parity = self._parity(trial)
         if trial.parity is not None and trial.least_parity < 0.0:
             drift = min(drift, FOLLOWED * max(parity - LEAST_WITNESS, 0.0))
+        elif trial.parity is not None:
+            # every thermometer is late against some other: the parity only seconds what the drift says
+            parity = min(parity, max(drift, 0.0))
         witness = trial.advantage + parity
-        return replace(ranked, value=drift + witness, witness=witness)
+        sure = witness if trial.least_parity < 0.0 else 0.0
+        return replace(ranked, value=drift + witness, witness=sure)
 
     def _parity(self, trial: Trial) -> float:
         """Return the log evidence of the parity for a trial, less what other sensors show of the same by chance."""

@@ -49,12 +49,15 @@ class Stage:
         Mended in the view's data.
     tolerated : tuple of Scored
         Misfit that errors of the thermometers feign: its columns stand beside the law's, and say nothing.
+    refused : tuple of str
+        Causes that are not asked any more: they predict runs left out no better.
     """
 
     view: View
     joined: tuple[Scored, ...] = ()
     repairs: tuple[SensorRepair, ...] = ()
     tolerated: tuple[Scored, ...] = ()
+    refused: tuple[str, ...] = ()
 
     @cached_property
     def channel(self) -> Channel:
@@ -114,10 +117,15 @@ class Stage:
     def trials_left(self) -> list[Trial]:
         """Trials of causes that have not joined, nor their twins; another thermometer may join a second time."""
         taken = {item.trial.cause for item in self.joined} | {repair.cause for repair in self.repairs}
-        gone = (taken - {REPEATED}) | {twin for name in taken for twin in TWINS.get(name, ())}
+        gone = (taken - {REPEATED}) | set(self.refused) | {twin for name in taken for twin in TWINS.get(name, ())}
         sensors = {item.trial.target for item in self.joined}
         return [trial for trial in self.search.trials
                 if trial.cause not in gone and not (trial.cause == REPEATED and trial.target in sensors)]  # fmt: skip
+
+    def without(self, scored: Scored) -> Stage:
+        """Return the stage with a trial's cause out of the race, and its columns among what the null tolerates."""
+        tolerated = (*self.tolerated, scored) if scored.trial.columns.shape[1] else self.tolerated
+        return replace(self, tolerated=tolerated, refused=(*self.refused, scored.trial.cause))
 
     @cached_property
     def step(self) -> Step:
@@ -128,10 +136,11 @@ class Stage:
         """Return the stage with a trial joined, or with its repair made."""
         trial = scored.trial
         if trial.repair is None:
-            return Stage(self.view, (*self.joined, scored), self.repairs, self.tolerated)
+            return replace(self, joined=(*self.joined, scored))
         repair = trial.repair()
         runs = [mended(rows, repair) for rows in self.view.runs]
-        return Stage(replace(self.view, runs=tuple(runs)), self.joined, (*self.repairs, repair))
+        view = replace(self.view, runs=tuple(runs))
+        return replace(self, view=view, repairs=(*self.repairs, repair), tolerated=())
 
     def amplitudes(self, leader: Ranked) -> tuple[FloatArray, FloatArray]:
         """Return the amplitudes of a leader's columns beside the base, and their standard uncertainties."""

@@ -229,6 +229,10 @@ class View:
         """Return a sensor's smoothed temperature in windows [K]."""
         return np.concatenate([signals.dT[sensor] for signals in self.windowed])
 
+    def recorded(self, sensor: str) -> FloatArray:
+        """Return a sensor's temperature as recorded, in windows [K]."""
+        return self.windows_zeroed([rows.signals.dT[sensor] for rows in self.runs])
+
     def span(self, ratio: float) -> FloatArray:
         """Return ``q0 + ratio q`` in windows [m]; 1 for a component."""
         return np.asarray(self.length + ratio * self.q)

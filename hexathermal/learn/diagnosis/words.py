@@ -18,6 +18,7 @@ AMPLITUDES: dict[str, tuple[tuple[str, ...], str, float]] = {
     "lag": (("amplitude_per_K",), "1/K", 1.0),
     "lead": (("first_per_K", "second_per_K"), "1/K", 1.0),
     "temperature": (("coefficient_per_K",), "1/K", 1.0),
+    "expansion": (("A_per_K", "B_per_K"), "1/K", 1.0),
     "stored-heat": (("amplitude",), "m per unit", 1.0),
     "square": (("curvature_per_K2",), "1/K^2", 1.0),
     "room": (("coefficient_um_per_K",), "um/K", UM),
@@ -41,7 +42,8 @@ STEPS: dict[str, tuple[str, str, float]] = {
 SPOKEN = {
     "time_constant_s": "time constant", "pitch_m": "pitch", "time_s": "at", "offset_s": "offset", "step_um": "step",
     "rate_um_per_h": "rate", "rate_K_per_h": "rate", "kick_um": "after each move", "scale_ppm": "scale",
-    "coefficient_per_K": "coefficient", "coefficient_um_per_K": "coefficient", "curvature_per_K2": "curvature",
+    "coefficient_per_K": "coefficient", "A_per_K": "A", "B_per_K": "B",
+    "coefficient_um_per_K": "coefficient", "curvature_per_K2": "curvature",
     "amplitude_um": "amplitude", "share": "share", "amplitude_per_K": "coefficient",
 }  # fmt: skip
 """Words of parameters that a sentence tells."""
@@ -97,7 +99,7 @@ def effect_of(found: Found, stage: Stage, final: Stage, covariance: FloatArray, 
     visible = found.ranked.best.visible
     sentence = _sentence(trial.cause, trial.target, parameters, settings, visible)
     return Effect(trial.cause, trial.target, parameters, settings, found.decision.probability,
-                  found.decision.equivalent, visible, sentence, found.joined)  # fmt: skip
+                  found.decision.equivalent, visible, sentence, bool(trial.shape or trial.repair))  # fmt: skip
 
 
 def _set(found: Found, stage: Stage) -> tuple[dict[str, Quantity], dict[str, Any]]:

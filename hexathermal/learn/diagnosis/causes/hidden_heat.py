@@ -36,7 +36,7 @@ def trials(bench: Workbench) -> Iterator[Trial]:
     """Give heat of motion and of each input behind low passes, acting on the part as a whole or with its length."""
     view = bench.view
     lengths: tuple[dict[str, Any], ...] = ({},) if view.kind != "leg" else ({}, {"ratio": bench.ratios[bench.main]})
-    sources = [("motion", 1)] if view.moves else []
+    sources = [("motion", 1), ("motion", 2)] if view.moves else []
     sources += [(name, power) for name in view.runs[0].signals.inputs for power in (1, 2)]
     for source, power in sources:
         for tau in TIMES_S:

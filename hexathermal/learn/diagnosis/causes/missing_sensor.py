@@ -23,10 +23,16 @@ CAUSE = Cause(
 
 
 def trials(bench: Workbench) -> Iterator[Trial]:
-    """Give each other thermometer, acting on the retracted length, or as the law's own."""
+    """Give each other thermometer, acting on the retracted length, as the law's own, or with its own A and B."""
     view = bench.view
     ratios = {0.0, bench.ratios[bench.main]} if view.kind == "leg" else {0.0}
     for sensor in view.sensors:
         if sensor not in view.base:
             for ratio in sorted(ratios):
                 yield bench.term(CAUSE.name, "temperature", sensor, quick=True, sensor=sensor, ratio=ratio)
+            # as recorded: smoothing takes what is quicker than the noise of a good thermometer
+            for ratio in sorted(ratios):
+                raw = view.span(ratio) * view.recorded(sensor)
+                yield Trial(CAUSE.name, raw[:, None], sensor, "temperature", {"sensor": sensor, "ratio": ratio})
+            if view.kind == "leg" and view.moves:
+                yield bench.term(CAUSE.name, "expansion", sensor, quick=True, sensor=sensor)

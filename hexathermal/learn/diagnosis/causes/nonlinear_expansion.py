@@ -26,5 +26,6 @@ CAUSE = Cause(
 def trials(bench: Workbench) -> Iterator[Trial]:
     """Give the square of each of the law's temperatures."""
     for sensor in bench.view.base:
-        for ratio in sorted({0.0, bench.ratios[sensor]}):
+        # the retracted length, the law's own mixture, or the whole length
+        for ratio in sorted({0.0, bench.ratios[sensor], *([1.0] if bench.view.kind == "leg" else [])}):
             yield bench.term(CAUSE.name, "square", sensor, quick=True, sensor=sensor, ratio=ratio)

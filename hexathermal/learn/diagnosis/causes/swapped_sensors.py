@@ -38,4 +38,4 @@ def trials(bench: Workbench) -> Iterator[Trial]:
             base = view.base_of([view.temperatures(name) for name in names])
             yield Trial(CAUSE.name, np.zeros((len(view.q), 0)), sensor, "", {"other": other}, base=base,
                         repair=partial(SensorRepair, CAUSE.name, "swap", {"first": sensor, "second": other}),
-                        advantage=order.advantage(sensor, other))  # fmt: skip
+                        anew=True, advantage=order.advantage(sensor, other))  # fmt: skip
