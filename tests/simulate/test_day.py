@@ -281,3 +281,20 @@ def test_what_is_saved_is_what_was_computed(reference: ht.Hexapod, tmp_path: Pat
     assert found["largest_shift_um"]["with"] == pytest.approx(shift, abs=1e-3)
     assert found["day"] == dataclasses.asdict(WorkingDay())
     assert (found["seed"], found["machine"]) == (4, "reference")
+
+
+def test_exchanged_plugs_stand_in_the_columns_of_the_record(two_plates: ht.Hexapod) -> None:
+    """Where the plugs of legs 2 and 5 are exchanged, each leg's temperature stands under the other's name, and
+    correction is as good as with plugs in their places.
+    """
+    assert two_plates.thermal is not None
+    model = dataclasses.replace(two_plates.thermal, thermometers_of_leg=(1, 5, 3, 4, 2, 6))
+    swapped = dataclasses.replace(two_plates, thermal=model)
+    day = temperatures(QUIET)
+    truth = dict(zip(model.sensor_names, sensor_truth(swapped, day).T, strict=True))
+    for recorded, leg in ((1, 1), (2, 5), (5, 2), (6, 6)):
+        assert np.array_equal(truth[f"leg{recorded}_T15"], day.legs[:, leg - 1])
+    assert np.array_equal(truth["platform_T1"], day.platform)
+    assert np.array_equal(truth["base_T1"], day.base)
+    left = [largest(demonstrate(one, day=QUIET, seed=3).errors_with)[0].max() for one in (two_plates, swapped)]
+    assert left[1] == pytest.approx(left[0], abs=1e-6)
