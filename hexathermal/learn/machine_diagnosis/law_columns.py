@@ -97,7 +97,7 @@ def _readings(view: MachineView, leg: int) -> tuple[FloatArray, list[str]]:
     """Return what errors of a leg's thermometers make of its law, (n, 6, k), and names."""
     A, B = view.laws[leg]
     columns: list[FloatArray] = []
-    runs, noise = np.unique(view.run), _reading_noise(view)
+    runs, noise = np.unique(view.run), reading_noise(view)
     for k in np.flatnonzero(np.abs(A) + np.abs(B)):
         flicker = view.flicker[:, leg, k]
         if not flicker.any():
@@ -112,7 +112,7 @@ def _readings(view: MachineView, leg: int) -> tuple[FloatArray, list[str]]:
     return out, [f"thermometers of leg {leg + 1}"] * len(columns)
 
 
-def _reading_noise(view: MachineView) -> float:
+def reading_noise(view: MachineView) -> float:
     """Return the noise of a reading [K]: the least of all thermometers, since fast heat only adds to what is seen."""
     spread = view.flicker.std(axis=0)
     return float(spread[spread > 0.0].min(initial=np.inf)) if spread.any() else 0.0

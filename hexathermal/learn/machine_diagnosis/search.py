@@ -24,6 +24,7 @@ from hexathermal.learn.machine_diagnosis.evidence import (
     screened,
     sizes_for,
 )
+from hexathermal.learn.machine_diagnosis.law_columns import reading_noise
 from hexathermal.learn.machine_diagnosis.tables import Levels, eliminated
 from hexathermal.poses import FloatArray
 
@@ -38,6 +39,10 @@ LEAST_ODDS = 2.0
 PAIRS = ("leg-coefficient", "platform-expansion", "base-expansion", "leg-backlash", "tracker-drift",
          "payload-compliance")  # fmt: skip
 """Causes of which two together are asked for at once."""
+
+CLEARLY_APART, WHOLE = 10.0, 0.0
+"""Difference of two legs' temperatures, over a reading's noise, above which it is no error of thermometers; below, the
+log evidence by which a whole exchange must be better than half of one (0: the share is nearer to 1)."""
 
 TWO_AT_ONCE = np.log(0.1)
 PAIR_MARGIN = 5.0
@@ -154,7 +159,7 @@ def step(case: Case, adopted: Sequence[Adoption], begin: Levels | None = None) -
     S = candidates_left(case, null, base)
     taken = {one.candidate.called for one in adopted if one.which >= 0}
     found = [one for one in screened(S, case.tables, case.candidates)
-             if case.candidates[one.which[0]].called not in taken]  # fmt: skip
+             if case.candidates[one.which[0]].called not in taken and not _doubtful(case, S, one.which[0])]  # fmt: skip
     order = sorted(found, key=lambda one: -(one.value + case.prior[one.which[0]]))
     leaders = _leaders(case, order)
     pool = [null, *(fitted_levels(case.tables, [*base, _prior(case, one)], null)[0] for one in leaders)]
@@ -174,6 +179,23 @@ def step(case: Case, adopted: Sequence[Adoption], begin: Levels | None = None) -
     ranked.sort(key=lambda item: -item.odds)
     threshold = max(chance_threshold(case, S[:-1, :-1]) + MARGIN, LEAST_ODDS)
     return Step(tuple(ranked), pool[best], nulls[best], threshold, S)
+
+
+def _doubtful(case: Case, S: FloatArray, which: int) -> bool:
+    """Whether an exchange of thermometers may as well be their own errors.
+
+    Where two legs differ in temperature by little more than thermometers err, their errors alone look like half an
+    exchange: ``log p(y | 1) - log p(y | 1/2) = g / 2 - 3 S / 8`` must speak for a whole one.
+    """
+    one, own = case.candidates[which], case.tables.places[which]
+    if not one.mean.any():
+        return False
+    heat = case.view.heat[:, list(one.legs)]
+    apart = float((heat[:, 0] - heat[:, 1]).std(axis=0).max())
+    if apart > CLEARLY_APART * reading_noise(case.view):
+        return False
+    at = own.start - case.tables.base
+    return bool(0.5 * S[at, -1] - 0.375 * S[at, at] < WHOLE)
 
 
 def _leaders(case: Case, order: Sequence[Scored]) -> list[Scored]:
