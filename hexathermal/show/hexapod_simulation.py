@@ -13,6 +13,7 @@ from hexathermal.show.commands import Answer, Progress, add_json
 from hexathermal.show.options import EXIT_CODES, MACHINE, STYLE, machine, number, path, seed
 
 if TYPE_CHECKING:
+    from hexathermal.machine.hexapod import Hexapod
     from hexathermal.poses import FloatArray
     from hexathermal.simulate.machine.machine import VirtualMachine
     from hexathermal.simulate.machine.runs import MachinePlan, MachineRun
@@ -24,7 +25,8 @@ DESCRIPTION = """\
 A whole hexapod with a 6-D positioning system: six virtual legs, each with motor, screw, body and rod of its own,
 between two plates that six joints warm; a room; thermometers; a tracker that sees the platform. It works, goes from
 pose to pose, rests, and is measured. Nothing follows a drift law: heat flows, parts grow, and the true pose is the
-exact forward kinematics of the true lengths between the true joints (docs/six-legs.md).
+exact forward kinematics of the true lengths between the true joints (docs/six-legs.md). A payload, exchanged plugs and
+a drifting measuring frame are as the machine states them; terms of its legs' laws are not simulated.
 """
 
 EPILOG = f"""\
@@ -133,7 +135,18 @@ def answer(arguments: argparse.Namespace, progress: Progress) -> Answer:
     data = {"folder": str(arguments.out), "machine": made.hexapod.name, "seed": arguments.seed, "zero": arguments.zero,
             "sensors": list(made.columns), "runs": summaries,
             "files": [str(file) for file in (*files, *extra)]}  # fmt: skip
-    return Answer(_shown(arguments, made, plans, summaries, extra), data)
+    warnings = [f"warning: {text}" for text in _left_out(machine(arguments.machine))]
+    return Answer(_shown(arguments, made, plans, summaries, extra), data, tuple(warnings))
+
+
+def _left_out(hexapod: Hexapod) -> list[str]:
+    """Return what the machine states and a virtual one does not have."""
+    laws = () if hexapod.thermal is None else hexapod.thermal.legs
+    return [
+        f"leg {leg + 1}: {', '.join(term.cause for term in law.terms)} is not simulated, nor in the campaign's machine"
+        for leg, law in enumerate(laws)
+        if law.terms
+    ]
 
 
 def asked_machine(arguments: argparse.Namespace) -> VirtualMachine:

@@ -110,14 +110,16 @@ def with_true_law(hexapod: Hexapod, day: WorkingDay, generator: np.random.Genera
     """Return the machine with legs that expand a little otherwise than their law says.
 
     ``A_true = A (1 + u g)``, likewise B, with ``u = day.law_uncertainty`` and a standard normal ``g`` for each
-    coefficient; ``u = 0`` changes nothing.
+    coefficient; ``u = 0`` changes nothing. Terms that extend the law are true.
     """
     model = active_model(hexapod)
 
     def drawn(values: FloatArray) -> FloatArray:
         return np.asarray(values * (1.0 + day.law_uncertainty * generator.standard_normal(values.shape)))
 
-    legs = tuple(LegLaw(law.sensors, drawn(law.A), drawn(law.B), campaign="drawn") for law in model.legs)
+    legs = tuple(
+        LegLaw(law.sensors, drawn(law.A), drawn(law.B), campaign="drawn", terms=law.terms) for law in model.legs
+    )
     return replace(hexapod, thermal=replace(model, legs=legs))
 
 

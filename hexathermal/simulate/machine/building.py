@@ -8,7 +8,6 @@ import numpy as np
 
 from hexathermal.errors import ArgumentError
 from hexathermal.machine.hexapod import Hexapod
-from hexathermal.machine.thermal import PlateLaw
 from hexathermal.simulate.bench.leg import VirtualLeg
 from hexathermal.simulate.bench.thermocouples import Thermocouples
 from hexathermal.simulate.machine.heat import MachineHeat
@@ -63,7 +62,8 @@ def as_built(hexapod: Hexapod) -> Hexapod:
     """Return the machine with its base frame at the centre of its base joints, and thermometers on its plates.
 
     A plate with a thermometer expands about its frame's origin; the base is held at its centre. Poses count from home,
-    so nothing that is commanded or measured changes.
+    so nothing that is commanded or measured changes. Terms of its legs' laws are left out: a virtual leg grows as heat
+    flows, and does nothing else.
     """
     centre = np.round(hexapod.base_joints.mean(axis=0), 9)
     home = hexapod.home.copy()
@@ -73,11 +73,12 @@ def as_built(hexapod: Hexapod) -> Hexapod:
     if model is None:
         return moved
     plates = {
-        part: PlateLaw(plate.expansion, "T1")
+        part: replace(plate, sensor="T1")
         for part, plate in (("platform", model.platform), ("base", model.base))
         if plate is not None
     }
-    legs = model.legs[0] if model.common_law else model.legs
+    laws = tuple(replace(law, terms=()) for law in model.legs)
+    legs = laws[0] if all(law == laws[0] for law in laws) else laws
     mean = float(np.mean(model.reference_temperature_degC))
     return replace(moved, thermal=replace(model, legs=legs, reference_temperature_degC=mean, **plates))  # type: ignore[arg-type]
 

@@ -26,17 +26,14 @@ ZEROS = ("campaign", "run")
 
 def machine_run_columns(machine: VirtualMachine, run: MachineRun) -> Columns:
     """Return the columns of a run's table, each with its decimals."""
-    temperatures = dict(zip(machine.columns, run.temperatures.T, strict=True))
+    recorded = dict(zip(machine.recorded_columns, run.temperatures.T, strict=True))
+    temperatures = {name: recorded[name] for name in machine.columns}
     return hexapod_columns(HexapodTable(run.time, run.commanded, run.q, temperatures, run.air, run.measured))
 
 
 def told_hexapod(machine: VirtualMachine) -> Hexapod:
     """Return the machine as the campaign's folder tells of it: without a law where its thermometers are others."""
-    hexapod = machine.hexapod
-    names = tuple(name for name, _place in machine.sensors)
-    if hexapod.thermal is not None and any(law.sensors != names for law in hexapod.thermal.legs):
-        return replace(hexapod, thermal=None)
-    return hexapod
+    return machine.hexapod if machine.law_told else replace(machine.hexapod, thermal=None)
 
 
 def write_machine_campaign(

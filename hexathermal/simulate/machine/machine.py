@@ -8,6 +8,7 @@ import numpy as np
 
 from hexathermal.errors import ArgumentError
 from hexathermal.machine.hexapod import Hexapod
+from hexathermal.machine.thermometers import AS_RECORDED
 from hexathermal.poses import FloatArray
 from hexathermal.simulate.bench.room import Room
 from hexathermal.simulate.bench.thermocouples import Thermocouples
@@ -73,6 +74,20 @@ class VirtualMachine:
     def columns(self) -> tuple[str, ...]:
         """Names of all thermometers: those of the legs, leg by leg, the platform's and the base's."""
         legs = tuple(f"leg{leg}_{name}" for leg in range(1, 7) for name, _place in self.sensors)
+        return (*legs, "platform_T1", "base_T1")
+
+    @property
+    def law_told(self) -> bool:
+        """Whether the machine has a law for the thermometers that are on its legs."""
+        model, names = self.hexapod.thermal, tuple(name for name, _place in self.sensors)
+        return model is not None and all(law.sensors == names for law in model.legs)
+
+    @property
+    def recorded_columns(self) -> tuple[str, ...]:
+        """Names under which `columns` are recorded: plugs of legs may be exchanged."""
+        model = self.hexapod.thermal if self.law_told else None
+        told = AS_RECORDED if model is None else model.thermometers_of_leg
+        legs = tuple(f"leg{leg}_{name}" for leg in told for name, _place in self.sensors)
         return (*legs, "platform_T1", "base_T1")
 
     def reference(self) -> FloatArray:

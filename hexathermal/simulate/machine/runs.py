@@ -4,6 +4,7 @@
     run   = recorded_poses(machine, truth, thermometers, generator)   # what instruments write
 
 The true pose is the forward kinematics of the true lengths between the expanded joints; no thermal law is used.
+Legs give way to the payload that the machine states, and its measuring frame moves with the temperature it follows.
 """
 
 from __future__ import annotations
@@ -14,12 +15,12 @@ from dataclasses import dataclass
 import numpy as np
 
 from hexathermal.errors import ArgumentError
-from hexathermal.kinematics.forward import run as solve
-from hexathermal.kinematics.refusals import refuse_forward
 from hexathermal.kinematics.sampled_poses import reachable_coordinates
 from hexathermal.machine.hexapod import Hexapod
 from hexathermal.machine.thermal import frozen
 from hexathermal.poses import FloatArray, coordinates_from_pose
+from hexathermal.predict.balance import balanced
+from hexathermal.predict.measuring import measured_poses
 from hexathermal.predict.pose_errors import moved_poses
 from hexathermal.simulate.bench.bench import SCALE_RESOLUTION, roles
 from hexathermal.simulate.bench.room import Weather
@@ -27,6 +28,8 @@ from hexathermal.simulate.bench.thermocouples import MountedThermocouples
 from hexathermal.simulate.machine.heat import MachineHistory
 from hexathermal.simulate.machine.machine import VirtualMachine
 from hexathermal.simulate.machine.motion import MachineMotion, planned_motion
+
+AIR = "air_temperature"
 
 
 @dataclass(frozen=True, eq=False)
@@ -160,12 +163,11 @@ def true_machine_run(machine: VirtualMachine, plan: MachinePlan, generator: np.r
 
 
 def true_poses(hexapod: Hexapod, lengths: FloatArray, told: FloatArray, expansions: FloatArray) -> FloatArray:
-    """Return the poses at true lengths between expanded joints, shape (n, 4, 4) [m]; `told` keeps to the strokes."""
-    poses, codes, _info = solve(hexapod, lengths, None, commands=told, expansions=np.array(expansions))
-    if codes.any():
-        bad = int(np.flatnonzero(codes)[0])
-        refuse_forward(hexapod, int(codes[bad]), poses[bad], lengths[bad], (bad,), expansions[bad])
-    return poses
+    """Return the poses at true lengths between expanded joints, shape (n, 4, 4) [m]; `told` keeps to the strokes.
+
+    Lengths are those without the machine's payload, under which legs give way.
+    """
+    return balanced(hexapod, lengths, told, np.array(expansions), (len(lengths),))
 
 
 def mounted_thermometers(machine: VirtualMachine, seed: int) -> MountedThermocouples:
@@ -179,13 +181,38 @@ def mounted_thermometers(machine: VirtualMachine, seed: int) -> MountedThermocou
     )  # fmt: skip
 
 
+def frame_rise(machine: VirtualMachine, truth: TrueMachineRun) -> FloatArray:
+    """Return how much warmer than the usual room that is which the machine's measuring frame follows, shape (n,) [K].
+
+    Zeros for a frame that does not drift.
+
+    Raises
+    ------
+    ArgumentError
+        It follows what a virtual machine does not have.
+    """
+    frame = machine.hexapod.measuring_frame
+    if frame is None:
+        return np.zeros(len(truth.time))
+    if frame.sensor == AIR:
+        return truth.weather.temperature - machine.room.temperature
+    names = machine.recorded_columns
+    if frame.sensor not in names:
+        raise ArgumentError(
+            f"the measuring frame of machine {machine.hexapod.name!r} follows {frame.sensor!r}; a virtual machine "
+            f"records {AIR}, {', '.join(names)}"
+        )
+    return np.asarray(machine.surfaces(truth.history)[:, names.index(frame.sensor)] - machine.room.temperature)
+
+
 def recorded_poses(
     machine: VirtualMachine, truth: TrueMachineRun, thermometers: MountedThermocouples, generator: np.random.Generator
 ) -> MachineRun:
     """Return what is written of a run."""
     hexapod, tracker = machine.hexapod, machine.tracker
     frame = tracker.frame(generator)
-    seen = moved_poses(truth.poses, frame, hexapod.home[:3, 3])
+    drifted = measured_poses(hexapod, truth.poses, frame_rise(machine, truth))
+    seen = moved_poses(drifted, frame, hexapod.home[:3, 3])
     noise = generator.standard_normal((len(seen), 6)) * tracker.noise
     noise[:, :3] *= 1e3
     noise[:, 3:] = np.degrees(noise[:, 3:])
