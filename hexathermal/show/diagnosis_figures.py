@@ -7,7 +7,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from hexathermal.learn.diagnosis.result import Diagnosis
+from hexathermal.learn.diagnosis.result import Candidate, Diagnosis
+from hexathermal.learn.machine_diagnosis.result import MachineCandidate, MachineDiagnosis
 from hexathermal.show.diagnosis_pictures import LOOK, NARROW_IN
 from hexathermal.show.diagnosis_words import changed, noise_rows
 from hexathermal.show.figures import BLACK, BLUE, GREEN, GREY, VERMILION
@@ -17,7 +18,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 
-def _lying(width: float, count: int, height: float = 0.27) -> tuple[Figure, Axes]:
+def lying(width: float, count: int, height: float = 0.27) -> tuple[Figure, Axes]:
     """Return a figure of lying bars or dots, `count` of them; call within the style."""
     from matplotlib.figure import Figure
 
@@ -28,14 +29,14 @@ def _lying(width: float, count: int, height: float = 0.27) -> tuple[Figure, Axes
     return figure, axes
 
 
-def ranking_figure(found: Diagnosis, width: float) -> Figure:
+def ranking_figure(found: Diagnosis | MachineDiagnosis, width: float) -> Figure:
     """Return the evidence of each candidate, and how much a name needed in this campaign."""
     import matplotlib as mpl
 
-    shown = found.candidates
+    shown: tuple[Candidate | MachineCandidate, ...] = found.candidates
     with mpl.rc_context(LOOK):
         names = [_wrapped(one.cause, one.target, width) for one in shown]
-        figure, axes = _lying(width, len(shown), 0.36 if any("\n" in name for name in names) else 0.27)
+        figure, axes = lying(width, len(shown), 0.36 if any("\n" in name for name in names) else 0.27)
         for k, one in enumerate(shown):
             named = k < len(found.effects)
             axes.barh(k, max(one.evidence, 0.0), height=0.62, color=VERMILION if named else GREY)
@@ -70,7 +71,7 @@ def gain_figure(found: Diagnosis, width: float) -> Figure:
     assert found.gain is not None  # the caller asks
     runs = [*found.gain.runs.items(), ("all", found.gain.total)]
     with mpl.rc_context(LOOK):
-        figure, axes = _lying(width, len(runs), 0.3)
+        figure, axes = lying(width, len(runs), 0.3)
         for k, (_name, one) in enumerate(runs):
             after = one.rmse_after
             axes.plot([one.rmse_before * 1e6, after.value * 1e6], [k, k], color=GREY, lw=1.0, zorder=1)
@@ -94,7 +95,7 @@ def limits_figure(found: Diagnosis, width: float) -> Figure:
 
     shown = sorted(found.limits, key=lambda item: (item.whole, item.cause))
     with mpl.rc_context(LOOK):
-        figure, axes = _lying(width, len(shown), 0.24)
+        figure, axes = lying(width, len(shown), 0.24)
         axes.set_xscale("log")
         for k, one in enumerate(shown):
             axes.plot([one.visible * 1e6, one.whole * 1e6], [k, k], color=GREY, lw=1.2, zorder=1)
@@ -103,13 +104,13 @@ def limits_figure(found: Diagnosis, width: float) -> Figure:
                       label="whole effect" if k == 0 else None)  # fmt: skip
         axes.axvline(found.noise.rms * 1e6, color=GREEN, ls="-.", lw=1.2, label="noise")
         axes.set_yticks(range(len(shown)), [one.cause for one in shown])
-        _plain_log(axes)
+        plain_log(axes)
         axes.set_xlabel("smallest RMS that is named (µm)")
         figure.legend(loc="outside upper left", ncols=3)
     return figure
 
 
-def _plain_log(axes: Axes) -> None:
+def plain_log(axes: Axes) -> None:
     """Write decimal numbers at a logarithmic axis, at least three of them."""
     from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
 
@@ -133,7 +134,7 @@ def noise_figure(found: Diagnosis, width: float) -> Figure:
             rows.append(("RMSE of the extended law", one.rmse_after.value, BLUE, ""))
         rows.append(("RMSE of the law", one.rmse_before, VERMILION, "//"))
     with mpl.rc_context(LOOK):
-        figure, axes = _lying(width, len(rows), 0.3)
+        figure, axes = lying(width, len(rows), 0.3)
         for k, (_name, value, colour, hatch) in enumerate(rows):
             axes.barh(k, value * 1e6, height=0.6, facecolor=colour if not hatch else "none", edgecolor=colour,
                       hatch=hatch)  # fmt: skip

@@ -75,7 +75,7 @@ def text(words: str) -> str:
     >>> text("0.2 um < 1 um/m/K")
     '0.2 µm &lt; 1 µm/m/K'
     """
-    return html.escape(re.sub(r"\bK\^2\b", "K²", re.sub(r"\bum\b", "µm", words)))
+    return html.escape(re.sub(r"\bK\^2\b", "K²", re.sub(r"\bu(m|rad)\b", r"µ\1", words)))
 
 
 def paragraph(words: str, kind: str = "") -> str:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -12,6 +13,7 @@ from hexathermal.show import diagnosis_album as album
 from hexathermal.show import diagnosis_sections as sections
 from hexathermal.show.commands import Progress
 from hexathermal.show.diagnosis_page import page
+from hexathermal.show.diagnosis_pictures import Picture
 from hexathermal.show.diagnosis_words import sentences
 
 PAGE, NUMBERS = "report.html", "diagnosis.json"
@@ -51,7 +53,32 @@ def write_report(found: Diagnosis, facts: dict[str, Any], folder: Path, progress
     ArgumentError
         The folder is none, or cannot be made.
     """
-    pictures = album.pictures_of(found)
+    return write_pages(album.pictures_of(found), lambda drawn: report_page(found, drawn), facts, folder, progress)
+
+
+def write_pages(
+    pictures: Mapping[str, Sequence[Picture]], page_of: Callable[[dict[str, str]], str], facts: dict[str, Any],
+    folder: Path, progress: Progress, beside: Callable[[Path], Sequence[Path]] | None = None,
+) -> list[Path]:  # fmt: skip
+    """Write a page with pictures by section, and its numbers, into a folder, all or none; returns the paths.
+
+    Parameters
+    ----------
+    pictures : mapping of str to sequence of Picture
+    page_of : function
+        From the HTML of each section's pictures to the page.
+    facts : dict
+    folder : Path
+    progress : function
+        Called as ``progress(done, total, label)``.
+    beside : function, optional
+        Writes further files into a folder and returns their paths.
+
+    Raises
+    ------
+    ArgumentError
+        The folder is none, or cannot be made.
+    """
     total = sum(len(group) for group in pictures.values())
     with written_folder(folder) as part:
         files, drawn = [part / PAGE], dict[str, str]()
@@ -61,7 +88,8 @@ def write_report(found: Diagnosis, facts: dict[str, Any], folder: Path, progress
                 progress(len(files) - 1, total, "drawing")
                 files.append(part / f"{one.name}.png")
                 drawn[name] += one.drawn(files[-1])
-        files[0].write_text(report_page(found, drawn), encoding="utf-8")
+        files[0].write_text(page_of(drawn), encoding="utf-8")
+        files += beside(part) if beside is not None else ()
         files.append(part / NUMBERS)
         files[-1].write_text(json.dumps(facts, indent=2, allow_nan=False) + "\n", encoding="utf-8")
     return [folder / file.name for file in files]

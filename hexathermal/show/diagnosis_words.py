@@ -14,7 +14,8 @@ if TYPE_CHECKING:
 COVERAGE = 1.96
 """Half of a 95 % interval over the standard uncertainty."""
 
-ENDINGS = ("_per_K2", "_um_per_K", "_um_per_h", "_K_per_h", "_per_K", "_um", "_mm", "_ppm", "_s", "_m")
+ENDINGS = ("_per_K2", "_urad_per_K", "_um_per_K", "_um_per_h", "_um_per_unit", "_K_per_h", "_per_K", "_um", "_mm",
+           "_ppm", "_s", "_m")  # fmt: skip
 """Of a parameter's name: the unit, which is shown apart."""
 
 LABELS = {
@@ -147,7 +148,7 @@ def settings_words(settings: Mapping[str, Any]) -> str:
     return ", ".join(words for words in said if words)
 
 
-HIDDEN = ("sensor", "ratio", "source", "path_m", "first")
+HIDDEN = ("sensor", "sensors", "ratio", "source", "path_m", "first")
 """Settings that say nothing beside the target."""
 
 

@@ -143,13 +143,13 @@ def _check_options(arguments: argparse.Namespace) -> None:
         file = arguments.out if arguments.out.suffix == ".toml" else arguments.out / "hexapod.toml"
         if arguments.out.suffix != ".toml" and arguments.out.exists() and not arguments.out.is_dir():
             raise ArgumentError(f"{arguments.out} is no folder; --out names the folder of the machine that is written")
-        if file.resolve() == _own_machine(arguments.campaign):
+        if file.resolve() == own_machine(arguments.campaign):
             raise ArgumentError(f"{file} is the campaign's own machine; give another folder for the identified one")
         if file.exists() and not arguments.force:
             raise ArgumentError(f"{file} exists already; give another folder, or --force to replace it")
 
 
-def _own_machine(place: Path) -> Path | None:
+def own_machine(place: Path) -> Path | None:
     """Return the machine file that a campaign names."""
     file = place / "campaign.toml" if place.is_dir() else place
     named = tomllib.loads(file.read_text(encoding="utf-8-sig")).get("hexapod")

@@ -10,6 +10,13 @@ from hexathermal.errors import ArgumentError
 from hexathermal.show.commands import Answer, Progress, add_json
 from hexathermal.show.commands.identify import free
 from hexathermal.show.hexapod_answers import is_hexapod_campaign
+from hexathermal.show.machine_answers import (
+    DIAGNOSE_HEXAPOD,
+    EPILOG_DIAGNOSE,
+    add_machine_options,
+    diagnose_answer,
+    refuse_other_kind,
+)
 from hexathermal.show.options import EXIT_CODES, STYLE, path
 
 if TYPE_CHECKING:
@@ -17,11 +24,12 @@ if TYPE_CHECKING:
     from hexathermal.learn.diagnosis.result import Diagnosis
     from hexathermal.learn.law import IdentifiedLaw
 
-DIAGNOSE = """\
+DIAGNOSE = f"""\
 What does the law of a leg get wrong, and why? Seventeen causes are tried on what the law leaves of the campaign's runs
 for identification. The one that these data demand, above all that chance could do, is named; it joins the law if it
 foretells runs left out; and the search goes on. Runs for validation only tell what that gains.
 
+{DIAGNOSE_HEXAPOD}
 The first line is the finding, one of three:
   The residual is CAUSE ...              named, with its size, interval and probability
   No effect ... stands above X um        the law explains these data to their noise; X for each cause in a table
@@ -35,6 +43,7 @@ causes:
   of the bench        frame-expansion, air-refraction, abbe-tilt, zero-drift, zero-jump
   of the thermometers clock-offset, sensor-drift, sensor-detached, swapped-sensors
 
+{EPILOG_DIAGNOSE}
 what the tables say:
   visible RMS   what stays of an effect when the law is fitted again; only that can be seen in a residual
   evidence      logarithm of how much more probable the data are with the cause than without; 2.3 is 10 to 1, 7 is
@@ -56,6 +65,8 @@ examples:
   hexathermal diagnose my-campaign --sensors T07,T14 --report diagnosis --extend extended.toml
   hexathermal diagnose my-campaign --law leg.toml --json -
   hexathermal validate extended.toml my-campaign --before leg.toml
+  hexathermal diagnose hexapod-campaign --report diagnosis --extend extended/hexapod.toml --propose 40
+  hexathermal validate extended hexapod-campaign
 
 {EXIT_CODES}"""
 
@@ -64,12 +75,15 @@ def add(commands: Any) -> None:
     """Declare the command."""
     one = commands.add_parser("diagnose", help="what a law gets wrong on a campaign, and why", description=DIAGNOSE,
                               epilog=EPILOG, **STYLE)  # fmt: skip
-    one.add_argument("campaign", type=path, metavar="CAMPAIGN", help="folder with campaign.toml; of a leg or component")
+    one.add_argument("campaign", type=path, metavar="CAMPAIGN", help="folder with campaign.toml")
     one.add_argument("--sensors", metavar="NAMES", help="of the law, with commas: T07,T14; default: 'identify' chooses")
     one.add_argument("--law", type=path, metavar="FILE", help="leg.toml of 'identify': its sensors are taken")
-    one.add_argument("--extend", type=path, metavar="FILE", help="write the law with what was found in it: leg.toml")
+    one.add_argument(
+        "--extend", type=path, metavar="FILE", help="write the law with what was found in it: leg.toml, or hexapod.toml"
+    )
     one.add_argument("--report", type=path, metavar="DIR", help="write report.html and its pictures into this folder")
     one.add_argument("--force", action="store_true", help="overwrite an existing law")
+    add_machine_options(one)
     add_json(one)
 
 
@@ -83,10 +97,7 @@ def run(arguments: argparse.Namespace, progress: Progress) -> Answer:
     from hexathermal.show.diagnosis_words import changed
 
     if is_hexapod_campaign(arguments.campaign):
-        raise ArgumentError(
-            "this campaign is of kind 'hexapod'; one leg or component is diagnosed so far, not six legs together: "
-            "diagnose the bench campaign of each leg, and see 'hexathermal validate' for the whole machine"
-        )
+        return diagnose_answer(arguments, progress)
     names = _names(arguments)
     if arguments.report is not None:
         refuse_no_place(arguments.report)
@@ -94,6 +105,7 @@ def run(arguments: argparse.Namespace, progress: Progress) -> Answer:
         _refuse_extended(arguments)
     law = None if arguments.law is None else read_leg_law(arguments.law)
     campaign = load_campaign(arguments.campaign, needed=("identification",), progress=progress)
+    refuse_other_kind(arguments, False)
     _refuse_other_law(campaign, law)
     found = diagnose(campaign, names, law=law, progress=progress)
     facts, written, warnings = diagnosis_facts(found), list[Path](), list[str]()

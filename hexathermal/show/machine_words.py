@@ -1,0 +1,142 @@
+"""Words of a machine's diagnosis for people: amplitudes with intervals, gains, limits, what only a bench shows."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING
+
+from hexathermal.show.diagnosis_words import parameter, percent, rounded, span
+
+if TYPE_CHECKING:
+    from hexathermal.learn.hexapod_scores import PoseScore
+    from hexathermal.learn.machine_diagnosis.result import MachineDiagnosis, MachineEffect
+
+UM = 1e6
+
+LABELS = {
+    "A_change_per_K": "change of A",
+    "B_change_per_K": "change of B",
+    "A_per_K": "A after it",
+    "B_per_K": "B after it",
+    "expansion_change_per_K": "change of the expansion",
+    "expansion_per_K": "expansion after it",
+    "offset_um": "size of the offset",
+    "share": "share (1: exchanged)",
+    "sag_um": "sag of one leg under the whole load",
+}
+"""Of parameters whose names alone would not be understood."""
+
+
+def changed(found: MachineDiagnosis) -> bool:
+    """Return whether something joined the machine, so that there is an after."""
+    return bool(found.effects)
+
+
+def sentences(found: MachineDiagnosis) -> list[str]:
+    """Return the finding: one sentence, and one for each further cause."""
+    return [one.sentence for one in found.effects] or [found.sentence]
+
+
+def parameter_rows(one: MachineEffect) -> list[tuple[str, ...]]:
+    """Return the parameters of a cause: name, value, standard uncertainty, 95 % interval, unit."""
+    rows: list[tuple[str, ...]] = []
+    for name, quantity in one.parameters.items():
+        shown = parameter(name, quantity)
+        rows.append((LABELS.get(name, shown.name), *shown.cells, "" if shown.unit == "1" else shown.unit))
+    return rows
+
+
+def relative_std(one: MachineEffect) -> float:
+    """Return the relative standard uncertainty of an effect's size, NaN where it could not be told.
+
+    The size is proportional to the amplitudes; of several, that of the one that is known best counts.
+    """
+    free = {name: value for name, value in one.parameters.items() if not _follows(name, one)}
+    parts = [value.std / abs(value.value) for value in free.values() if math.isfinite(value.std) and value.value]
+    return min(parts, default=math.nan)
+
+
+def _follows(name: str, one: MachineEffect) -> bool:
+    """Whether a parameter follows from others of the same cause."""
+    if name == "offset_um" or name.startswith("centre_"):
+        return True
+    changes = any("_change_" in other for other in one.parameters)
+    return changes and "_change_" not in name
+
+
+def amplitude(one: MachineEffect, rotation: bool = False) -> str:
+    """Return the RMS of an effect on the platform with its 95 % interval [um or urad]."""
+    value = (one.rotation if rotation else one.translation) * UM
+    std = value * relative_std(one)
+    return f"{rounded(value, std)} ({span(value, std)})" if math.isfinite(std) else f"{value:.2g}"
+
+
+def gain_words(found: MachineDiagnosis) -> str:
+    """Return what the extended machine gains on runs for validation, in words."""
+    if found.gain is None:
+        return "There are no runs for validation: what the extended machine gains on new runs is not known."
+    if not changed(found):
+        near, turned = found.gain.total["translation"], found.gain.total["rotation"]
+        return (
+            f"On runs never fitted the machine leaves an RMSE of {near.before.value * UM:.3f} um and "
+            f"{turned.before.value * UM:.3f} urad; nothing joined it."
+        )
+    said = ", ".join(_brought(scores, unit) for scores, unit in _pairs(found.gain.total))
+    words = f"On runs never fitted the extended machine brings the RMSE {said}."
+    if found.disturbances.frame.any():
+        freed = ", ".join(_brought(scores, unit) for scores, unit in _pairs(found.gain.unframed))
+        words += f" Without each run's own mean motion, since the measuring frame differs between runs: {freed}."
+    return words
+
+
+def _pairs(scores: dict[str, PoseScore]) -> list[tuple[PoseScore, str]]:
+    """Return the scores of translation and rotation with their units."""
+    return [(scores["translation"], "um"), (scores["rotation"], "urad")]
+
+
+def _brought(one: PoseScore, unit: str) -> str:
+    """Return what one score says."""
+    part = one.reduction
+    sure = (
+        "proven" if part.low > 0.0 else "proven to be worse" if part.high < 0.0 else "not proven: the interval holds 0"
+    )
+    between = f"95 %: {percent(part.low)} to {percent(part.high)} %, {sure}"
+    return (
+        f"from {one.before.value * UM:.3f} to {one.after.value * UM:.3f} {unit} ({percent(abs(part.value))} % "
+        f"{'less' if part.value >= 0.0 else 'more'}; {between})"
+    )
+
+
+def score_cells(one: PoseScore) -> tuple[str, str, str, str]:
+    """Return before, after with its 95 % interval, reduction with its interval, largest before and after."""
+    after, part = one.after, one.reduction
+    inside = f" ({after.low * UM:.3f} to {after.high * UM:.3f})" if math.isfinite(after.low + after.high) else ""
+    return (
+        f"{one.before.value * UM:.3f}", f"{after.value * UM:.3f}{inside}",
+        f"{percent(part.value)} % ({percent(part.low)} to {percent(part.high)})",
+        f"{one.largest_before * UM:.2f} -> {one.largest_after * UM:.2f}",
+    )  # fmt: skip
+
+
+def notes_of(found: MachineDiagnosis) -> tuple[list[str], list[str]]:
+    """Return notes on this campaign, and causes that only a leg's own bench shows with what would show them."""
+    from hexathermal.learn.machine_diagnosis.single_leg import ONLY_ON_A_BENCH
+
+    bench = [note for note in found.notes if note.partition(" ")[0] in ONLY_ON_A_BENCH]
+    return [note for note in found.notes if note not in bench], [
+        f"{k}: {v}" for k, v in ONLY_ON_A_BENCH.items() if bench
+    ]
+
+
+def noise_words(found: MachineDiagnosis) -> str:
+    """Return noise and disturbances, in words."""
+    said = found.disturbances
+    noise = [f"{value * UM:.2f}" for value in said.noise]
+    words = f"Noise of a pose: x y z {', '.join(noise[:3])} um, rx ry rz {', '.join(noise[3:])} urad"
+    parts = (("frame of each run", said.frame), ("frame of the campaign", said.campaign), ("slow in a run", said.slow))
+    for name, size in parts:
+        if size.any():
+            words += f"; {name} {size[:3].mean() * UM:.2f} um and {size[3:].mean() * UM:.2f} urad"
+    if said.leg > 0.0:
+        words += f"; slow in each leg {said.leg * UM:.2f} um"
+    return words + "."
