@@ -35,7 +35,7 @@ WIDER = 3.0
 MARGIN = 1.0
 """Log odds above what chance reaches that a name needs besides: levels are estimates."""
 
-LEAST_ODDS = 2.0
+LEAST_ODDS = 1.0
 PAIRS = ("leg-coefficient", "platform-expansion", "base-expansion", "leg-backlash", "tracker-drift",
          "payload-compliance")  # fmt: skip
 """Causes of which two together are asked for at once."""
