@@ -184,13 +184,11 @@ def hexapod_rows(
     runs = campaign.runs_of(role)
     if not runs:
         raise ArgumentError(f"there is no {role} run in the campaign: give a run role = {role!r} in campaign.toml")
-    frame = machine.measuring_frame
-    aired = frame is not None and frame.sensor == AIR
     first = None
     if campaign.zero == "campaign":
-        first = _zero(_table(campaign, campaign.runs[0], names, plates, aired, {}, RowFingerprints()))
+        first = _zero(_table(campaign, campaign.runs[0], names, plates, machine, {}, RowFingerprints()))
     for k, run in enumerate(runs):
-        table = _table(campaign, run, names, plates, aired, left_out, marks)
+        table = _table(campaign, run, names, plates, machine, left_out, marks)
         if not len(table["time"]):
             continue
         zero = _zero(table) if first is None else first
@@ -199,9 +197,8 @@ def hexapod_rows(
     if not found:
         raise UnusableRowsError(f"{campaign.file}: no row of the {role} runs can be used: {_said(left_out)}")
     whole = {name: np.concatenate([table[name] for table in found]) for name in ("run", "time", "six", "seen", "q")}
-    heat = np.concatenate([table["heat"] - table["zero"] for table in found])
-    plate = np.concatenate([table["plates"] - table["plates_zero"] for table in found])
-    air = np.concatenate([table["air"] - table["air_zero"] for table in found])
+    heat, plate, air = (np.concatenate([table[name] - table[zero] for table in found]) for name, zero in
+                        (("heat", "zero"), ("plates", "plates_zero"), ("air", "air_zero")))  # fmt: skip
     return HexapodRows(
         machine, names, plates, tuple(run.name for run in runs), whole["run"], frozen(whole["time"]),
         frozen(pose_from_coordinates(whole["six"], hexapod=machine)),
@@ -255,13 +252,13 @@ def _table(
     run: RunFile,
     sensors: tuple[str, ...],
     plates: tuple[str | None, str | None],
-    aired: bool,
+    machine: Hexapod,
     left_out: dict[str, int],
     marks: RowFingerprints,
 ) -> dict[str, Any]:
     """Return the usable rows of a run as it stands in its table; counts what is left out, adds its fingerprint.
 
-    `aired`: the measuring frame follows the air, so that rows need its temperature where it is recorded at all.
+    Where the machine's measuring frame follows the air, rows need its temperature, if it is recorded at all.
     """
     data = read_run(campaign, run)
     names = list(campaign.sensors)
@@ -285,7 +282,8 @@ def _table(
     marks.add_poses(run.name, time, data["leg_q"].values, seen * ([1e-3] * 3 + [np.pi / 180.0] * 3))
     air = data["air_temperature"].values if AIR in data else np.full(len(time), np.nan)
     air = np.where(codes_in(air[:, None], True)[:, 0], np.nan, air)
-    airless = ~np.isfinite(air) if aired and np.isfinite(air).any() else ~good
+    follows = None if machine.measuring_frame is None else machine.measuring_frame.sensor
+    airless = ~np.isfinite(air) if follows == AIR and np.isfinite(air).any() else ~good
     reasons = (
         ("not settled", data["settled"].values != 1.0 if "settled" in data else ~good),
         ("the measured pose is missing", ~np.isfinite(seen).all(axis=1)),

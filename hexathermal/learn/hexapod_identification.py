@@ -177,11 +177,7 @@ def identify_hexapod(
     """
     if plates not in PLATES_CHOICES:
         raise ArgumentError(f"plates is {plates!r}, expected one of {', '.join(map(repr, PLATES_CHOICES))}")
-    chosen = rows.sensors if sensors is None else tuple(sensors)
-    refuse_unread_terms(rows.hexapod, chosen)
-    need = 12 * len(chosen) + 8
-    if len(rows) * 6 < 2 * need:
-        raise UnusableRowsError(f"{len(rows)} poses cannot tell {need} unknowns; at least {need // 3 + 1} are needed")
+    chosen = _told_by(rows, sensors)
     notes: list[str] = []
     kinds = Kinds(rows.sensors, chosen, _plates(rows, plates, notes), frame)
     rows, equations, sigma, leg_noise, frames = settled(rows, kinds, noise)
@@ -203,6 +199,16 @@ def identify_hexapod(
         {name: one[1] for name, one in scores.items()}, sigma, noise is not None, leg_noise, frame,
         frames + frames_of(rows, equations, fits[best].b, frame), tuple(notes), spread,
     )  # fmt: skip
+
+
+def _told_by(rows: HexapodRows, sensors: Sequence[str] | None) -> tuple[str, ...]:
+    """Return the thermometers of the laws; refused are too few rows, and a choice that lacks what terms read."""
+    chosen = rows.sensors if sensors is None else tuple(sensors)
+    refuse_unread_terms(rows.hexapod, chosen)
+    need = 12 * len(chosen) + 8
+    if len(rows) * 6 < 2 * need:
+        raise UnusableRowsError(f"{len(rows)} poses cannot tell {need} unknowns; at least {need // 3 + 1} are needed")
+    return chosen
 
 
 def _spread(fits: dict[str, HexapodFit], sensors: tuple[str, ...], chosen: tuple[str, ...]) -> FloatArray:
