@@ -280,7 +280,7 @@ def _table(
     no_reading = codes_in(own, True).any(axis=(1, 2)) | codes_in(plate, True).any(axis=1)
     own, plate = (np.where(codes_in(part, True), np.nan, part) for part in (own, plate))
     marks.add_poses(run.name, time, data["leg_q"].values, seen * ([1e-3] * 3 + [np.pi / 180.0] * 3))
-    air = data["air_temperature"].values if AIR in data else np.full(len(time), np.nan)
+    air = data[AIR].values if AIR in data else np.full(len(time), np.nan)
     air = np.where(codes_in(air[:, None], True)[:, 0], np.nan, air)
     follows = None if machine.measuring_frame is None else machine.measuring_frame.sensor
     airless = ~np.isfinite(air) if follows == AIR and np.isfinite(air).any() else ~good
