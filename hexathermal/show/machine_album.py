@@ -17,7 +17,7 @@ from hexathermal.show import machine_run_figures as along
 from hexathermal.show.diagnosis_album import plain
 from hexathermal.show.diagnosis_figures import ranking_figure
 from hexathermal.show.diagnosis_pictures import Picture
-from hexathermal.show.machine_signals import UM, Pooled, Signal, pooled, shares
+from hexathermal.show.machine_signals import UM, Pooled, Signal, followed_leg, pooled, shares
 from hexathermal.show.machine_words import changed
 
 MOST_RUNS = 6
@@ -117,9 +117,12 @@ def _follows(found: MachineDiagnosis, every: Pooled) -> Picture:
     before = shares(every, every.before)
     after = shares(every, every.after) if changed(found) else None
     k, j = np.unravel_index(int(np.argmax(before)), before.shape)
-    said = (
-        f"Most: {along.NAMES[j]} follows the {every.signals[k].short}, {100.0 * before[k, j]:.0f} % of its variance"
-        + ("" if after is None else f", {100.0 * after[k, j]:.0f} % with the extended machine")
+    signal = every.signals[k]
+    words = signal.short
+    if signal.each_leg:
+        words = words.replace("the leg", f"leg {followed_leg(signal, every.before, int(j)) + 1}")
+    said = f"Most: {along.NAMES[j]} follows the {words}, {100.0 * before[k, j]:.0f} % of its variance" + (
+        "" if after is None else f", {100.0 * after[k, j]:.0f} % with the extended machine"
     )
     caption = (
         "Which part of the variance of each residual (column) follows each signal (row): area, and percent from 10 on. "

@@ -143,7 +143,7 @@ def _runs(found: MachineDiagnosis, drawn: dict[str, str]) -> str:
         else "There are no runs for validation: these were all searched, and prove nothing about new ones."
     )
     return (
-        paragraph(f"Measured less predicted pose: x, y, z, and the turns rx, ry, rz about base axes. {words}")
+        paragraph(f"Measured less predicted pose: x, y, z, and rx, ry, rz, the angles of the controller. {words}")
         + drawn["runs"]
         + f"<h3>All runs</h3>{drawn['all']}"
     )

@@ -185,8 +185,13 @@ def shares(all_of: Pooled, residual: FloatArray) -> FloatArray:
         for j in range(12):
             if not signal.each_leg:
                 found[k, j] = share(signal.values, residual[:, j])
-            elif j < 6:
-                found[k, j] = max(share(signal.values[:, leg], residual[:, j]) for leg in range(6))
             else:
-                found[k, j] = share(signal.values[:, j - 6], residual[:, j])
+                found[k, j] = share(signal.values[:, followed_leg(signal, residual, j)], residual[:, j])
     return found
+
+
+def followed_leg(signal: Signal, residual: FloatArray, column: int) -> int:
+    """Return the leg (0 to 5) whose signal a residual follows most; a leg's residual is held against its own."""
+    if column >= 6:
+        return column - 6
+    return int(np.argmax([share(signal.values[:, leg], residual[:, column]) for leg in range(6)]))

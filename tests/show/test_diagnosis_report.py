@@ -21,6 +21,7 @@ from hexathermal.show.diagnosis_pictures import BLACK, DARK, PAPER, WIDE_IN, the
 from hexathermal.show.diagnosis_report import report_page, write_report
 from hexathermal.show.diagnosis_run_figures import binned, runs_figure
 from hexathermal.show.diagnosis_tables import diagnosis_facts
+from tests.show.browser import refuse_complaints
 from tests.show.drawn_diagnoses import drawn
 
 CASES: dict[str, Any] = {
@@ -207,25 +208,4 @@ def test_means_of_parts_hold_what_they_should(rng: np.random.Generator) -> None:
 
 def test_a_browser_shows_it_without_a_word_of_complaint(report: Path) -> None:
     """Chromium at desk and phone width, light and dark: nothing is missing, nothing runs over the edge."""
-    playwright = pytest.importorskip("playwright.sync_api", reason="playwright is not installed")
-    chromium = next(
-        (shutil.which(name) for name in ("chromium", "google-chrome", "chrome") if shutil.which(name)), None
-    )
-    with playwright.sync_playwright() as play:
-        try:
-            browser = play.chromium.launch(executable_path=chromium, args=["--no-sandbox"])
-        except playwright.Error as error:
-            pytest.skip(f"there is no browser: {str(error).splitlines()[0]}")
-        for width in (1200, 360):
-            for scheme in ("light", "dark"):
-                view = browser.new_context(viewport={"width": width, "height": 800}, color_scheme=scheme)
-                page, said = view.new_page(), list[str]()
-                page.on("console", lambda message, said=said: said.append(message.text))
-                page.on("requestfailed", lambda request, said=said: said.append(request.url[:80]))
-                page.goto((report / "report.html").as_uri())
-                assert said == []
-                assert page.evaluate("document.documentElement.scrollWidth") <= width
-                assert page.evaluate("[...document.images].every(one => one.complete && one.naturalWidth > 300)")
-                shown = page.evaluate("getComputedStyle(document.body).backgroundColor")
-                assert shown == ("rgb(255, 255, 255)" if scheme == "light" else "rgb(23, 27, 33)")
-        browser.close()
+    refuse_complaints(report / "report.html")

@@ -1,0 +1,371 @@
+"""``hexathermal diagnose`` on a whole hexapod as a user meets it: the finding, files, the way on, clear errors."""
+
+from __future__ import annotations
+
+import contextlib
+import html
+import io
+import json
+import re
+from dataclasses import dataclass, replace
+from itertools import pairwise
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+import hexathermal as ht
+from hexathermal.cli import main
+from hexathermal.errors import ArgumentError
+from hexathermal.learn.diagnosing import diagnose
+from hexathermal.learn.machine_diagnosis.planning import MachineExperiment
+from hexathermal.learn.machine_diagnosis.result import MachineDiagnosis
+from hexathermal.learn.machine_proposal import open_names, propose_experiment
+from hexathermal.show.diagnosis_page import text
+from hexathermal.show.diagnosis_pictures import NARROW_IN, WIDE_IN
+from hexathermal.show.machine_figures import plan_figure, promise_figure
+from hexathermal.show.machine_report import machine_page
+from hexathermal.show.machine_signals import share
+from hexathermal.show.machine_words import sentences
+from tests.learn.campaign_folders import component_campaign
+from tests.show.browser import refuse_complaints
+from tests.show.machine_campaigns import SMALL, WIDE, growing, moved, other_leg, written
+from tests.show.test_diagnosis_report import Page
+
+POSES = 12
+LEG, CHANGE = 2, 1.2e-6
+
+
+@dataclass
+class Ran:
+    """The command on a machine with a leg that is not as its law says: its files, and what it said."""
+
+    campaign: Path
+    files: Path
+    out: str
+    err: str
+    facts: dict[str, Any]
+
+
+@pytest.fixture(scope="module")
+def ran(tmp_path_factory: pytest.TempPathFactory) -> Ran:
+    """The command, run once with every option that writes."""
+    place = tmp_path_factory.mktemp("machine")
+    rng = np.random.default_rng(11)
+    view, six = moved(rng, WIDE, 4, alike=False)
+    campaign = written(place / "campaign", rng, view, six, other_leg(LEG, CHANGE), held=1)
+    words = ["diagnose", str(campaign), "--propose", str(POSES)]
+    for option, name in (("--report", "report"), ("--extend", "extended/hexapod.toml"), ("--json", "a.json")):
+        words += [option, str(place / name)]
+    out, err = io.StringIO(), io.StringIO()
+    with contextlib.redirect_stdout(out), contextlib.redirect_stderr(err):
+        assert main(words) == 0
+    return Ran(campaign, place, out.getvalue(), err.getvalue(), json.loads((place / "a.json").read_text()))
+
+
+@pytest.fixture(scope="module")
+def page(ran: Ran) -> Page:
+    """The report's page."""
+    return Page((ran.files / "report" / "report.html").read_text(encoding="utf-8"))
+
+
+def test_the_finding_is_the_first_line(ran: Ran) -> None:
+    """Cause and leg stand in the first sentence; size, evidence, gain, limits and the next experiment follow."""
+    first = ran.out.splitlines()[0]
+    assert first == ran.facts["effects"][0]["sentence"]
+    assert first.startswith("The residual is leg-coefficient")
+    assert (ran.facts["cause"], ran.facts["target"]) == ("leg-coefficient", "leg3")
+    for words in ("95 % interval", "evidence log", "would be named from", "RMSE before", "Planned:", "next:"):
+        assert words in ran.out
+    assert ran.err == ""
+
+
+def test_the_true_change_lies_where_the_table_says(ran: Ran) -> None:
+    """The table's value is that of the JSON in the unit of the workshop, and the truth lies within 3.5 of its std."""
+    row = next(line for line in ran.out.splitlines() if re.match(r"leg-coefficient +leg3 +change of A", line))
+    value, std = (float(one) for one in re.findall(r"-?\d+\.\d+", row)[:2])
+    told = ran.facts["parameters"]["A_change_per_K"]
+    assert value == pytest.approx(told["value"] * 1e6, abs=0.6 * std)
+    assert abs(value - CHANGE * 1e6) < 3.5 * std
+
+
+def test_the_extended_machine_is_used_as_it_is(ran: Ran, capsys: pytest.CaptureFixture[str]) -> None:
+    """`validate` finds the diagnosis' errors on the run that was never fitted, and `correct` takes the file."""
+    machine = ran.files / "extended" / "hexapod.toml"
+    assert main(["validate", str(machine), str(ran.campaign), "--json", "-"]) == 0
+    total = json.loads(capsys.readouterr().out)["total"]
+    # a diagnosis counts the controller's angles, a validation the vector of the whole rotation: alike to second order
+    for name, unit, near in (("translation", "um", 1e-3), ("rotation", "urad", 2e-2)):
+        after = ran.facts["gain"][f"{name}_rmse_after_{unit}"]
+        assert total[name]["rms_after"]["value"] == pytest.approx(after, rel=near)
+        assert after < 0.7 * ran.facts["gain"][f"{name}_rmse_before_{unit}"]
+    drawn, names = ht.load_hexapod(machine), ",".join(ht.load_hexapod(machine).sensor_names)
+    (ran.files / "poses.csv").write_text("x_mm,y_mm,z_mm,rx_deg,ry_deg,rz_deg\n5,0,12,0,1.5,0\n")
+    columns = ",".join(f"{name}_degC" for name in names.split(","))
+    (ran.files / "temps.csv").write_text(columns + "\n" + ",".join(["24"] * len(drawn.sensor_names)) + "\n")
+    words = ["correct", "--machine", str(machine), "--poses", str(ran.files / "poses.csv")]
+    assert main([*words, "--temps", str(ran.files / "temps.csv"), "--out", str(ran.files / "out.csv")]) == 0
+    (ran.files / "out.csv").unlink()
+
+
+def test_every_file_that_is_named_is_there(ran: Ran) -> None:
+    """Page, pictures, poses, numbers and machine: as `written` says, as the terminal says, and no others."""
+    named = {Path(file) for file in ran.facts["written"]}
+    assert named == {*(ran.files / "report").iterdir(), ran.files / "extended" / "hexapod.toml"}
+    assert all(str(file) in ran.out for file in named)
+    inside = json.loads((ran.files / "report" / "diagnosis.json").read_text())
+    assert inside == {name: value for name, value in ran.facts.items() if name != "written"}
+
+
+def test_the_planned_poses_are_those_of_the_files(ran: Ran) -> None:
+    """As many rows as asked for, the same in CSV and JSON, reachable, with the separation that is promised."""
+    plan = ran.facts["proposal"]
+    lines = (ran.files / "report" / "poses-run-1.csv").read_text().splitlines()
+    assert lines[0] == "time_s,x_mm,y_mm,z_mm,rx_deg,ry_deg,rz_deg"
+    six = np.array([[float(value) for value in line.split(",")[1:]] for line in lines[1:]])
+    assert six.shape == (POSES, 6)
+    assert six.tolist() == plan["poses_mm_deg"]
+    hexapod = ht.load_hexapod(ran.campaign / "hexapod.toml")
+    q = hexapod.strokes(hexapod.inverse_kinematics(ht.pose_from_coordinates(six, hexapod=hexapod)))
+    assert hexapod.stroke is not None
+    assert ((q >= hexapod.stroke[:, 0]) & (q <= hexapod.stroke[:, 1])).all()
+    assert plan["separation"] == min(one["after"] for one in plan["separations"])
+
+
+def test_the_page_is_sound(page: Page) -> None:
+    """Tags close, headings step down by one, links lead to ids, tables are headed, nothing comes from elsewhere."""
+    levels = [int(tag[1]) for tag, _ in page.tags if re.fullmatch(r"h\d", tag)]
+    assert levels[0] == 1
+    assert all(after - before <= 1 for before, after in pairwise(levels))
+    ids = [attributes["id"] for _, attributes in page.tags if "id" in attributes]
+    assert len(ids) == len(set(ids))
+    assert {str(link["href"])[1:] for link in page.of("a")} <= set(ids)
+    assert len(page.of("caption")) == len(page.of("table"))
+    assert not page.of("script", "iframe", "object", "b")  # the title's <b> is words
+    assert not re.search(
+        r"\bnan\b|None|\binf\b|\burad\b|\bum\b", " ".join(text for tag, text in page.said if tag != "style")
+    )
+    for attributes in page.of("img", "source", "link"):
+        for name in ("src", "srcset", "href"):
+            assert (attributes.get(name) or "data:").startswith("data:")
+
+
+def test_every_picture_of_the_issue_is_there(ran: Ran, page: Page) -> None:
+    """Residuals against time, pose, length, direction, temperatures; ranking, gain, limits, plan; each in words."""
+    names = {str(one["id"]) for one in page.of("figure")}
+    wanted = {"all-coordinates", "all-legs", "follows", "ranking", "gain", "limits", "plan", "plan-promise"}
+    followed = ("pose", "length", "direction", "leg-temperature", "platform-temperature", "base-temperature",
+                "air-temperature")  # fmt: skip
+    assert wanted | {f"residual-{name}" for name in followed} <= names
+    assert {file.stem for file in (ran.files / "report").glob("*.png")} == names
+    assert all(re.search(r"\d", str(one["alt"])) and len(str(one["alt"])) > 40 for one in page.of("img"))
+
+
+def test_the_residual_follows_the_leg_that_is_wrong(page: Page) -> None:
+    """Of all signals, the temperature of leg 3 stands out, and nothing follows it with the extended machine."""
+    said = next(text for tag, text in page.said if tag == "figcaption" and "Most:" in text)
+    assert re.search(r"Most: .* follows the temperature of leg 3,", said)
+    before, after = (int(one) for one in re.findall(r"(\d+) %", said))
+    assert before > 30
+    assert after < 8
+
+
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        (["--sensors", "T1"], ["--sensors", "kind 'hexapod'", "--laws"]),
+        (["--law", "leg.toml"], ["--law", "kind 'hexapod'"]),
+        (["--laws", "fit"], ["--laws", "keep", "refit"]),
+        (["--propose", "5"], ["--propose", "6 to 500", "5"]),
+        (["--propose", "many"], ["--propose", "many"]),
+        (["--extend", "EXTENDED"], ["exists already", "--force"]),
+        (["--extend", "INSIDE"], ["lies inside", "read"]),
+        (
+            ["--extend", "EXTENDED", "--machine", "EXTENDED", "--force"],
+            ["--extend", "is one of the files that are read"],
+        ),
+        (["--extend", "FOLDER", "--machine", "EXTENDED", "--force"], ["--extend", "read"]),
+        (["--machine", "nowhere"], ["nowhere", "bundled"]),
+        (["--machine", "rubin-m2"], ["rubin-m2", "no thermal law", "identify"]),
+        (["--report", "EXTENDED"], ["no folder"]),
+    ],
+)
+def test_wrong_usage_is_said_in_one_message(
+    ran: Ran, words: list[str], said: list[str], capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Each mistake: exit code 2, what is wrong and what to try, no traceback, nothing written."""
+    stand_for = {"EXTENDED": ran.files / "extended" / "hexapod.toml", "INSIDE": ran.campaign / "new.toml",
+                 "FOLDER": ran.files / "extended"}  # fmt: skip
+    before = {file: file.stat().st_mtime_ns for file in ran.files.rglob("*")}
+    try:
+        code = main(["diagnose", str(ran.campaign), *(str(stand_for.get(word, word)) for word in words)])
+    except SystemExit as end:
+        code = int(end.code or 0)
+    shown = capsys.readouterr()
+    assert code == 2
+    assert all(text in shown.err for text in said), shown.err
+    assert "Traceback" not in shown.err
+    assert not shown.out
+    assert {file: file.stat().st_mtime_ns for file in ran.files.rglob("*")} == before
+
+
+def test_a_machine_without_a_law_and_a_short_campaign_are_refused(
+    ran: Ran, tmp_path: Path, rng: np.random.Generator, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Twenty poses are too few: the message has both numbers; a damaged table is told by file and line, with code 3."""
+    view, six = moved(rng, WIDE, 1, alike=False)
+    folder = written(tmp_path / "short", rng, view, six)
+    table = next(folder.rglob("*.csv"))
+    lines = table.read_text().splitlines()
+    table.write_text("\n".join(lines[:21]) + "\n")
+    assert main(["diagnose", str(folder)]) == 3
+    assert re.search(r"20 usable poses .* needs 30", capsys.readouterr().err)
+    lines[7] = lines[7].rsplit(",", 3)[0]
+    table.write_text("\n".join(lines) + "\n")
+    assert main(["diagnose", str(folder)]) == 3
+    shown = capsys.readouterr().err
+    assert table.name in shown
+    assert "8" in shown
+    assert "Traceback" not in shown
+
+
+def test_a_clean_machine_is_answered_so(
+    tmp_path: Path, rng: np.random.Generator, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Nothing is named above so many um and urad; --extend then writes the machine as it was, and says so."""
+    view, six = moved(rng, WIDE, 3, alike=False)
+    folder = written(tmp_path / "clean", rng, view, six)
+    assert main(["diagnose", str(folder), "--extend", str(tmp_path / "same"), "--json", str(tmp_path / "a.json")]) == 0
+    shown = capsys.readouterr()
+    far, turned = re.match(r"None above ([\d.]+) um / ([\d.]+) urad", shown.out).groups()  # type: ignore[union-attr]
+    facts = json.loads((tmp_path / "a.json").read_text())
+    limits = [one for one in facts["detection_limits"] if one["strength"] is not None]
+    assert float(far) == pytest.approx(max(one["translation_um"] for one in limits), rel=0.06)
+    assert float(turned) == pytest.approx(max(one["rotation_urad"] for one in limits), rel=0.06)
+    assert facts["verdict"] == "none"
+    assert "nothing joined the machine" in shown.err
+    same = ht.load_hexapod(tmp_path / "same")
+    assert same.platform_joints.tolist() == ht.load_hexapod(folder / "hexapod.toml").platform_joints.tolist()
+    assert same.thermal is not None
+    assert same.compliance is None
+
+
+def test_two_names_and_the_poses_to_add(
+    tmp_path: Path, rng: np.random.Generator, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Small moves while everything warms alike: both plates are named, and why, and poses that tell them apart."""
+    view, six = moved(rng, SMALL, 3, alike=True)
+    folder = written(tmp_path / "alike", rng, view, six, growing(5e-6))
+    assert main(["diagnose", str(folder), "--propose", "20", "--json", "-"]) == 0
+    facts = json.loads(capsys.readouterr().out)
+    plates = {"platform-expansion of platform", "base-expansion of base"}
+    assert {f"{facts['cause']} of {facts['target']}", *facts["effects"][0]["equivalent_places"]} >= plates
+    assert any("all temperatures follow one course" in one for one in facts["alike"])
+    plan = facts["proposal"]
+    assert set(plan["tells_apart"]) >= plates
+    pairs = [one for one in plan["separations"] if {one["true"], one["rival"]} == plates]
+    assert all(one["after"] > 6.0 > one["before"] for one in pairs)
+    assert len(plan["poses_mm_deg"]) == 20
+
+
+@pytest.fixture(scope="module")
+def found(ran: Ran) -> MachineDiagnosis:
+    """The same diagnosis in Python."""
+    made = diagnose(ht.load_campaign(ran.campaign))
+    assert isinstance(made, MachineDiagnosis)
+    return made
+
+
+def test_python_gives_what_the_command_gives(ran: Ran, found: MachineDiagnosis) -> None:
+    """One function for every kind of campaign: a hexapod's answer is the command's."""
+    told = found.to_json()
+    assert told["sentence"] == ran.facts["sentence"]
+    assert told["gain"]["translation_rmse_after_um"] == ran.facts["gain"]["translation_rmse_after_um"]
+
+
+def test_arguments_of_the_other_kind_are_refused(ran: Ran, tmp_path: Path) -> None:
+    """Thermometers and laws of one leg do nothing for six, a machine nothing for one leg: both are refused."""
+    machine = ht.load_campaign(ran.campaign)
+    with pytest.raises(ArgumentError, match=r"sensors is for .* one leg"):
+        diagnose(machine, ["T1"])
+    part = ht.load_campaign(component_campaign(tmp_path / "part"))
+    with pytest.raises(ArgumentError, match=r"laws is for .* hexapod; this one is of kind 'component'"):
+        diagnose(part, laws="refit")
+    with pytest.raises(ArgumentError, match=r"hexapod is for"):
+        diagnose(part, hexapod=ht.load_hexapod("reference"))
+
+
+def test_what_is_open_is_asked_in_order(ran: Ran, found: MachineDiagnosis) -> None:
+    """Equivalents of what was named come first, then what looks alike, two causes before two joints, then the rival."""
+    effect = replace(found.effects[0], equivalent_places=("joint-offset of base joint 3",))
+    own = "leg-coefficient of leg3"
+    joints = "joint-offset of base joint 1, joint-offset of platform joint 1 look alike: few poses"
+    plates = "platform-expansion of platform, base-expansion of base look alike: one course"
+    assert open_names(replace(found, effects=(effect,), alike=(joints,))) == (own, "joint-offset of base joint 3")
+    assert open_names(replace(found, alike=(joints, plates)))[0] == "platform-expansion of platform"
+    first, rival = open_names(replace(found, alike=()))
+    assert first == own
+    assert rival not in (own, "")
+    hardest = max((one for one in found.limits if np.isfinite(one.strength)), key=lambda one: one.strength)
+    assert open_names(replace(found, effects=(), alike=()))[0].startswith(hardest.cause)
+    nothing = replace(found, effects=(), alike=(), limits=())
+    assert open_names(nothing) == ()
+    with pytest.raises(ArgumentError, match="nothing to tell apart"):
+        propose_experiment(ht.load_campaign(ran.campaign), nothing)
+
+
+VARIANTS: dict[str, dict[str, Any]] = {
+    "none": {"verdict": "none", "effects": ()},
+    "unexplained": {"verdict": "unexplained", "effects": (), "follows": "follows the pose"},
+    "no proof": {"gain": None, "notes": ("no run is for validation",)},
+    "bare": {"effects": (), "verdict": "none", "gain": None, "limits": (), "alike": (), "experiments": (), "notes": (),
+             "candidates": (), "title": ""},
+    "two names": {"alike": ("a of b, c of d look alike: their columns are nearly the same",), "follows": "is left"},
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("variant", VARIANTS)
+def test_every_verdict_makes_a_sound_page_and_answer(found: MachineDiagnosis, variant: str) -> None:
+    """With and without names, gain, limits or a title: tags close, tables are headed, and no number is "nan"."""
+    one = replace(found, **VARIANTS[variant])
+    drawn = dict.fromkeys(("runs", "all", "follows", "pose", "legs", "parts", "ranking", "gain", "limits", "plan"), "")
+    page = Page(machine_page(one, drawn, None))
+    assert len(page.of("caption")) == len(page.of("table"))
+    assert {str(link["href"])[1:] for link in page.of("a")} <= {str(tag["id"]) for _, tag in page.tags if "id" in tag}
+    said = " ".join(text for tag, text in page.said if tag != "style")
+    assert not re.search(r"\bnan\b|None\b(?! above)|\binf\b", said)
+    assert ("never fitted" in said) or one.gain is None
+    first = next(words for tag, words in page.said if tag == "p")
+    assert first == html.unescape(text(sentences(one)[0]))
+
+
+def test_a_plan_of_one_name_is_told_from_nothing(ran: Ran, found: MachineDiagnosis) -> None:
+    """Where a single cause is asked for, the plan promises to show it at all; a part that stays cold is drawn too."""
+    alone = replace(found, effects=(), alike=())
+    plan = propose_experiment(ht.load_campaign(ran.campaign), alone, 8)
+    assert isinstance(plan, MachineExperiment)
+    assert [one.rival for one in plan.promises] == ["nothing"]
+    assert plan.promises[0].after > plan.promises[0].before
+    for width in (WIDE_IN, NARROW_IN):
+        labels = [text.get_text() for axes in promise_figure(plan, width).axes for text in axes.get_yticklabels()]
+        assert any("not nothing" in text for text in labels)
+        heat = plan_figure(plan, width).axes[2]
+        assert {"platform", "base", "air"} <= set(heat.get_legend_handles_labels()[1])
+
+
+def test_a_share_is_none_by_chance_and_whole_of_a_step(rng: np.random.Generator) -> None:
+    """Noise follows a signal by nothing on average, a step of the signal wholly; what is not known does not count."""
+    chance = [share(rng.random(200), rng.standard_normal(200)) for _ in range(40)]
+    assert np.mean(chance) < 0.03
+    side = np.where(rng.random(200) < 0.5, -1.0, 1.0)
+    assert share(side, 2.0 * side) == pytest.approx(1.0)
+    holes = np.where(rng.random(200) < 0.3, np.nan, side)
+    assert share(holes, 2.0 * side) == pytest.approx(1.0)
+    assert share(np.ones(200), side) == 0.0
+    assert share(np.full(200, np.nan), side) == 0.0
+
+
+def test_a_browser_shows_it_without_a_word_of_complaint(ran: Ran) -> None:
+    """Chromium at desk and phone width, light and dark: nothing is missing, nothing runs over the edge."""
+    refuse_complaints(ran.files / "report" / "report.html")
