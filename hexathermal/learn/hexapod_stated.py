@@ -118,7 +118,11 @@ def in_machine_frame(rows: HexapodRows) -> FloatArray:
     """
     if rows.hexapod.measuring_frame is None:
         return rows.measured
-    return machine_poses(rows.hexapod, rows.measured, frame_rise(rows))
+    rise, poses = frame_rise(rows), np.array(rows.measured)
+    for run in np.unique(rows.run):
+        own = rows.run == run
+        poses[own] = machine_poses(rows.hexapod, rows.measured[own], rise[own], rows.time[own])
+    return poses
 
 
 def stated_notes(rows: HexapodRows) -> list[str]:

@@ -14,7 +14,7 @@ from hexathermal.machine.compliance import (
     Compliance,
 )
 from hexathermal.machine.forms import Form
-from hexathermal.machine.measuring_frame import LARGEST_DRIFT, MeasuringFrame
+from hexathermal.machine.measuring_frame import LARGEST_DRIFT, LONGEST_DELAY, MeasuringFrame
 from hexathermal.machine.units import metres, millionths, shortest
 from hexathermal.poses import FloatArray
 
@@ -23,7 +23,8 @@ EXTENSION_TABLES: dict[str, dict[str, str]] = {
                    "gravity_m_s2": "number(3)", "leg_std_um_per_N": "um6", "payload_std_kg": "number",
                    "payload_centre_std_mm": "mm(3)"},
     "measuring_frame": {"sensor": "text!", "shift_um_per_K": "um(3)", "turn_urad_per_K": "um(3)",
-                        "shift_std_um_per_K": "um(3)", "turn_std_urad_per_K": "um(3)"},
+                        "shift_std_um_per_K": "um(3)", "turn_std_urad_per_K": "um(3)",
+                        "time_constant_s": "number"},
 }  # fmt: skip
 """Keys and rules of both tables, see `hexathermal.machine.forms.Form`."""
 
@@ -91,10 +92,12 @@ def read_measuring_frame(form: Form, data: dict[str, Any]) -> MeasuringFrame | N
         form.check((*at, key), np.abs(found[key]) <= LARGEST_DRIFT, f"within +-{LARGEST_DRIFT * 1e6:g} {unit}")
         if name.endswith("_std"):
             form.check((*at, key), found[key] >= 0.0, "0 or more")
+    delay = float(found.get("time_constant_s", 0.0))
+    form.check((*at, "time_constant_s"), np.array(0.0 <= delay <= LONGEST_DELAY), f"in [0, {LONGEST_DELAY:g}] s")
     if len(form.problems) > before:
         return None
     values = {name: found[key] for name, key in FRAME_KEYS.items() if key in found}
-    return form.build(at, lambda: MeasuringFrame(found["sensor"], **values))
+    return form.build(at, lambda: MeasuringFrame(found["sensor"], **values, time_constant=delay))
 
 
 def measuring_frame_table(frame: MeasuringFrame) -> dict[str, Any]:
@@ -104,6 +107,8 @@ def measuring_frame_table(frame: MeasuringFrame) -> dict[str, Any]:
         value = getattr(frame, name)
         if value is not None:
             table[key] = _millionths(value)
+    if frame.time_constant > 0.0:
+        table["time_constant_s"] = frame.time_constant
     return table
 
 

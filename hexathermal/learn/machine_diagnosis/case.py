@@ -8,16 +8,16 @@ from dataclasses import dataclass
 import numpy as np
 
 from hexathermal.learn.hexapod_data import HexapodRows
-from hexathermal.learn.hexapod_model import measured_lengths
 from hexathermal.learn.machine_diagnosis.candidate import Candidate
 from hexathermal.learn.machine_diagnosis.causes import all_candidates, catalogue
 from hexathermal.learn.machine_diagnosis.finer import finer_candidates
+from hexathermal.learn.machine_diagnosis.gain import leg_residuals
 from hexathermal.learn.machine_diagnosis.law_columns import law_columns
 from hexathermal.learn.machine_diagnosis.noise_levels import SMALLEST_NOISE, PoseNoise, coordinates_of, pose_noise
 from hexathermal.learn.machine_diagnosis.single_leg import single_leg_candidates
 from hexathermal.learn.machine_diagnosis.tables import Tables, tables_of
 from hexathermal.learn.machine_diagnosis.unexplained import flexible_candidates
-from hexathermal.learn.machine_diagnosis.view import AIR, MachineView, machine_view
+from hexathermal.learn.machine_diagnosis.view import AIR, MachineView
 from hexathermal.machine.hexapod import Hexapod
 from hexathermal.poses import FloatArray
 
@@ -76,8 +76,7 @@ def case_of(rows: HexapodRows, laws: str = "kept", start: FloatArray | None = No
     start : array, shape (6,), optional [m, rad]
         First guess of the coordinates' noise.
     """
-    view = machine_view(rows)
-    y = measured_lengths(rows, rows.measured) - view.law_drift
+    view, y = leg_residuals(rows, rows.hexapod)
     return _made(view, y, laws, start, None)
 
 

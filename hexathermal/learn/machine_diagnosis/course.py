@@ -74,7 +74,7 @@ def searched(case: Case) -> Course:
         leader = _leader(case, now, not adopted)
         if leader is None:
             break
-        if finer_setting(case.candidates[leader.which]):
+        if finer_setting(case.view, case.candidates[leader.which]):
             case = with_finer(case, case.candidates[leader.which])
             now = step(case, adopted, now.null)
             leader = _leader(case, now, False) or leader

@@ -11,7 +11,6 @@ from hexathermal.learn.hexapod_data import HexapodRows, UnusableRowsError, hexap
 from hexathermal.learn.hexapod_noise import without_misses
 from hexathermal.learn.hexapod_offset import far_poses
 from hexathermal.learn.hexapod_validation import readable_law
-from hexathermal.learn.machine_diagnosis.candidate import Candidate
 from hexathermal.learn.machine_diagnosis.case import Case, case_of
 from hexathermal.learn.machine_diagnosis.causes import catalogue
 from hexathermal.learn.machine_diagnosis.course import Course, searched
@@ -30,7 +29,7 @@ from hexathermal.learn.machine_diagnosis.result import (
     MachineExperiment,
     MachineLimit,
 )
-from hexathermal.learn.machine_diagnosis.search import WIDER, Adoption, priors_of
+from hexathermal.learn.machine_diagnosis.search import Adoption, priors_of
 from hexathermal.learn.machine_diagnosis.separation import Noise
 from hexathermal.learn.machine_diagnosis.single_leg import ONLY_ON_A_BENCH
 from hexathermal.machine.files import read_hexapod
@@ -189,26 +188,9 @@ def _effects(course: Course, seen: MachineObservability, title: str) -> tuple[He
         else:
             found, own = _share(one)
         made.append((one, found, own))
-        hexapod = extended(hexapod, *_held_by_machine(course, one, found, own), title)
+        hexapod = extended(hexapod, one.candidate, found, own, title)
     made.sort(key=lambda item: -item[0].ranked.odds)
     return hexapod, tuple(_effect(one, found, own, seen) for one, found, own in made)
-
-
-def _held_by_machine(
-    course: Course, one: Adoption, found: FloatArray, covariance: FloatArray
-) -> tuple[Candidate, FloatArray, FloatArray]:
-    """Return a cause as a machine's file can hold it: a measuring frame follows its thermometer without delay."""
-    if "time_constant_s" not in one.candidate.settings or one.candidate.leg_shape:
-        return one.candidate, found, covariance
-    case = course.case
-    for k, other in enumerate(case.candidates):
-        if other.called == one.candidate.called and not other.settings:
-            others = priors_of(case, [item for item in course.adopted if item is not one])
-            own = (case.tables.places[k], other.mean, WIDER * one.size * other.scale)
-            means, covariances = averaged(case.tables, course.end.null, [own, *others])
-            size = len(other.names)
-            return other, means[:size], covariances[:size, :size]
-    return one.candidate, found, covariance
 
 
 def _share(one: Adoption) -> tuple[FloatArray, FloatArray]:
@@ -296,8 +278,6 @@ def _experiments(
 def _notes(course: Course, rows: HexapodRows, seen: MachineObservability, gain: MachineGain | None) -> tuple[str, ...]:
     """Return what a reader must know besides."""
     notes = [*course.notes, *far_poses(rows), *(f"{n} rows were left out: {why}" for why, n in rows.left_out.items())]
-    if any("time_constant_s" in one.candidate.settings and not one.candidate.leg_shape for one in course.adopted):
-        notes.append("the measuring frame follows late; the machine's file holds no delay, and its drift without one")
     levels = course.end.null
     if levels.frame > 0.0:
         notes.append("the measuring frame differs between runs: what moves all poses of a run alike is not told")

@@ -42,7 +42,7 @@ def extended(hexapod: Hexapod, one: Candidate, found: FloatArray, covariance: Fl
     if one.cause == "payload-compliance":
         return replace(hexapod, compliance=_loaded(hexapod, found, covariance))
     if one.cause == "tracker-drift":
-        return replace(hexapod, measuring_frame=_frame(hexapod, str(one.target), found, covariance))
+        return replace(hexapod, measuring_frame=_frame(hexapod, one, found, covariance))
     thermal = hexapod.thermal
     assert thermal is not None  # checked where views are made
     if one.cause in ("platform-expansion", "base-expansion"):
@@ -102,11 +102,12 @@ def _loaded(hexapod: Hexapod, found: FloatArray, covariance: FloatArray) -> Comp
     return Compliance(abs(sag) / weight, mass, whole, g, std[0] / weight, None, slopes)
 
 
-def _frame(hexapod: Hexapod, sensor: str, found: FloatArray, covariance: FloatArray) -> MeasuringFrame:
-    """Return the drift of the measuring frame, with what was known of it where it follows the same thermometer."""
+def _frame(hexapod: Hexapod, one: Candidate, found: FloatArray, covariance: FloatArray) -> MeasuringFrame:
+    """Return the drift of the measuring frame, with what was known of it: it follows the same thermometer then."""
     std, before = np.sqrt(np.diagonal(covariance)), hexapod.measuring_frame
     known = np.zeros(6)
-    if before is not None and before.sensor == sensor:
+    if before is not None:
         known = np.concatenate([before.shift, before.turn])
     whole = known + found
-    return MeasuringFrame(sensor, whole[:3], whole[3:], std[:3], std[3:])
+    delay = float(one.settings.get("time_constant_s", 0.0))
+    return MeasuringFrame(str(one.target), whole[:3], whole[3:], std[:3], std[3:], delay)

@@ -76,7 +76,8 @@ def frame_motion(view: MachineView) -> FloatArray:
     heat = view.air
     if frame.sensor != AIR:
         heat = view.plates[:, [frame.sensor.startswith(part) for part in PLATES].index(True)]
-    return frame.motion(np.nan_to_num(heat))
+    heat = np.nan_to_num(heat)
+    return frame.motion(view.late(heat, frame.time_constant) if frame.time_constant > 0.0 else heat)
 
 
 def residuals(rows: HexapodRows, role: str, before: Hexapod, after: Hexapod) -> tuple[MachineResidual, ...]:

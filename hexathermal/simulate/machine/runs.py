@@ -211,7 +211,7 @@ def recorded_poses(
     """Return what is written of a run."""
     hexapod, tracker = machine.hexapod, machine.tracker
     frame = tracker.frame(generator)
-    drifted = measured_poses(hexapod, truth.poses, frame_rise(machine, truth))
+    drifted = measured_poses(hexapod, truth.poses, frame_rise(machine, truth), truth.time)
     seen = moved_poses(drifted, frame, hexapod.home[:3, 3])
     noise = generator.standard_normal((len(seen), 6)) * tracker.noise
     noise[:, :3] *= 1e3

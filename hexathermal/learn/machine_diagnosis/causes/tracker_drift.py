@@ -13,6 +13,7 @@ from hexathermal.learn.diagnosis.trials import Cause, Parameter
 from hexathermal.learn.hexapod_data import PLATES
 from hexathermal.learn.machine_diagnosis.candidate import Candidate
 from hexathermal.learn.machine_diagnosis.view import AIR, MachineView
+from hexathermal.machine.measuring_frame import MeasuringFrame
 from hexathermal.poses import FloatArray
 
 USUAL_SHIFT_PER_K = 0.5e-6
@@ -36,13 +37,22 @@ CAUSE = Cause(
 
 
 def candidates(view: MachineView) -> list[Candidate]:
-    """Give the air, and the plates' thermometers."""
+    """Give the air, and the plates' thermometers; where the machine states a frame, what that follows alone."""
+    stated = view.hexapod.measuring_frame
     return [
         following(view, sensor, tau)
         for sensor, heat in _followed(view).items()
         if np.isfinite(heat).all() and np.ptp(heat) > 0.0
-        for tau in (LAGS_S if sensor == AIR else LAGS_S[:1])
+        if stated is None or sensor == stated.sensor
+        for tau in _lags(sensor, stated)
     ]
+
+
+def _lags(sensor: str, stated: MeasuringFrame | None) -> tuple[float, ...]:
+    """Return the time constants that are tried [s]."""
+    if stated is not None:
+        return (stated.time_constant,)
+    return LAGS_S if sensor == AIR else LAGS_S[:1]
 
 
 def following(view: MachineView, sensor: str, time_constant: float) -> Candidate:
