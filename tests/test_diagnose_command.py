@@ -209,9 +209,22 @@ def test_json_to_stdout_is_nothing_else(found: Diagnosis, ran: Ran, capsys: pyte
 def test_help_teaches(capsys: pytest.CaptureFixture[str]) -> None:
     """--help names every cause of the catalogue, what evidence means, the files, and examples."""
     from hexathermal.learn.diagnosis.causes import catalogue
+    from hexathermal.learn.machine_diagnosis.causes import catalogue as of_machines
 
     assert main(["diagnose", "--help"]) == 0
     text = capsys.readouterr().out
-    assert all(name in text for name in catalogue())
-    for words in ("--sensors", "--law", "--extend", "--report", "--json", "examples:", "evidence", "report.html"):
+    assert all(name in text for name in (*catalogue(), *of_machines()))
+    for words in (
+        "--laws",
+        "--propose",
+        "--machine",
+        "--sensors",
+        "--law",
+        "--extend",
+        "--report",
+        "--json",
+        "examples:",
+        "evidence",
+        "report.html",
+    ):
         assert words in text

@@ -35,7 +35,7 @@ causes of a whole hexapod:
   of the load         payload-compliance
   of the measurement  tracker-drift
 
-For a hexapod --extend writes a hexapod.toml, which 'apply', 'validate' and 'budget' take as it is. --report adds the
+For a hexapod --extend writes a hexapod.toml, which 'correct', 'validate', 'budget' take as it is. --report adds the
 poses of the next experiment, where something is to be told apart: poses-run-1.csv, experiment.json.
 """
 

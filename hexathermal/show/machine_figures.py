@@ -26,6 +26,9 @@ SHIFTS, TURNS = ("x", "y", "z", "translation"), ("rx", "ry", "rz", "rotation")
 LARGEST_DOT = 15.0
 """Diameter of a dot that stands for the whole variance [pt]."""
 
+LONG_AXIS = 60.0
+"""Log evidence from which on an axis is logarithmic."""
+
 NUMBERED = 0.095
 """A share from which on its percent are written."""
 
@@ -185,6 +188,7 @@ def plan_figure(plan: MachineExperiment, width: float) -> Figure:
         turn.set_ylabel("turn (°)")
         _rises(heat, plan)
         heat.set_xlabel("pose, in order")
+        heat.xaxis.get_major_locator().set_params(integer=True)
         for axes in (shift, turn, heat):
             axes.legend(loc="center left", bbox_to_anchor=(1.0, 0.5))
         figure.align_ylabels()
@@ -227,7 +231,11 @@ def promise_figure(plan: MachineExperiment, width: float) -> Figure:
         axes.axvline(CLOSE, color=BLACK, ls=":", lw=1.2, label=f"told apart from {CLOSE:g}")
         axes.set_yticks(range(len(plan.promises)), [f"{one.true},\nnot {one.rival}" for one in plan.promises],
                         fontsize=7.5 if wide else 6.5)  # fmt: skip
-        axes.set_xlim(0.0, 1.1 * max(CLOSE, *(one.after for one in plan.promises)))
+        most = max(CLOSE, *(one.after for one in plan.promises))
+        if most > LONG_AXIS:
+            axes.set_xscale("symlog", linthresh=1.0)
+            axes.xaxis.set_major_formatter(lambda value, _: f"{value:g}")
+        axes.set_xlim(0.0, (1.1 if most <= LONG_AXIS else 2.0) * most)
         axes.set_xlabel("separation (mean log evidence)")
         figure.legend(loc="outside upper left", ncols=3 if wide else 1)
     return figure

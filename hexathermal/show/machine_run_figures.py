@@ -24,7 +24,7 @@ LEGS = tuple(f"leg {leg}" for leg in range(1, 7))
 NAMES = (*AXES, *LEGS)
 """Of the columns of a residual."""
 
-MOST_DOTS = 450
+MOST_DOTS = 300
 """Rows that a panel of all runs shows; beyond, every second, third ... one."""
 
 UNITS = ("µm",) * 3 + ("µrad",) * 3 + ("µm",) * 6

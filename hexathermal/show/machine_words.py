@@ -33,8 +33,12 @@ def changed(found: MachineDiagnosis) -> bool:
 
 
 def sentences(found: MachineDiagnosis) -> list[str]:
-    """Return the finding: one sentence, and one for each further cause."""
-    return [one.sentence for one in found.effects] or [found.sentence]
+    """Return the finding: one sentence, and one for each further cause; with what is as likely."""
+    return [
+        one.sentence
+        + (f" As likely in these data: {', '.join(one.equivalent_places)}." if one.equivalent_places else "")
+        for one in found.effects
+    ] or [found.sentence]
 
 
 def parameter_rows(one: MachineEffect) -> list[tuple[str, ...]]:

@@ -257,9 +257,12 @@ def test_two_names_and_the_poses_to_add(
     """Small moves while everything warms alike: both plates are named, and why, and poses that tell them apart."""
     view, six = moved(rng, SMALL, 3, alike=True)
     folder = written(tmp_path / "alike", rng, view, six, growing(5e-6))
-    assert main(["diagnose", str(folder), "--propose", "20", "--json", "-"]) == 0
-    facts = json.loads(capsys.readouterr().out)
+    assert main(["diagnose", str(folder), "--propose", "20", "--json", str(tmp_path / "a.json")]) == 0
+    shown = capsys.readouterr().out
+    facts = json.loads((tmp_path / "a.json").read_text())
     plates = {"platform-expansion of platform", "base-expansion of base"}
+    assert all(name.partition(" of ")[0] in shown.splitlines()[0] for name in plates)
+    assert re.search(r"^ *20 +run-1( +-?\d+\.\d{3}){6}$", shown, re.MULTILINE)  # the last pose of the table
     assert {f"{facts['cause']} of {facts['target']}", *facts["effects"][0]["equivalent_places"]} >= plates
     assert any("all temperatures follow one course" in one for one in facts["alike"])
     plan = facts["proposal"]

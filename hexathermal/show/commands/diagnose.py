@@ -33,6 +33,7 @@ foretells runs left out; and the search goes on. Runs for validation only tell w
 The first line is the finding, one of three:
   The residual is CAUSE ...              named, with its size, interval and probability
   No effect ... stands above X um        the law explains these data to their noise; X for each cause in a table
+  None above X um / Y urad               the same of a whole hexapod: the largest that could hide
   Something real is left that follows ...   but no cause of the catalogue explains it
 """
 
@@ -82,7 +83,7 @@ def add(commands: Any) -> None:
         "--extend", type=path, metavar="FILE", help="write the law with what was found in it: leg.toml, or hexapod.toml"
     )
     one.add_argument("--report", type=path, metavar="DIR", help="write report.html and its pictures into this folder")
-    one.add_argument("--force", action="store_true", help="overwrite an existing law")
+    one.add_argument("--force", action="store_true", help="overwrite an existing law or machine")
     add_machine_options(one)
     add_json(one)
 
