@@ -116,20 +116,26 @@ def _follows(found: MachineDiagnosis, every: Pooled) -> Picture:
     """Return the picture of what the residual follows."""
     before = shares(every, every.before)
     after = shares(every, every.after) if changed(found) else None
+    said = _most(every, before, after)
+    caption = (
+        "Which part of the variance of each residual (column) follows each signal (row), where chance could hardly "
+        f"make it: area, and percent from 10 on. {said}."
+    )
+    alt = f"Share of 12 residuals that follows {len(every.signals)} signals. {said}."
+    return Picture("follows", alt, caption, partial(figures.follows_figure, every, before, after))
+
+
+def _most(every: Pooled, before: FloatArray, after: FloatArray | None) -> str:
+    """Return what is followed most, in words."""
     k, j = np.unravel_index(int(np.argmax(before)), before.shape)
+    if not before[k, j] > 0.0:
+        return "No residual follows a signal more than chance could make it"
     signal = every.signals[k]
     words = signal.short
     if signal.each_leg:
         words = words.replace("the leg", f"leg {followed_leg(signal, every.before, int(j)) + 1}")
-    said = f"Most: {along.NAMES[j]} follows the {words}, {100.0 * before[k, j]:.0f} % of its variance" + (
-        "" if after is None else f", {100.0 * after[k, j]:.0f} % with the extended machine"
-    )
-    caption = (
-        "Which part of the variance of each residual (column) follows each signal (row): area, and percent from 10 on. "
-        f"{said}."
-    )
-    alt = f"Share of 12 residuals that follows {len(every.signals)} signals. {said}."
-    return Picture("follows", alt, caption, partial(figures.follows_figure, every, before, after))
+    said = f"Most: {along.NAMES[j]} follows the {words}, {100.0 * before[k, j]:.0f} % of its variance"
+    return said if after is None else f"{said}, {100.0 * after[k, j]:.0f} % with the extended machine"
 
 
 def _pose(found: MachineDiagnosis, every: Pooled, poses: list[Signal]) -> Picture:

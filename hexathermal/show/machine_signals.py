@@ -17,6 +17,9 @@ from hexathermal.poses import FloatArray, coordinates_from_pose
 from hexathermal.show.diagnosis_run_figures import BINS, binned
 
 UM = 1e6
+CHANCE = 2e-4
+"""Of a share that is no share: some 450 are looked at in one report."""
+
 POSE_UNITS = ("mm",) * 3 + ("°",) * 3
 
 
@@ -165,14 +168,20 @@ def _varies(values: FloatArray) -> bool:
 def share(signal: FloatArray, residual: FloatArray) -> float:
     """Return the part of a residual's variance that follows a signal: by means of parts, freed of what chance gives.
 
-    ``1 - (1 - R^2) (n - 1) / (n - k)`` (adjusted coefficient of determination), not below 0.
+    ``1 - (1 - R^2) (n - 1) / (n - k)`` (adjusted coefficient of determination); 0 where chance alone gives such an
+    ``R^2`` in more than `CHANCE` of cases: without a cause it is distributed as ``Beta((k - 1) / 2, (n - k) / 2)``.
     """
+    from scipy.special import betainc
+
     known = np.isfinite(signal) & np.isfinite(residual)
     n = int(known.sum())
     if n <= 2 * BINS or not float(np.ptp(signal[known])) > 0.0:
         return 0.0
     x, _y, part = binned(signal[known], residual[known])
-    return float(max(0.0, 1.0 - (1.0 - part) * (n - 1) / (n - len(x))))
+    k = len(x)
+    if k < 2 or float(betainc((n - k) / 2.0, (k - 1) / 2.0, 1.0 - part)) > CHANCE:
+        return 0.0
+    return float(max(0.0, 1.0 - (1.0 - part) * (n - 1) / (n - k)))
 
 
 def shares(all_of: Pooled, residual: FloatArray) -> FloatArray:
