@@ -98,6 +98,19 @@ class Channel:
                         levels.offset**2, out)  # fmt: skip
         return out, float(logdet)
 
+    def spread(self, G: FloatArray, levels: Levels) -> FloatArray:
+        """Return ``G' V G`` of columns G, shape (n, m): the covariance of sums over windows that G weighs, (m, m)."""
+        landing = np.cumsum(self.fresh)
+        total = np.zeros((G.shape[1], G.shape[1]))
+        for k in np.unique(self.run):
+            own = self.run == k
+            time = np.cumsum(np.where(self.start[own], 0.0, self.step[own]))
+            V = levels.slow**2 * np.exp(-np.abs(time[:, None] - time) / levels.slow_time) + levels.offset**2
+            V += levels.landing**2 * self.weight[own] * (landing[own][:, None] == landing[own])
+            V[np.diag_indices_from(V)] += levels.white**2 / self.rows[own]
+            total += G[own].T @ V @ G[own]
+        return total
+
     def with_y(self, y: FloatArray) -> Channel:
         """Return the channel with other values."""
         return replace(self, y=y)

@@ -26,8 +26,9 @@ LATER = 2.0
 """Every cause after the first needs so much more evidence: it may mop up what the first one's shape left."""
 
 MOST_TOLERATED = 2
-MOST_REFUSED = 2
-"""Causes that stand above chance but predict runs left out no better are passed over, at most so many."""
+MOST_LOSS, MOST_REFUSED, UNDECIDED = 0.5, 4, 0.5
+"""A first cause that stands above chance but makes runs left out less likely, or adds more than this part to their
+squares, is passed over; at most so many are; and the probability of "none" where that is not enough."""
 
 LEAST_SHARE = 0.03
 """Every cause after the first must take away this part of the squared residual of runs left out."""
@@ -56,12 +57,15 @@ class Found:
     ----------
     ranked : Ranked
     decision : Decision
+    joined : bool
+        Whether it predicts runs left out better, so that it joins the law.
     amplitudes, spread : array, shape (k,)
         Of the trial's columns when it was named, and their standard uncertainties.
     """
 
     ranked: Ranked
     decision: Decision
+    joined: bool
     amplitudes: FloatArray
     spread: FloatArray
 
@@ -142,8 +146,12 @@ def searched(
         if leader is None:
             break
         after = stage.with_effect(leader.best)
-        if _share(stage, after, leader) <= (LEAST_SHARE if found else 0.0):
-            if found or len(refused) == MOST_REFUSED:
+        share, sure = _share(stage, after, leader), _foresight(stage, after, leader)
+        if sure <= 0.0 or share <= (LEAST_SHARE if found else -MOST_LOSS):
+            if found:
+                break
+            if len(refused) == MOST_REFUSED:
+                decision = replace(decision, leader=None, probability=UNDECIDED, equivalent=())
                 break
             refused.append(leader)
             stage = _tolerant(stage.without(leader.best), threshold)
@@ -151,7 +159,9 @@ def searched(
             decision = decided(step, threshold)
             continue
         stages.append(stage)
-        found.append(Found(leader, decision, *stage.amplitudes(leader)))
+        found.append(Found(leader, decision, share > 0.0, *stage.amplitudes(leader)))
+        if share <= 0.0:
+            break
         stage = _tolerant(_with_kin(_refined(stage, after, leader, threshold), stage, leader), threshold + LATER)
         said(1 + len(found), MOST_EFFECTS + 2, f"{leader.cause} named; trying what is left")
         step = stage.step
@@ -245,9 +255,16 @@ def _share(before: Stage, after: Stage, leader: Ranked) -> float:
     """Return by which part a stage leaves less, squared, of runs left out; a step of the zero has no such test."""
     if leader.cause == "zero-jump":
         return 1.0
-    old, new = before.left_out(leader.levels), after.left_out(leader.levels)
-    rows = before.channel.rows
-    return 1.0 - float((rows * new**2).sum() / (rows * old**2).sum())
+    old, new = (min(one.left_squares(leader.levels), one.left_squares(before.plain)) for one in (before, after))
+    return 1.0 - new / old
+
+
+def _foresight(before: Stage, after: Stage, leader: Ranked) -> float:
+    """Return by how much runs left out become more likely, at the noise of the null (log); a step has no such test."""
+    if leader.cause == "zero-jump":
+        return np.inf
+    old, new = before.left_out(before.step.levels)[1], after.left_out(before.step.levels)[1]
+    return 0.5 * float((old**2).sum() - (new**2).sum())
 
 
 def _refuse_too_little(stage: Stage) -> None:

@@ -61,7 +61,7 @@ def diagnose(
     if progress is not None:
         progress(4, 5, "what it gains on runs never fitted")
     last = course.last
-    mean, covariance = last.fit(last.levels)
+    mean, covariance = last.law
     effects = tuple(
         effect_of(found, stage, last, covariance, mean)
         for found, stage in zip(course.found, course.stages, strict=True)
@@ -116,6 +116,8 @@ def _notes(course: Course) -> tuple[str, ...]:
         for item in course.refused
     ]
     for one in course.found:
+        if not one.joined:
+            notes.append(f"{one.ranked.cause} does not pay on runs left out of the fit: it does not join the law")
         if one.ranked.cause == "periodic-screw-error":
             notes += _aliases(course)
     view = course.first.view

@@ -30,7 +30,7 @@ def extended_law(law: IdentifiedLaw, stage: Stage) -> IdentifiedLaw:
     """
     if not stage.joined and not stage.repairs:
         return law
-    mean, covariance = stage.fit(stage.levels)
+    mean, covariance = stage.law
     p = len(law.coefficients)
     kept, terms, at = list(range(p)), [], p
     for item in stage.joined:

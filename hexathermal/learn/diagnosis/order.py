@@ -12,8 +12,8 @@ from hexathermal.poses import FloatArray
 
 PROFILES = 4
 FEWEST = 6
-MOST = 12.0
-"""Log evidence that the order alone may give: profiles need not be smooth."""
+MOST, LEAST = 12.0, -40.0
+"""Most that the order alone says for an exchange, and against one: profiles need not be smooth."""
 
 HEAVY = 3.0
 """Degrees of freedom of Student's distribution for a loading off the smooth profile."""
@@ -47,7 +47,7 @@ class Order:
             own = _heavy((values[[i, j]] - told) / spread)
             swapped = _heavy((values[[j, i]] - told) / spread)
             total += swapped - own
-        return float(np.clip(total, -MOST, MOST))
+        return float(np.clip(total, LEAST, MOST))
 
 
 def _heavy(z: FloatArray) -> float:

@@ -45,7 +45,7 @@ class Effect:
         RMS of what stays visible after the law is refitted.
     sentence : str
     joined : bool
-        Whether it joined the law; a step of the zero belongs to one run.
+        Whether it joined the law: it paid on runs left out.
     """
 
     cause: str

@@ -47,6 +47,9 @@ MOST_WITNESSED = 16
 MENDED = 3
 """Trials of a cause that mends data whose data are mended indeed."""
 
+LITTLE = 0.08
+"""What an error of a name's shape may leave, RMS over the noise."""
+
 TRIFLE = 0.3
 """Log evidence by which new noise must help the null for everything to be screened again."""
 
@@ -63,7 +66,7 @@ class Ranked:
     best : Scored
     levels : Levels
     witness : float
-        The part of the evidence that does not come from the drift.
+        What the parity of a faulty thermometer says beyond that of any other.
     """
 
     cause: str
@@ -76,7 +79,7 @@ class Ranked:
     def gated(self) -> float:
         """The evidence against a null that tolerates a small misfit of the same shape in the drift.
 
-        What others witness beyond `SURE_WITNESS` is no misfit of the drift.
+        What the parity of this thermometer alone shows beyond `SURE_WITNESS` is no misfit of the drift.
         """
         small = relevance(self.best.visible, self.levels.rms, self.best.trial.feigned)
         return min(self.value, small + max(self.witness - SURE_WITNESS, 0.0))
@@ -185,7 +188,7 @@ class Search:
         """Return the ranking in which what is nameless leads a name only as far as it shows beside that name.
 
         A name whose shape is a little wrong leaves a little: the lead of anything that takes that too is bounded as
-        that of any small misfit, by what it takes over what is tolerated.
+        that of any small misfit, by what it takes over `LITTLE` of the noise.
         """
         names = [item for item in ranked if item.named]
         best = max(names, key=lambda item: item.value, default=None)
@@ -200,7 +203,7 @@ class Search:
                 both = base.extended(trial.columns, item.best.size)
                 _, mean, _ = self.channel.solved(both.X, both.sd, item.levels)
                 taken = beside(trial.columns, law) @ mean[len(mean) - trial.columns.shape[1] :]
-                lead = relevance(float(np.sqrt((taken**2).mean())), item.levels.rms, max(trial.feigned, own.feigned))
+                lead = 0.5 * float((taken**2).mean()) / (LITTLE * item.levels.rms) ** 2
                 item = replace(item, value=min(item.value, best.value + lead))
             found.append(item)
         return found
@@ -265,24 +268,28 @@ class Search:
         `FOLLOWED` times what they say beyond `LEAST_WITNESS`.
         """
         trial, drift = ranked.best.trial, ranked.value
-        parity = self._parity(trial)
+        parity, sure = self._parities(trial)
         if trial.parity is not None and trial.least_parity < 0.0:
             drift = min(drift, FOLLOWED * max(parity - LEAST_WITNESS, 0.0))
         elif trial.parity is not None:
             # every thermometer is late against some other: the parity only seconds what the drift says
             parity = min(parity, max(drift, 0.0))
-        witness = trial.advantage + parity
-        sure = witness if trial.least_parity < 0.0 else 0.0
-        return replace(ranked, value=drift + witness, witness=sure)
+        return replace(ranked, value=drift + trial.advantage + parity, witness=sure * (trial.least_parity < 0.0))
 
     def _parity(self, trial: Trial) -> float:
         """Return the log evidence of the parity for a trial, less what other sensors show of the same by chance."""
+        return self._parities(trial)[0]
+
+    def _parities(self, trial: Trial) -> tuple[float, float]:
+        """Return the log evidence of the parity less what others usually show, and less the most that one shows."""
         if trial.parity is None or trial.target is None:
-            return 0.0
+            return 0.0, 0.0
         own = self._gain(trial, trial.target)
         others = [self._gain(trial, sensor) for sensor in self.bench.bystanders(BYSTANDERS)]
-        usual = float(np.quantile(others, USUAL)) if others else 0.0
-        return float(np.clip(own - max(usual, 0.0), max(trial.least_parity, -MOST_PARITY), MOST_PARITY))
+        usual, most = (float(np.quantile(others, part)) if others else 0.0 for part in (USUAL, 1.0))
+        least = max(trial.least_parity, -MOST_PARITY)
+        beyond, sure = (float(np.clip(own - max(less, 0.0), least, MOST_PARITY)) for less in (usual, most))
+        return beyond, sure
 
 
 def _families(scored: list[Scored]) -> dict[str, tuple[float, Scored]]:

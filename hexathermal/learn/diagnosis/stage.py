@@ -155,6 +155,31 @@ class Stage:
         _, mean, covariance = self.channel.solved(*self._plain, levels)
         return mean, covariance
 
+    @cached_property
+    def plain(self) -> Levels:
+        """A noise that weighs windows by their rows alone: least squares, as a law without causes is fitted."""
+        size = self.levels.rms
+        return replace(self.levels, white=size * float(np.sqrt(np.median(self.channel.rows))),
+                       landing=1e-3 * size, slow=1e-3 * size, offset=1e-3 * size)  # fmt: skip
+
+    def left_squares(self, levels: Levels) -> float:
+        """Return the mean square of what runs left out of a fit leave in a row [m^2]."""
+        return float(np.average(self.left_out(levels)[0] ** 2, weights=self.channel.rows))
+
+    @cached_property
+    def law(self) -> tuple[FloatArray, FloatArray]:
+        """The coefficients that leave less of runs left out, of `fit` and of plain least squares, and their covariance.
+
+        Weights by the noise are best where the law is right; where it is not, they may trust its small steps too much.
+        """
+        if self.left_squares(self.levels) <= self.left_squares(self.plain):
+            return self.fit(self.levels)
+        X, _sd = self._plain
+        mean, inverse = self.fit(self.plain)
+        G = (X * (self.channel.rows / self.plain.white**2)[:, None]) @ inverse
+        # sandwich: estimated by least squares under the noise as it is
+        return mean, self.channel.spread(G, self.levels)
+
     def predicted(self, coefficients: FloatArray) -> FloatArray:
         """Return the drift in windows that coefficients give."""
         return np.asarray(self._plain[0] @ coefficients)
@@ -164,18 +189,18 @@ class Stage:
         """Noise of the drift beside the law and what joined it."""
         return self.channel.fitted(*self._plain)[0]
 
-    def left_out(self, levels: Levels) -> FloatArray:
-        """Return residuals in windows of each run by a fit of all others, shape (n,)."""
+    def left_out(self, levels: Levels) -> tuple[FloatArray, FloatArray]:
+        """Return residuals in windows of each run by a fit of all others, as they are [m] and whitened, shape (n,)."""
         X, sd = self._plain
         table, _ = self.channel.whitened(np.column_stack([self.channel.y, X]), levels)
         run = self.channel.run
-        left = np.empty(len(run))
+        left, white = np.empty(len(run)), np.empty(len(run))
         for k in np.unique(run):
             others = run != k
             _, mean, _ = marginal(table[others, 0], table[others, 1:], sd)
-            own = self.channel.y[~others] - X[~others] @ mean
-            left[~others] = own
-        return left
+            left[~others] = self.channel.y[~others] - X[~others] @ mean
+            white[~others] = table[~others, 0] - table[~others, 1:] @ mean
+        return left, white
 
 
 def mended(rows: RunRows, repair: SensorRepair) -> RunRows:

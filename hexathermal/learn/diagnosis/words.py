@@ -99,7 +99,7 @@ def effect_of(found: Found, stage: Stage, final: Stage, covariance: FloatArray, 
     visible = found.ranked.best.visible
     sentence = _sentence(trial.cause, trial.target, parameters, settings, visible)
     return Effect(trial.cause, trial.target, parameters, settings, found.decision.probability,
-                  found.decision.equivalent, visible, sentence, bool(trial.shape or trial.repair))  # fmt: skip
+                  found.decision.equivalent, visible, sentence, found.joined)  # fmt: skip
 
 
 def _set(found: Found, stage: Stage) -> tuple[dict[str, Quantity], dict[str, Any]]:
