@@ -27,7 +27,8 @@ NONE_AT_MOST = 0.85
 """Most that is said for nothing: of six campaigns in ten with something in them one in seven shows nothing."""
 
 NAME_LEAD = 1.0
-"""A cause may be that far behind something nameless and still be the name: flexible columns imitate any shape."""
+"""A cause may be that far behind something nameless, or behind another cause of which a tolerated misfit could stand
+for more, and still be the name: flexible columns imitate any shape, and shapes are sketches."""
 
 NAME_SHARE = 0.03
 LEAST_NAMED = 0.25
@@ -84,8 +85,9 @@ def decided(step: Step, threshold: float) -> Decision:
         return Decision(None, min(probabilities[NONE], NONE_AT_MOST), probabilities, ())
     best = standing[0]
     names = [item for item in standing if item.named]
-    if not best.named and names and names[0].value >= best.value - NAME_LEAD - NAME_SHARE * best.value:
-        best = names[0]
+    if names and names[0].value >= _nearly(best.value):
+        # of names that fit alike, the one that the least of a tolerated misfit could stand for
+        best = max((item for item in names if item.value >= _nearly(names[0].value)), key=lambda item: item.gated)
     if best.named and probabilities[best.cause] < LEAST_NAMED:
         best = max(nameless, key=lambda item: item.value, default=best)
     if not best.named:
@@ -95,6 +97,11 @@ def decided(step: Step, threshold: float) -> Decision:
     own = probabilities[best.cause]
     alike = tuple(item.cause for item in names if item is not best and probabilities[item.cause] > EQUIVALENT * own)
     return Decision(best, own, probabilities, alike)
+
+
+def _nearly(value: float) -> float:
+    """Return the evidence that counts as good as another."""
+    return value - NAME_LEAD - NAME_SHARE * value
 
 
 def _tempered(step: Step, threshold: float, named: int, nameless: int) -> dict[str, float]:
