@@ -7,12 +7,9 @@ from pathlib import Path
 
 import hexathermal as ht
 from hexathermal.learn.campaign import Campaign
-from hexathermal.learn.diagnosing import diagnose
 from hexathermal.learn.hexapod_data import hexapod_rows
 from hexathermal.learn.hexapod_identification import identify_hexapod
 from hexathermal.learn.hexapod_validation import validate_hexapod
-from hexathermal.learn.machine_diagnosis.result import MachineDiagnosis
-from hexathermal.machine.compliance import Compliance
 from hexathermal.simulate.machine.building import virtual_machine
 from hexathermal.simulate.machine.campaign_folder import write_machine_campaign
 from hexathermal.simulate.machine.runs import planned_machine_runs, simulate_machine
@@ -34,17 +31,17 @@ def main() -> None:
     new = ht.load_hexapod("reference")
     campaign = measured(new, "new", seed=1, fitted=3, held=1, filed=None)
     filed = identify_hexapod(hexapod_rows(campaign, "identification")).hexapod("as filed")
-    print("new machine:", diagnose(campaign, hexapod=filed).sentence)
+    print("new machine:", ht.diagnose(campaign, hexapod=filed).sentence)
 
     # a camera of 60 kg is mounted, 0.2 m above the platform and 50 mm off its middle; the machine's file is not told
-    camera = Compliance(leg_compliance=2e-8, payload_mass=60.0, payload_centre=[0.05, 0.0, 0.2])
+    camera = ht.Compliance(leg_compliance=2e-8, payload_mass=60.0, payload_centre=[0.05, 0.0, 0.2])
     loaded = replace(new, compliance=camera)
-    found = diagnose(measured(loaded, "loaded", seed=2, fitted=3, held=1, filed=filed))
+    found = ht.diagnose(measured(loaded, "loaded", seed=2, fitted=3, held=1, filed=filed))
     print(f"later: {found.sentence}\nprobability {found.probability:.3f}")
     print(f"sag of one leg under all of it, truly: {camera.leg_compliance[0] * 60.0 * 9.80665 * 1e6:.2f} um")
 
     # the extended machine is a file like any other: controllers, budgets and validations read it
-    assert isinstance(found, MachineDiagnosis)
+    assert isinstance(found, ht.MachineDiagnosis)
     ht.write_hexapod(found.extended, Path("extended") / "hexapod.toml")
     extended = ht.load_hexapod("extended")
 

@@ -34,14 +34,18 @@ if TYPE_CHECKING:
     from hexathermal.learn.check import check_campaign
     from hexathermal.learn.cleaning import usable_blocks, used_run
     from hexathermal.learn.common import fit_common
-    from hexathermal.learn.diagnosis.diagnosing import diagnose
+    from hexathermal.learn.diagnosing import diagnose
     from hexathermal.learn.diagnosis.result import Diagnosis
     from hexathermal.learn.identification import Identification, identify
     from hexathermal.learn.law import IdentifiedLaw
     from hexathermal.learn.leg_law_files import read_leg_law, write_leg_law
+    from hexathermal.learn.machine_diagnosis.result import MachineDiagnosis
+    from hexathermal.learn.machine_proposal import propose_experiment
     from hexathermal.learn.validation import Validation, validate
+    from hexathermal.machine.compliance import Compliance
     from hexathermal.machine.leg_repairs import SensorRepair
     from hexathermal.machine.leg_terms import LegTerm
+    from hexathermal.machine.measuring_frame import MeasuringFrame
     from hexathermal.predict.budget import Budget
     from hexathermal.predict.budget_defaults import default_sources
     from hexathermal.predict.budget_inputs import Plates
@@ -56,10 +60,13 @@ __version__ = "0.1.0"
 _LATER = {
     "Budget": "hexathermal.predict.budget",
     "Campaign": "hexathermal.learn.campaign",
+    "Compliance": "hexathermal.machine.compliance",
     "Diagnosis": "hexathermal.learn.diagnosis.result",
     "Identification": "hexathermal.learn.identification",
     "IdentifiedLaw": "hexathermal.learn.law",
     "LegTerm": "hexathermal.machine.leg_terms",
+    "MachineDiagnosis": "hexathermal.learn.machine_diagnosis.result",
+    "MeasuringFrame": "hexathermal.machine.measuring_frame",
     "Plates": "hexathermal.predict.budget_inputs",
     "SensorRepair": "hexathermal.machine.leg_repairs",
     "Source": "hexathermal.predict.sources",
@@ -69,13 +76,14 @@ _LATER = {
     "check_campaign": "hexathermal.learn.check",
     "compare_campaign": "hexathermal.compare.comparison",
     "default_sources": "hexathermal.predict.budget_defaults",
-    "diagnose": "hexathermal.learn.diagnosis.diagnosing",
+    "diagnose": "hexathermal.learn.diagnosing",
     "fit_common": "hexathermal.learn.common",
     "identify": "hexathermal.learn.identification",
     "identify_campaign": "hexathermal.learn.campaign_laws",
     "load_campaign": "hexathermal.learn.campaign_files",
     "monte_carlo": "hexathermal.predict.montecarlo",
     "pose_grid": "hexathermal.predict.budget_maps",
+    "propose_experiment": "hexathermal.learn.machine_proposal",
     "read_leg_law": "hexathermal.learn.leg_law_files",
     "read_run": "hexathermal.learn.campaign_dataset",
     "refractive_index": "hexathermal.learn.air",
@@ -92,6 +100,7 @@ __all__ = [
     "Bodies",
     "Budget",
     "Campaign",
+    "Compliance",
     "Diagnosis",
     "ForwardResult",
     "ForwardStatus",
@@ -102,6 +111,8 @@ __all__ = [
     "IdentifiedLaw",
     "LegLaw",
     "LegTerm",
+    "MachineDiagnosis",
+    "MeasuringFrame",
     "PlateLaw",
     "Plates",
     "PoseLimits",
@@ -126,6 +137,7 @@ __all__ = [
     "monte_carlo",
     "pose_from_coordinates",
     "pose_grid",
+    "propose_experiment",
     "read_leg_law",
     "read_run",
     "refractive_index",
