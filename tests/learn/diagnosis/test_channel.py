@@ -30,6 +30,13 @@ def test_whitening_is_that_of_the_dense_matrix(
     assert logdet == pytest.approx(2.0 * np.log(np.diag(factor)).sum(), rel=1e-9, abs=1e-8)
 
 
+def test_the_covariance_of_weighed_sums_is_that_of_the_dense_matrix(rng: np.random.Generator) -> None:
+    """``G' V G`` run by run is that of the whole matrix."""
+    channel = channel_like(rng)
+    G = rng.standard_normal((len(channel), 4))
+    np.testing.assert_allclose(channel.spread(G, LEVELS), G.T @ dense(channel, LEVELS) @ G, rtol=1e-10, atol=1e-12)
+
+
 def test_the_filter_starts_anew_in_each_run(rng: np.random.Generator) -> None:
     """Runs are independent: a run whitened alone is what it is among others, and log det V is the sum."""
     channel = channel_like(rng)

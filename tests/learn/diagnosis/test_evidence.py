@@ -24,7 +24,7 @@ from hexathermal.learn.diagnosis.evidence import (
     sizes_of,
     visible,
 )
-from hexathermal.learn.diagnosis.search import NONE, Ranked, Search, Step
+from hexathermal.learn.diagnosis.search import NONE, SURE_WITNESS, Ranked, Search, Step
 from hexathermal.learn.diagnosis.trials import Trial
 from hexathermal.poses import FloatArray
 from tests.learn.diagnosis.noises import LEVELS, channel_like, dense, noisy
@@ -206,6 +206,23 @@ def test_something_nameless_far_ahead_is_unexplained() -> None:
     assert far.leader is not None
     assert not far.named
     assert near.named
+
+
+def test_of_names_alike_the_larger_effect_is_the_first() -> None:
+    """Of causes alike in evidence, first is the one that a small misfit stands for least; far ahead stays first."""
+    alike = decided(step(ranked("creep", 300.0, seen=0.3), ranked("clock-offset", 299.0)), LEAST)
+    ahead = decided(step(ranked("creep", 300.0, seen=0.3), ranked("clock-offset", 250.0)), LEAST)
+    assert alike.leader is not None
+    assert ahead.leader is not None
+    assert (alike.leader.cause, ahead.leader.cause) == ("clock-offset", "creep")
+
+
+def test_what_another_thermometer_proves_is_no_misfit_of_the_drift() -> None:
+    """A fault that shows little in the drift is gated, unless the sensor's own parity is beyond that of all others."""
+    small = ranked("sensor-drift", 80.0, seen=0.1)
+    assert small.gated < LEAST
+    assert replace(small, witness=SURE_WITNESS).gated < LEAST
+    assert replace(small, witness=60.0).gated == pytest.approx(small.gated + 60.0 - SURE_WITNESS)
 
 
 def test_the_null_is_given_every_noise_that_a_leader_is_given(
