@@ -211,9 +211,9 @@ def _next(found: MachineDiagnosis, drawn: dict[str, str], plan: MachineExperimen
                 "The poses stand in poses-run-1.csv, temperatures and promises in experiment.json, beside this page."
             )
         )
-    if found.experiments:
+    if found.advice:
         items = "".join(f"<li>{text(one.words)}<small>For: {text(', '.join(one.causes))}.</small></li>"
-                        for one in found.experiments)  # fmt: skip
+                        for one in found.advice)  # fmt: skip
         said += f'<h3>What the catalogue advises</h3><ol class="next">{items}</ol>'
     return said or paragraph("No experiment is proposed.")
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from typing import TypeAlias
 
 import numpy as np
 
@@ -15,7 +16,7 @@ from hexathermal.learn.machine_diagnosis.case import Case, case_of
 from hexathermal.learn.machine_diagnosis.causes import catalogue
 from hexathermal.learn.machine_diagnosis.course import Course, searched
 from hexathermal.learn.machine_diagnosis.deciding import Equivalents, equivalents, probabilities, verdict
-from hexathermal.learn.machine_diagnosis.evidence import averaged
+from hexathermal.learn.machine_diagnosis.designing import designed
 from hexathermal.learn.machine_diagnosis.extension import extended
 from hexathermal.learn.machine_diagnosis.gain import MachineGain, MachineResidual, gained, residuals
 from hexathermal.learn.machine_diagnosis.noise_levels import coordinates_of, leg_noise
@@ -23,25 +24,26 @@ from hexathermal.learn.machine_diagnosis.observability import MachineObservabili
 from hexathermal.learn.machine_diagnosis.quantities import quantities, sentence
 from hexathermal.learn.machine_diagnosis.result import (
     Disturbances,
+    MachineAdvice,
     MachineCandidate,
     MachineDiagnosis,
     MachineEffect,
-    MachineExperiment,
     MachineLimit,
 )
-from hexathermal.learn.machine_diagnosis.search import Adoption, priors_of
 from hexathermal.learn.machine_diagnosis.separation import Noise
+from hexathermal.learn.machine_diagnosis.settled import Settled, settled
 from hexathermal.learn.machine_diagnosis.single_leg import ONLY_ON_A_BENCH
 from hexathermal.machine.files import read_hexapod
 from hexathermal.machine.hexapod import Hexapod
 from hexathermal.poses import FloatArray
 
 Progress = Callable[[int, int, str], None]
+Fitted: TypeAlias = tuple[Hexapod, tuple[MachineEffect, ...], FloatArray | None]
 FEWEST_ROWS = 30
 """Poses below which nothing is asked: some forty places of causes, and frames, would be fitted to them."""
 
 MOST_CANDIDATES = 16
-STEPS = 4
+STEPS = 5
 SLOW_NOTE = 0.5
 """Slow drift, over the noise, that is told."""
 
@@ -117,14 +119,16 @@ def diagnosed(
     course = searched(case)
     said(3, "limits, extension and gain")
     seen = _observed(case, course)
-    after, effects = _effects(course, seen, title)
+    after, effects, strongest = _effects(course, seen, title)
     left, gain = _residuals(rows, held, after)
     named, probability, follows = verdict(course)
     ranking = _ranking(course)
+    said(4, "the next experiment")
+    plans = designed(course, effects[0].equivalent_places if effects else (), strongest)
     return MachineDiagnosis(
         named, probability, effects, follows, ranking, rows.hexapod, after, gain, _disturbances(course),
-        course.end.threshold, _limits(seen), tuple(str(one) for one in seen.classes), _experiments(effects, ranking),
-        left, title, (*notes, *_notes(course, rows, seen, gain)),
+        course.end.threshold, _limits(seen), tuple(str(one) for one in seen.classes), plans,
+        left, title, (*notes, *_notes(course, rows, seen, gain)), _advice(effects, ranking),
     )  # fmt: skip
 
 
@@ -175,38 +179,22 @@ def _observed(case: Case, course: Course) -> MachineObservability:
                                  threshold=course.end.threshold + prior)  # fmt: skip
 
 
-def _effects(course: Course, seen: MachineObservability, title: str) -> tuple[Hexapod, tuple[MachineEffect, ...]]:
-    """Return the extended machine, and the causes that were named."""
-    case, hexapod, made = course.case, course.first.view.hexapod, []
-    means, covariances = averaged(case.tables, course.end.null, priors_of(case, course.adopted))
-    at = 0
-    for one in sorted(course.adopted, key=lambda item: item.which >= 0):
-        k = len(one.candidate.names)
-        if one.which >= 0:
-            found, own = means[at : at + k], covariances[at : at + k, at : at + k]
-            at += k
-        else:
-            found, own = _share(one)
-        made.append((one, found, own))
-        hexapod = extended(hexapod, one.candidate, found, own, title)
-    made.sort(key=lambda item: -item[0].ranked.odds)
-    return hexapod, tuple(_effect(one, found, own, seen) for one, found, own in made)
+def _effects(course: Course, seen: MachineObservability, title: str) -> Fitted:
+    """Return the extended machine, the causes that were named, and the amplitudes of the first."""
+    hexapod = course.first.view.hexapod
+    made = list(settled(course))
+    for one in made:
+        hexapod = extended(hexapod, one.adoption.candidate, one.whole, one.whole_covariance, title)
+    made.sort(key=lambda item: -item.adoption.ranked.odds)
+    return hexapod, tuple(_effect(one, seen) for one in made), made[0].found if made else None
 
 
-def _share(one: Adoption) -> tuple[FloatArray, FloatArray]:
-    """Return the share of an exchange that its own step would find freely."""
-    case = one.case
-    own = case.tables.places[one.ranked.which]
-    place = slice(own.start - case.tables.base, own.stop - case.tables.base)
-    S = one.step.S
-    return S[place, -1] / S[place, place][0], np.asarray(np.linalg.inv(S[place, place]))
-
-
-def _effect(one: Adoption, found: FloatArray, covariance: FloatArray, seen: MachineObservability) -> MachineEffect:
+def _effect(named: Settled, seen: MachineObservability) -> MachineEffect:
     """Return a named cause with its parameters."""
+    one = named.adoption
     case, candidate = one.case, one.candidate
-    parameters = quantities(candidate, case.view, found, covariance)
-    moved = coordinates_of(case.view, candidate.columns @ found)
+    parameters = quantities(named, case.view)
+    moved = coordinates_of(case.view, candidate.columns @ named.found)
     far, turned = (float(np.sqrt((part**2).sum(axis=1).mean())) for part in (moved[:, :3], moved[:, 3:]))
     close = equivalents(case, one, seen) if len(one.step.ranking) else Equivalents((), ())
     settings = {name: value for name, value in candidate.settings.items() if name != "ratio"}
@@ -264,15 +252,13 @@ def _limits(seen: MachineObservability) -> tuple[MachineLimit, ...]:
                  for one in seen.limits)  # fmt: skip
 
 
-def _experiments(
-    effects: tuple[MachineEffect, ...], ranking: tuple[MachineCandidate, ...]
-) -> tuple[MachineExperiment, ...]:
+def _advice(effects: tuple[MachineEffect, ...], ranking: tuple[MachineCandidate, ...]) -> tuple[MachineAdvice, ...]:
     """Return the measurements that the catalogue has for what was named and its closest rivals."""
     known = catalogue()
     names = [one.cause for one in effects] + [name for one in effects for name in one.equivalent]
     names += [one.cause for one in ranking]
     asked = [name for name in dict.fromkeys(names) if name in known][:3]
-    return tuple(MachineExperiment(known[name].CAUSE.experiment, (name,)) for name in asked)
+    return tuple(MachineAdvice(known[name].CAUSE.experiment, (name,)) for name in asked)
 
 
 def _notes(course: Course, rows: HexapodRows, seen: MachineObservability, gain: MachineGain | None) -> tuple[str, ...]:

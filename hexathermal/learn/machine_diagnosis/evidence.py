@@ -28,7 +28,7 @@ STRENGTHS = np.array([0.05, 0.1, 0.2, 0.4, 0.8, 1.6, 3.2, 6.4, 12.8])
 """Prior sizes of the visible effect, RMS over the noise."""
 
 LEVEL_GRID = (0.1, 0.2, 0.4, 0.8, 1.6, 3.2, 6.4, 12.8, 50.0, 200.0, 1000.0)
-PRIOR_OF_LEVEL = {"campaign": 0.1, "frame": 0.5, "slow": 0.5, "leg": 0.5}
+PRIOR_OF_LEVEL = {"campaign": 0.02, "frame": 0.5, "slow": 0.5, "leg": 0.5}
 """Chance that a disturbance of a kind is there at all, before anything is seen: measured poses are given in the
 machine's frame, so an offset of all runs alike is the least likely."""
 
@@ -100,13 +100,22 @@ def scored(S: FloatArray, g: FloatArray, one: Candidate, rows: int, which: int) 
         sizes = np.ones(1)
     if not sizes.size or not np.diagonal(S).any():
         return None
-    parts = [log_bayes(S, g, one.mean, f * one.scale) for f in sizes]
-    values = np.array([value for value, _found in parts])
+    values = values_at(S, g, one, sizes)
     best = int(np.argmax(values))
-    found = parts[best][1]
+    found = log_bayes(S, g, one.mean, sizes[best] * one.scale)[1]
     strength = float(np.sqrt(max(float(found @ S @ found), 0.0) / (6.0 * rows)))
     value = float(np.logaddexp.reduce(values)) - float(np.log(len(values)))
     return Scored((which,), value, value - float(values[best]), float(sizes[best]), strength)
+
+
+def values_at(S: FloatArray, g: FloatArray, one: Candidate, sizes: FloatArray) -> FloatArray:
+    """Return the log evidence of a candidate at sizes of its prior; one rotation serves all of them."""
+    if one.mean.any():
+        return np.array([log_bayes(S, g, one.mean, f * one.scale)[0] for f in sizes])
+    w, vectors = np.linalg.eigh(S * np.outer(one.scale, one.scale))
+    w, b = np.maximum(w, 0.0), np.square(vectors.T @ (one.scale * g))
+    f = np.square(sizes)[:, None]
+    return np.asarray(0.5 * ((f / (1.0 + f * w)) @ b) - 0.5 * np.log1p(f * w).sum(axis=1))
 
 
 def screened(S: FloatArray, tables: Tables, candidates: Sequence[Candidate]) -> list[Scored]:
@@ -208,6 +217,23 @@ def averaged(tables: Tables, levels: Levels, adopted: Sequence[Adopted]) -> tupl
     mean = weight @ means
     spread = (means - mean).T * weight @ (means - mean)
     return mean, np.asarray(sum(w * one[2] for w, one in zip(weight, found, strict=True)) + spread)
+
+
+def posterior(tables: Tables, levels: Levels, adopted: Sequence[Adopted]) -> tuple[FloatArray, FloatArray]:
+    """Return mean and covariance of the amplitudes of law and campaign frame, and of those adopted behind them.
+
+    Returns
+    -------
+    mean, covariance : array, shape (base + m,), (base + m, base + m)
+    """
+    own = [np.arange(part.start, part.stop) for part, _mean, _sd in adopted]
+    which = np.concatenate([np.arange(tables.base), *own, [tables.count]]).astype(np.int64)
+    S = tables.reduced(levels, which)[0]
+    sd = np.concatenate([tables.sizes(levels), *(sd for _part, _mean, sd in adopted)])
+    mean = np.concatenate([np.zeros(tables.base), *(mean for _part, mean, _sd in adopted)])
+    inverse = np.linalg.inv(S[:-1, :-1] * np.outer(sd, sd) + np.eye(len(sd)))
+    covariance = inverse * np.outer(sd, sd)
+    return mean + covariance @ (S[:-1, -1] - S[:-1, :-1] @ mean), np.asarray(covariance)
 
 
 def _neighbours(level: float) -> tuple[float, ...]:

@@ -8,6 +8,7 @@ count from has the same noise, in the whole campaign and in each run: an offset 
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -35,10 +36,14 @@ class LawColumns:
     columns : array, shape (n, 6, p) [m]
         For one standard deviation each, so that all priors are N(0, 1).
     words : tuple of str
+    shifts : mapping of str to array, shape (c, p) [1/K]
+        By which the columns' amplitudes change the coefficients: ``A..`` and ``B..`` of ``"leg1"`` to ``"leg6"`` by the
+        view's thermometers, and the expansion of ``"platform"`` and ``"base"``.
     """
 
     columns: FloatArray
     words: tuple[str, ...]
+    shifts: Mapping[str, FloatArray]
 
 
 def law_columns(view: MachineView, laws: str = "kept") -> LawColumns:
@@ -65,7 +70,9 @@ def law_columns(view: MachineView, laws: str = "kept") -> LawColumns:
     assert thermal is not None  # checked where views are made
     parts: list[FloatArray] = []
     words: list[str] = []
+    moved: list[tuple[str, int, FloatArray]] = []
     for legs, root, label in _roots(view, laws):
+        moved += [(f"leg{leg + 1}", len(words), root) for leg in legs]
         columns = np.zeros((len(view), 6, root.shape[1]))
         for leg in legs:
             columns[:, leg] = leg_columns(view, leg) @ root
@@ -76,15 +83,27 @@ def law_columns(view: MachineView, laws: str = "kept") -> LawColumns:
             std = getattr(plate, "expansion_std", None) or 0.0
             std = max(LOOSE * abs(plate.expansion), LEAST_PER_K) if laws == "refit" else std
             if std > 0.0:
+                moved.append((part, len(words), np.array([[std]])))
                 parts.append((std * view.plate_column(part))[..., None])
                 words.append(part)
+        if plate is not None and plate.sensor is not None and plate.expansion != 0.0:
+            reach, flicker = plate.expansion * view.plate_reach(part), view.plate_flicker[:, PLATES.index(part)]
+            parts.append(_errors(view, reach, flicker))
+            words += [f"thermometers of the {part}"] * parts[-1].shape[2]
     for leg in range(6):
         own, names = _readings(view, leg)
         parts.append(own)
         words += names
-    if not parts:
-        return LawColumns(np.zeros((len(view), 6, 0)), ())
-    return LawColumns(np.concatenate(parts, axis=2), tuple(words))
+    return LawColumns(np.concatenate(parts, axis=2), tuple(words), _shifts(view, moved, len(words)))
+
+
+def _shifts(view: MachineView, moved: list[tuple[str, int, FloatArray]], p: int) -> dict[str, FloatArray]:
+    """Return how coefficients change with the amplitudes of p columns, from roots and where they begin."""
+    found = {f"leg{leg + 1}": np.zeros((2 * len(view.sensors), p)) for leg in range(6)}
+    found |= {part: np.zeros((1, p)) for part in PLATES}
+    for target, at, root in moved:
+        found[target][:, at : at + root.shape[1]] += root
+    return found
 
 
 def leg_columns(view: MachineView, leg: int) -> FloatArray:
@@ -96,20 +115,30 @@ def leg_columns(view: MachineView, leg: int) -> FloatArray:
 def _readings(view: MachineView, leg: int) -> tuple[FloatArray, list[str]]:
     """Return what errors of a leg's thermometers make of its law, (n, 6, k), and names."""
     A, B = view.laws[leg]
-    columns: list[FloatArray] = []
-    runs, noise = np.unique(view.run), reading_noise(view)
+    parts = [np.zeros((len(view), 6, 0))]
     for k in np.flatnonzero(np.abs(A) + np.abs(B)):
-        flicker = view.flicker[:, leg, k]
-        if not flicker.any():
-            continue
-        length = A[k] * view.retracted[leg] + B[k] * view.q[:, leg]
-        columns += [length * flicker, length * noise]
-        if len(runs) > 1:
-            columns += [np.where(view.run == run, length * noise, 0.0) for run in runs]
-    out = np.zeros((len(view), 6, len(columns)))
-    if columns:
-        out[:, leg] = np.column_stack(columns)
-    return out, [f"thermometers of leg {leg + 1}"] * len(columns)
+        reach = np.zeros((len(view), 6))
+        reach[:, leg] = A[k] * view.retracted[leg] + B[k] * view.q[:, leg]
+        parts.append(_errors(view, reach, view.flicker[:, leg, k]))
+    out = np.concatenate(parts, axis=2)
+    return out, [f"thermometers of leg {leg + 1}"] * out.shape[2]
+
+
+def _errors(view: MachineView, reach: FloatArray, flicker: FloatArray) -> FloatArray:
+    """Return what errors of a thermometer make: of its readings, and of the zeros that they count from, (n, 6, k).
+
+    Parameters
+    ----------
+    view : MachineView
+    reach : array, shape (n, 6) [m/K]
+        What a kelvin does to the lengths.
+    flicker : array, shape (n,) [K]
+    """
+    if not flicker.any():
+        return np.zeros((len(view), 6, 0))
+    noise = reading_noise(view)
+    parts = [reach * flicker[:, None], *(np.where(own[:, None], reach * noise, 0.0) for own in view.zeros)]
+    return np.stack(parts, axis=2)
 
 
 def reading_noise(view: MachineView) -> float:

@@ -51,6 +51,18 @@ def experiment_facts(experiment: MachineExperiment) -> dict[str, Any]:
     }
 
 
+def planned_facts(experiment: MachineExperiment) -> dict[str, Any]:
+    """Return what an experiment is with its commanded poses [mm, deg], which stand in no file of their own then."""
+    told = experiment_facts(experiment)
+    for run in told["runs"]:
+        del run["poses"]
+    run_of = experiment.view.run
+    poses = [[round(float(value), 4) for value in pose] for pose in experiment.coordinates]
+    for k, run in enumerate(told["runs"]):
+        run["poses_mm_deg"] = [pose for pose, own in zip(poses, run_of == k, strict=True) if own]
+    return told
+
+
 def poses_file(run: str) -> str:
     """Return the name of a run's table of poses.
 

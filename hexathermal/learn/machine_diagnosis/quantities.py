@@ -11,6 +11,7 @@ from hexathermal.learn.diagnosis.words import told
 from hexathermal.learn.hexapod_data import PLATES
 from hexathermal.learn.machine_diagnosis.candidate import Candidate
 from hexathermal.learn.machine_diagnosis.causes import catalogue
+from hexathermal.learn.machine_diagnosis.settled import Settled
 from hexathermal.learn.machine_diagnosis.view import MachineView
 from hexathermal.poses import FloatArray
 
@@ -23,16 +24,15 @@ LEAST_SAG = 1e-12
 """Sag below which no centre of a load is told [m]."""
 
 
-def quantities(one: Candidate, view: MachineView, found: FloatArray, covariance: FloatArray) -> dict[str, Quantity]:
+def quantities(named: Settled, view: MachineView) -> dict[str, Quantity]:
     """Return the parameters of a cause.
 
     Parameters
     ----------
-    one : Candidate
+    named : Settled
     view : MachineView
-    found, covariance : array, shape (k,), (k, k)
-        Amplitudes and their covariance.
     """
+    one, found, covariance = named.adoption.candidate, named.found, named.covariance
     std = np.sqrt(np.maximum(np.diagonal(covariance), 0.0))
     if one.cause == "payload-compliance":
         return _load(found, covariance)
@@ -45,10 +45,14 @@ def quantities(one: Candidate, view: MachineView, found: FloatArray, covariance:
             float(value * factor), float(u * factor), spoken
         )
     if "play_m" in one.settings:
-        made["play_mm"] = Quantity(float(one.settings["play_m"]) * 1e3, float("nan"), "mm")
+        made["play_mm"] = Quantity(float(one.settings["play_m"]) * 1e3, named.spread * 1e3, "mm")
     if "time_constant_s" in one.settings:
-        made["time_constant_s"] = Quantity(float(one.settings["time_constant_s"]), float("nan"), "s")
-    return made | _totals(one, view, found, std) | _size(one, found, covariance)
+        made["time_constant_s"] = Quantity(float(one.settings["time_constant_s"]), named.spread, "s")
+    return (
+        made
+        | _totals(one, view, named.whole, np.sqrt(np.diagonal(named.whole_covariance)))
+        | _size(one, found, covariance)
+    )
 
 
 def _totals(one: Candidate, view: MachineView, found: FloatArray, std: FloatArray) -> dict[str, Quantity]:

@@ -12,6 +12,8 @@ from hexathermal.learn.diagnosis.result import FORMAT, Quantity
 from hexathermal.learn.hexapod_data import AXES
 from hexathermal.learn.hexapod_scores import PoseScore
 from hexathermal.learn.machine_diagnosis.gain import MachineGain, MachineResidual
+from hexathermal.learn.machine_diagnosis.plan_files import planned_facts
+from hexathermal.learn.machine_diagnosis.planning import MachineExperiment
 from hexathermal.machine.hexapod import Hexapod
 from hexathermal.poses import FloatArray
 
@@ -84,8 +86,8 @@ class MachineLimit:
 
 
 @dataclass(frozen=True)
-class MachineExperiment:
-    """A measurement that would tell causes apart, in words."""
+class MachineAdvice:
+    """What the catalogue advises to measure, in words."""
 
     words: str
     causes: tuple[str, ...]
@@ -142,10 +144,13 @@ class MachineDiagnosis:
     alike : tuple of str
         What these poses and temperatures cannot tell apart, whatever is in them.
     experiments : tuple of MachineExperiment
+        Poses and temperatures that tell the leader from the rival that is open; empty where nothing competes.
     residuals : tuple of MachineResidual
         Run by run, for pictures.
     title : str
     notes : tuple of str
+    advice : tuple of MachineAdvice
+        What the catalogue advises for what was named and its rivals.
     """
 
     verdict: str
@@ -164,6 +169,7 @@ class MachineDiagnosis:
     residuals: tuple[MachineResidual, ...]
     title: str = ""
     notes: tuple[str, ...] = field(default=())
+    advice: tuple[MachineAdvice, ...] = field(default=())
 
     @property
     def cause(self) -> str | None:
@@ -205,8 +211,8 @@ class MachineDiagnosis:
                 {"cause": one.cause, "target": one.target, "evidence": one.evidence, "probability": one.probability,
                  "strength": one.strength, "settings": _plain(one.settings)} for one in self.candidates
             ],
-            "next_experiment": self.experiments[0].words if self.experiments else None,
-            "experiments": [{"words": one.words, "causes": list(one.causes)} for one in self.experiments],
+            "next_experiment": planned_facts(self.experiments[0]) if self.experiments else None,
+            "advice": [{"words": one.words, "causes": list(one.causes)} for one in self.advice],
             "detection_limits": [_limit(one) for one in self.limits],
             "alike": list(self.alike),
             "disturbances": _disturbances(self.disturbances),

@@ -6,8 +6,8 @@ cause: a null that must explain a cause by slow drift is not helped by it, and a
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
 from itertools import combinations
 
 import numpy as np
@@ -36,6 +36,9 @@ MARGIN = 1.0
 """Log odds above what chance reaches that a name needs besides: levels are estimates."""
 
 LEAST_ODDS = 1.0
+FRAMES = ("campaign", "frame")
+"""Levels of offsets of the measuring frame: every candidate is also asked without them."""
+
 PAIRS = ("leg-coefficient", "platform-expansion", "base-expansion", "leg-backlash", "tracker-drift",
          "payload-compliance")  # fmt: skip
 """Causes of which two together are asked for at once."""
@@ -155,30 +158,49 @@ def step(case: Case, adopted: Sequence[Adoption], begin: Levels | None = None) -
         At which levels of disturbances are begun with.
     """
     base = priors_of(case, adopted)
-    null, value = fitted_levels(case.tables, base, begin)
-    S = candidates_left(case, null, base)
+    null = fitted_levels(case.tables, base, begin)[0]
     taken = {one.candidate.called for one in adopted if one.which >= 0}
-    found = [one for one in screened(S, case.tables, case.candidates)
-             if case.candidates[one.which[0]].called not in taken and not _doubtful(case, S, one.which[0])]  # fmt: skip
-    order = sorted(found, key=lambda one: -(one.value + case.prior[one.which[0]]))
-    leaders = _leaders(case, order)
-    pool = [null, *(fitted_levels(case.tables, [*base, _prior(case, one)], null)[0] for one in leaders)]
-    pool = list(dict.fromkeys(pool))
-    nulls = [hypothesis(case.tables, levels, base)[0] for levels in pool]
-    best = int(np.argmax(nulls))
-    ranked = []
-    for one in order:
-        at, gain = null, one.value
-        if one in leaders:
-            tried = [(hypothesis(case.tables, levels, [*base, _prior(case, one)])[0], levels) for levels in pool]
-            top, at = max(tried, key=lambda pair: pair[0])
-            gain = top + one.paid - nulls[best]
-        elif nulls[best] > value:
-            gain = one.value - (nulls[best] - value)
-        ranked.append(Ranked(one.which[0], one, float(gain + case.prior[one.which[0]]), at))
-    ranked.sort(key=lambda item: -item.odds)
+    simpler = [replace(null, **dict.fromkeys(names, 0.0)) for names in ((), ("campaign",), ("frame",), FRAMES)]
+    pool = {levels: _seen(case, levels, base) for levels in dict.fromkeys(simpler)}
+    out = {which for which, one in enumerate(case.candidates)
+           if one.called in taken or _doubtful(case, pool[null].S, which)}  # fmt: skip
+    for one, at in _leaders(case, _best(case, pool, out)):
+        levels = fitted_levels(case.tables, [*base, _prior(case, one)], at)[0]
+        if levels not in pool:
+            pool[levels] = _seen(case, levels, base)
+    first = max(pool, key=lambda levels: pool[levels].value)
+    S, none = pool[first].S, pool[first].value
+    ranked = [Ranked(one.which[0], one, pool[at].value + one.value - none + float(case.prior[one.which[0]]), at)
+              for one, at in _best(case, pool, out)]  # fmt: skip
     threshold = max(chance_threshold(case, S[:-1, :-1]) + MARGIN, LEAST_ODDS)
-    return Step(tuple(ranked), pool[best], nulls[best], threshold, S)
+    return Step(tuple(ranked), first, none, threshold, S)
+
+
+@dataclass(frozen=True, eq=False)
+class _Seen:
+    """All candidates at one set of levels: the log evidence of none, S, and each candidate over none."""
+
+    value: float
+    S: FloatArray
+    scored: tuple[Scored, ...]
+
+
+def _seen(case: Case, levels: Levels, base: Sequence[Adopted]) -> _Seen:
+    """Return all candidates at levels."""
+    S = candidates_left(case, levels, base)
+    return _Seen(hypothesis(case.tables, levels, base)[0], S, tuple(screened(S, case.tables, case.candidates)))
+
+
+def _best(case: Case, pool: Mapping[Levels, _Seen], out: set[int]) -> list[tuple[Scored, Levels]]:
+    """Return each candidate at those levels of a pool that suit it best, the likeliest first."""
+    found: dict[int, tuple[float, Scored, Levels]] = {}
+    for levels, seen in pool.items():
+        for one in seen.scored:
+            which, value = one.which[0], seen.value + one.value
+            if which not in out and (which not in found or value > found[which][0]):
+                found[which] = (value, one, levels)
+    order = sorted(found.values(), key=lambda item: -(item[0] + case.prior[item[1].which[0]]))
+    return [(one, levels) for _value, one, levels in order]
 
 
 def _doubtful(case: Case, S: FloatArray, which: int) -> bool:
@@ -198,14 +220,14 @@ def _doubtful(case: Case, S: FloatArray, which: int) -> bool:
     return bool(0.5 * S[at, -1] - 0.375 * S[at, at] < WHOLE)
 
 
-def _leaders(case: Case, order: Sequence[Scored]) -> list[Scored]:
-    """Return the best of each leading cause, and the second of the first."""
-    found: list[Scored] = []
+def _leaders(case: Case, order: Sequence[tuple[Scored, Levels]]) -> list[tuple[Scored, Levels]]:
+    """Return the two best of each leading cause."""
+    found: list[tuple[Scored, Levels]] = []
     seen: dict[str, int] = {}
-    for one in order:
+    for one, levels in order:
         cause = case.candidates[one.which[0]].cause
         if seen.get(cause, 0) < 2 and len(found) < LEADERS:
-            found.append(one)
+            found.append((one, levels))
             seen[cause] = seen.get(cause, 0) + 1
     return found
 

@@ -107,11 +107,30 @@ class MachineView:
     @cached_property
     def flicker(self) -> FloatArray:
         """What of each leg's readings is off a local parabola of time, shape (n, 6, s) [K]: noise, most of it."""
-        out = np.zeros(self.heat.shape)
+        return self._flickering(self.heat)
+
+    @cached_property
+    def plate_flicker(self) -> FloatArray:
+        """The same of the plates' readings, shape (n, 2) [K]; zero where not recorded."""
+        return self._flickering(np.nan_to_num(self.plates))
+
+    @cached_property
+    def zeros(self) -> tuple[npt.NDArray[np.bool_], ...]:
+        """Rows that may share a zero of their temperatures: each run's where each begins at it, else all and each."""
+        runs = [self.run == run for run in np.unique(self.run)]
+        begun = [not self.dT[np.flatnonzero(own)[0]].any() for own in runs]
+        every = np.ones(len(self), dtype=bool)
+        if len(runs) == 1 or (begun[0] and not any(begun[1:])):
+            return (every,)
+        return tuple(runs) if all(begun) else (every, *runs)
+
+    def _flickering(self, values: FloatArray) -> FloatArray:
+        """Return what is off a local parabola of time; zero in runs too short to tell."""
+        out = np.zeros(values.shape)
         for run in np.unique(self.run):
             rows = np.flatnonzero(self.run == run)
             if len(rows) > NEAREST:
-                out[rows] = self.heat[rows] - smoothed(self.time[rows], self.heat[rows])
+                out[rows] = values[rows] - smoothed(self.time[rows], values[rows])
         return out
 
     @cached_property
@@ -147,12 +166,15 @@ class MachineView:
 
         ``-dT (u_i . R p_i)`` for the platform, ``dT (u_i . b_i)`` for the base; zero where it has no thermometer.
         """
-        k = PLATES.index(part)
-        heat = np.nan_to_num(self.plates[:, k])[:, None]
+        heat = np.nan_to_num(self.plates[:, PLATES.index(part)])[:, None]
+        return heat * self.plate_reach(part)
+
+    def plate_reach(self, part: str) -> FloatArray:
+        """Return what the growth of a plate by its own size does to the lengths, shape (n, 6) [m]."""
         if part == "base":
-            return np.asarray(heat * (self.directions * self.hexapod.base_joints).sum(axis=-1))
+            return np.asarray((self.directions * self.hexapod.base_joints).sum(axis=-1))
         turned = np.einsum("nij,kj->nki", self.poses[:, :3, :3], self.hexapod.platform_joints)
-        return np.asarray(-heat * (self.directions * turned).sum(axis=-1))
+        return np.asarray(-(self.directions * turned).sum(axis=-1))
 
     def late(self, values: FloatArray, time_constant: float) -> FloatArray:
         """Return values (n,) behind a first-order low pass that begins at rest in each run."""

@@ -15,6 +15,7 @@ import numpy as np
 
 from hexathermal.learn.diagnosis.trials import Cause, Parameter
 from hexathermal.learn.machine_diagnosis.candidate import Candidate
+from hexathermal.learn.machine_diagnosis.law_columns import reading_noise
 from hexathermal.learn.machine_diagnosis.view import MachineView
 from hexathermal.poses import FloatArray
 
@@ -34,16 +35,26 @@ CAUSE = Cause(
 
 def candidates(view: MachineView) -> list[Candidate]:
     """Give the fifteen pairs of legs."""
-    found = []
+    found, calm = [], calm_heat(view)
     for one, two in combinations(range(6), 2):
         columns = np.zeros((len(view), 6, 1))
-        difference = view.heat[:, two] - view.heat[:, one]
-        columns[:, one, 0] = _drift(view, one, difference)
-        columns[:, two, 0] = _drift(view, two, -difference)
+        columns[:, one, 0] = _drift(view, one, calm[:, two] - view.heat[:, one])
+        columns[:, two, 0] = _drift(view, two, calm[:, one] - view.heat[:, two])
         if columns.any():
             found.append(Candidate(CAUSE.name, f"leg{one + 1}+leg{two + 1}", ("share",), ("1",), columns,
                                    np.array([LAW_SPREAD]), np.ones(1)))  # fmt: skip
     return found
+
+
+def calm_heat(view: MachineView) -> FloatArray:
+    """Return the legs' temperatures with as much of their flicker left as is heat, shape (n, 6, s) [K].
+
+    A reading's noise makes nothing in the leg that it truly tells of: of its flicker only the part
+    ``1 - noise^2 / variance`` counts. That of the leg's own readings is a column of the law.
+    """
+    spread = view.flicker.var(axis=0)
+    share = np.minimum(reading_noise(view) ** 2 / np.where(spread > 0.0, spread, np.inf), 1.0)
+    return np.asarray(view.heat - share * view.flicker)
 
 
 def _drift(view: MachineView, leg: int, dT: FloatArray) -> FloatArray:
