@@ -1,23 +1,24 @@
 """What to measure next on a machine that was diagnosed: which names to tell apart, poses and temperatures that do.
 
 The names are those that the diagnosis leaves open: what was named and what these data cannot tell from it; else places
-that these poses and temperatures confuse whatever is in them; else what was named and its closest rival; else the
-cause that hides best, to be told from nothing. The plan is that of
+that these poses and temperatures confuse whatever is in them; else what was named and its closest rival; else, or where
+the rows tell those apart already, the cause that hides best, to be told from nothing. The plan is that of
 `hexathermal.learn.machine_diagnosis.planning.next_experiment`, beside the rows that are measured already.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 
 import numpy as np
 
-from hexathermal.errors import ArgumentError
+from hexathermal.errors import ArgumentError, KinematicsError
 from hexathermal.learn.campaign import Campaign
 from hexathermal.learn.hexapod_data import HexapodRows, hexapod_rows
 from hexathermal.learn.machine_diagnosis.candidate import Candidate
 from hexathermal.learn.machine_diagnosis.causes import all_candidates
 from hexathermal.learn.machine_diagnosis.noise_levels import leg_noise
+from hexathermal.learn.machine_diagnosis.observability import CLOSE
 from hexathermal.learn.machine_diagnosis.planning import SLOTS, MachineExperiment, next_experiment
 from hexathermal.learn.machine_diagnosis.result import MachineDiagnosis, MachineEffect
 from hexathermal.learn.machine_diagnosis.separation import Noise
@@ -99,10 +100,26 @@ def propose_experiment(
     ArgumentError
         Nothing is open, or no plan shows it.
     """
-    names = open_names(found)
-    if not names:
+    asked = [names for names in _questions(found) if names]
+    if not asked:
         raise ArgumentError("there is nothing to tell apart: no cause was named, and these rows see all of them")
     view = machine_view(diagnosed_rows(campaign, found, "identification"))
+    first = _plan(view, asked[0], found, poses, laws, seed)
+    if first.promises[0].before < CLOSE or len(asked) == 1:
+        return first
+    # these data tell them apart already: the next question, where that is open
+    try:
+        second = _plan(view, asked[1], found, poses, laws, seed)
+    except (ArgumentError, KinematicsError):
+        return first
+    return second if second.promises[0].before < CLOSE else first
+
+
+def _plan(
+    view: MachineView, asked: Sequence[str], found: MachineDiagnosis, poses: int, laws: str, seed: int
+) -> MachineExperiment:
+    """Return the plan that tells names apart."""
+    names = tuple(dict.fromkeys(asked))[:MOST_NAMES]
     noise = found.disturbances.noise
     return next_experiment(
         view, _candidates(view, names, found), Noise(noise), slots=poses, strength=_strength(found, names), laws=laws,

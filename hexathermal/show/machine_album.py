@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from functools import partial
 
 import numpy as np
@@ -18,7 +19,7 @@ from hexathermal.show.diagnosis_album import plain
 from hexathermal.show.diagnosis_figures import ranking_figure
 from hexathermal.show.diagnosis_pictures import Picture
 from hexathermal.show.machine_signals import UM, Pooled, Signal, followed_leg, pooled, shares
-from hexathermal.show.machine_words import changed
+from hexathermal.show.machine_words import changed, framed_out
 
 MOST_RUNS = 6
 """Runs that have a picture of their own."""
@@ -37,14 +38,14 @@ def pictures_of(
     found: MachineDiagnosis, campaign: Campaign, plan: MachineExperiment | None
 ) -> dict[str, list[Picture]]:
     """Return the pictures by section: runs, all, follows, pose, legs, parts, ranking, gain, limits, plan."""
-    held = [run for run in found.residuals if run.role == "validation"]
     every = pooled(campaign, found)
+    held = [run for run in every.runs if run.role == "validation"]
     signals = {one.name: one for one in every.signals}
     poses = [signals[axis] for axis in AXES if axis in signals]
-    shown = (held or list(found.residuals))[:MOST_RUNS]
+    shown = (held or list(every.runs))[:MOST_RUNS]
     return {
         "runs": [_run(found, run, name) for run, name in zip(shown, _file_names(shown), strict=True)],
-        "all": [_joined(found, legs) for legs in (False, True)],
+        "all": [_joined(found, every, legs) for legs in (False, True)],
         "follows": [_follows(found, every)] if every.signals else [],
         "pose": [_pose(found, every, poses)] if poses else [],
         "legs": [_signal(found, every, signals[name], True) for name in LEG_SIGNALS if name in signals],
@@ -81,6 +82,11 @@ def _left(found: MachineDiagnosis, before: FloatArray, after: FloatArray) -> str
     return words + "."
 
 
+def _frames(found: MachineDiagnosis) -> str:
+    """Return what was taken out of the runs that are shown, in words."""
+    return " Each run without the motion of the measuring frame that suits it best." if framed_out(found) else ""
+
+
 def _run(found: MachineDiagnosis, run: MachineResidual, name: str) -> Picture:
     """Return the picture of one run."""
     fitted = "never fitted" if run.role == "validation" else "fitted"
@@ -89,25 +95,24 @@ def _run(found: MachineDiagnosis, run: MachineResidual, name: str) -> Picture:
         f"Run {run.run}, {fitted}, {len(run.time)} poses in {np.ptp(run.time) / 3600.0:.1f} hours: what is left of "
         f"x, y, z, rx, ry, rz against time. {left}"
     )
-    return Picture(name, alt, f"{run.run} ({fitted}), measured less predicted pose. {left}",
+    return Picture(name, alt, f"{run.run} ({fitted}), measured less predicted pose. {left}{_frames(found)}",
                    partial(along.run_figure, run, changed(found)))  # fmt: skip
 
 
-def _joined(found: MachineDiagnosis, legs: bool) -> Picture:
+def _joined(found: MachineDiagnosis, every: Pooled, legs: bool) -> Picture:
     """Return the picture of all runs, of coordinates or legs."""
     what = "six legs, by the Jacobian" if legs else "six coordinates"
     held = " Grey: for validation." if any(run.role == "validation" for run in found.residuals) else ""
-    caption = f"All runs, {what}. {along.scale_words(found.residuals)}.{held}"
-    sizes = [np.sqrt(np.mean(np.square(one * UM))) for one in _both(found, legs)]
+    caption = f"All runs, {what}. {along.scale_words(every.runs)}.{held}{_frames(found)}"
+    sizes = [np.sqrt(np.mean(np.square(one * UM))) for one in _both(every.runs, legs)]
     said = f"RMS of all: {sizes[0]:.2f}" + (f" to {sizes[1]:.2f}" if changed(found) else "")
     alt = f"What is left of {what}, in {len(found.residuals)} runs one behind the other. {said} (µm, µrad)."
     return Picture("all-legs" if legs else "all-coordinates", alt, caption,
-                   partial(along.joined_figure, found.residuals, legs, changed(found)))  # fmt: skip
+                   partial(along.joined_figure, every.runs, legs, changed(found)))  # fmt: skip
 
 
-def _both(found: MachineDiagnosis, legs: bool) -> tuple[FloatArray, FloatArray]:
+def _both(runs: Sequence[MachineResidual], legs: bool) -> tuple[FloatArray, FloatArray]:
     """Return residuals of all runs before and after, shape (n, 6)."""
-    runs = found.residuals
     before = np.concatenate([run.legs_before if legs else run.before for run in runs])
     return before, np.concatenate([run.legs_after if legs else run.after for run in runs])
 
@@ -119,7 +124,7 @@ def _follows(found: MachineDiagnosis, every: Pooled) -> Picture:
     said = _most(every, before, after)
     caption = (
         "Which part of the variance of each residual (column) follows each signal (row), where chance could hardly "
-        f"make it: area, and percent from 10 on. {said}."
+        f"make it: area, and percent from 10 on. {said}.{_frames(found)}"
     )
     alt = f"Share of 12 residuals that follows {len(every.signals)} signals. {said}."
     return Picture("follows", alt, caption, partial(figures.follows_figure, every, before, after))
@@ -131,10 +136,10 @@ def _most(every: Pooled, before: FloatArray, after: FloatArray | None) -> str:
     if not before[k, j] > 0.0:
         return "No residual follows a signal more than chance could make it"
     signal = every.signals[k]
-    words = signal.short
+    words = f"commanded {signal.name}" if signal.label == f"commanded {signal.name}" else f"the {signal.short}"
     if signal.each_leg:
         words = words.replace("the leg", f"leg {followed_leg(signal, every.before, int(j)) + 1}")
-    said = f"Most: {along.NAMES[j]} follows the {words}, {100.0 * before[k, j]:.0f} % of its variance"
+    said = f"Most: {along.NAMES[j]} follows {words}, {100.0 * before[k, j]:.0f} % of its variance"
     return said if after is None else f"{said}, {100.0 * after[k, j]:.0f} % with the extended machine"
 
 
@@ -172,12 +177,15 @@ def _ranking(found: MachineDiagnosis) -> Picture:
 def _gain(found: MachineDiagnosis) -> Picture:
     """Return the picture of the gain."""
     assert found.gain is not None  # the caller asks
-    far, turned = found.gain.total["translation"], found.gain.total["rotation"]
-    alt = (
-        f"RMSE of each axis and run: all together {far.before.value * UM:.3f} to {far.after.value * UM:.3f} µm and "
-        f"{turned.before.value * UM:.3f} to {turned.after.value * UM:.3f} µrad."
-    )
-    caption = "RMSE of each axis on each run for validation: open diamond before, dot after with its 95 % interval."
+    total = found.gain.unframed if framed_out(found) else found.gain.total
+    far, turned = total["translation"], total["rotation"]
+    sizes = [f"{one.before.value * UM:.3f} to {one.after.value * UM:.3f}" for one in (far, turned)]
+    alt = f"RMSE of each axis: all runs together {sizes[0]} µm and {sizes[1]} µrad."
+    each = (
+        "on all runs for validation, each without the motion of the measuring frame that suits it best"
+        if framed_out(found) else "on each run for validation"
+    )  # fmt: skip
+    caption = f"RMSE of each axis {each}: open diamond before, dot after with its 95 % interval."
     return Picture("gain", alt, caption, partial(figures.gain_figure, found))
 
 

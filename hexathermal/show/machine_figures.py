@@ -17,6 +17,7 @@ from hexathermal.show.diagnosis_pictures import LOOK, NARROW_IN
 from hexathermal.show.figures import BLACK, BLUE, GREEN, GREY, PURPLE, VERMILION
 from hexathermal.show.machine_run_figures import LEGS
 from hexathermal.show.machine_signals import UM, Pooled
+from hexathermal.show.machine_words import framed_out
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -93,12 +94,14 @@ def _legend_of_dots(figure: Figure, changed: bool) -> None:
 
 
 def gain_figure(found: MachineDiagnosis, width: float) -> Figure:
-    """Return the RMSE of each axis of each run for validation, before and after with its 95 % interval."""
+    """Return the RMSE of each axis of each run for validation, before and after; of all, where frames differ."""
     import matplotlib as mpl
     from matplotlib.figure import Figure
 
     assert found.gain is not None  # the caller asks
     runs = [*found.gain.runs.items(), ("all", found.gain.total)]
+    if framed_out(found):  # frames of runs would be all that is seen
+        runs = [("all, no frame", found.gain.unframed)]
     wide = width > NARROW_IN
     with mpl.rc_context(LOOK):
         rows = 5 * len(runs) - 1

@@ -8,14 +8,16 @@ from hexathermal.learn.machine_diagnosis.result import MachineDiagnosis, Machine
 from hexathermal.learn.machine_proposal import ALIKE
 from hexathermal.show.diagnosis_page import facts, paragraph, section, table, text
 from hexathermal.show.diagnosis_tables import probability
-from hexathermal.show.diagnosis_words import VERDICTS, percent
+from hexathermal.show.diagnosis_words import VERDICTS
 from hexathermal.show.hexapod_tables import unit_of
 from hexathermal.show.machine_tables import apart, limits_rows, ranking_rows
 from hexathermal.show.machine_words import (
     UM,
     amplitude,
     changed,
+    framed_out,
     gain_words,
+    less,
     noise_words,
     notes_of,
     parameter_rows,
@@ -30,12 +32,16 @@ def opening(found: MachineDiagnosis) -> str:
     pairs = [("Verdict", many, f"probability {probability(found.probability)}")]
     if found.gain is not None:
         for name, word in (("translation", "Translation"), ("rotation", "Rotation")):
-            one, unit = found.gain.total[name], unit_of(name)
+            one, unit = (found.gain.unframed if framed_out(found) else found.gain.total)[name], unit_of(name)
             before, part = f"{one.before.value * UM:.2f}", one.reduction
-            less = f"{percent(part.value)} % less (95 %: {percent(part.low)} to {percent(part.high)} %)"
+            aside = ", frame of each run out" if framed_out(found) else ""
             value = f"{before} → {one.after.value * UM:.2f} {unit}" if changed(found) else f"{before} {unit}"
             pairs.append(
-                (f"{word}, runs never fitted", value, less if changed(found) else "nothing joined the machine")
+                (
+                    f"{word}, runs never fitted{aside}",
+                    value,
+                    less(part) if changed(found) else "nothing joined the machine",
+                )
             )
     noise = found.disturbances.noise * UM
     pairs.append(("Noise of a pose", f"{noise[:3].mean():.2f} um, {noise[3:].mean():.2f} urad", "each coordinate"))
@@ -121,6 +127,7 @@ def _gain(found: MachineDiagnosis, drawn: dict[str, str]) -> str:
     if found.gain is None:
         return lines[0]
     runs = [*found.gain.runs.items(), ("all", found.gain.total)]
+    runs += [("all, no frame", found.gain.unframed)] if framed_out(found) else []
     if changed(found):
         rows = [(run, name, unit_of(name), *(cell.replace("->", "→") for cell in score_cells(score)))
                 for run, scores in runs for name, score in scores.items()]  # fmt: skip

@@ -2,19 +2,20 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from hexathermal.learn.campaign import Campaign
 from hexathermal.learn.hexapod_data import AXES, HexapodRows
-from hexathermal.learn.machine_diagnosis.gain import MachineResidual
+from hexathermal.learn.machine_diagnosis.gain import MachineResidual, without_motion
 from hexathermal.learn.machine_diagnosis.result import MachineDiagnosis
 from hexathermal.learn.machine_diagnosis.view import MachineView, machine_view
 from hexathermal.learn.machine_proposal import diagnosed_rows
 from hexathermal.machine.leg_signals import Memory
 from hexathermal.poses import FloatArray, coordinates_from_pose
 from hexathermal.show.diagnosis_run_figures import BINS, binned
+from hexathermal.show.machine_words import framed_out
 
 UM = 1e6
 CHANCE = 2e-4
@@ -72,15 +73,15 @@ class Pooled:
         Those that vary.
     before, after : array, shape (n, 12) [um, urad]
         Residual of six coordinates and six legs.
-    unframed : bool
-        Whether each run is shown without its own mean.
+    runs : tuple of MachineResidual
+        The runs as they are shown.
     """
 
     run: FloatArray
     signals: tuple[Signal, ...]
     before: FloatArray
     after: FloatArray
-    unframed: bool
+    runs: tuple[MachineResidual, ...]
 
     def signal(self, name: str) -> Signal | None:
         """Return a signal, None where it does not vary."""
@@ -90,27 +91,27 @@ class Pooled:
 def pooled(campaign: Campaign, found: MachineDiagnosis) -> Pooled:
     """Return residuals and signals of all runs of a diagnosis.
 
-    Where the measuring frame differs between runs, each run counts without its own mean: else that alone would be seen.
+    Where the measuring frame differs between runs, each run counts without the rigid motion that suits it best: else
+    that alone would be seen, and its turn as something that follows the pose.
     """
     parts: list[dict[str, FloatArray]] = []
+    runs: list[MachineResidual] = []
     views: dict[str, tuple[HexapodRows, MachineView]] = {}
     for one in found.residuals:
         if one.role not in views:
             rows = diagnosed_rows(campaign, found, one.role)
             views[one.role] = rows, machine_view(rows)
-        parts.append(_values(*views[one.role], one))
-    unframed = bool(found.disturbances.frame.any())
+        rows, view = views[one.role]
+        parts.append(_values(rows, view, one))
+        runs.append(_freed(view, _kept(rows, one), one) if framed_out(found) else one)
     both = [
-        np.concatenate([_residual(run, coordinates, legs, unframed) for run, coordinates, legs in each])
-        for each in (
-            [(run, run.before, run.legs_before) for run in found.residuals],
-            [(run, run.after, run.legs_after) for run in found.residuals],
-        )
+        np.concatenate([np.concatenate(pair, axis=1) for pair in each]) * UM
+        for each in ([(run.before, run.legs_before) for run in runs], [(run.after, run.legs_after) for run in runs])
     ]
     told = _told()
     signals = [Signal(name, *told[name], np.concatenate([part[name] for part in parts])) for name in told]
     count = np.concatenate([np.full(len(run.time), k) for k, run in enumerate(found.residuals)])
-    return Pooled(count, tuple(one for one in signals if _varies(one.values)), both[0], both[1], unframed)
+    return Pooled(count, tuple(one for one in signals if _varies(one.values)), both[0], both[1], tuple(runs))
 
 
 def _without(text: str, *words: str) -> str:
@@ -136,8 +137,7 @@ def _told() -> dict[str, tuple[str, str]]:
 
 def _values(rows: HexapodRows, view: MachineView, run: MachineResidual) -> dict[str, FloatArray]:
     """Return the signals of a run, in the rows that a diagnosis kept."""
-    own = np.flatnonzero(rows.run == rows.runs.index(run.run))
-    keep = own[np.searchsorted(rows.time[own], run.time)]
+    own, keep = np.flatnonzero(rows.run == rows.runs.index(run.run)), _kept(rows, run)
     pose = coordinates_from_pose(rows.commanded[keep], hexapod=rows.hexapod)
     direction = np.column_stack([Memory().direction(rows.q[own, leg]) for leg in range(6)])
     heat = view.heat.mean(axis=2)
@@ -153,10 +153,17 @@ def _values(rows: HexapodRows, view: MachineView, run: MachineResidual) -> dict[
     }
 
 
-def _residual(run: MachineResidual, coordinates: FloatArray, legs: FloatArray, unframed: bool) -> FloatArray:
-    """Return the residual of coordinates and legs of a run, shape (n, 12) [um, urad]."""
-    whole = np.concatenate([coordinates, legs], axis=1) * UM
-    return np.asarray(whole - whole.mean(axis=0) if unframed else whole)
+def _kept(rows: HexapodRows, run: MachineResidual) -> FloatArray:
+    """Return the numbers of the rows of a run that a diagnosis kept."""
+    own = np.flatnonzero(rows.run == rows.runs.index(run.run))
+    return np.asarray(own[np.searchsorted(rows.time[own], run.time)])
+
+
+def _freed(view: MachineView, keep: FloatArray, run: MachineResidual) -> MachineResidual:
+    """Return what is left in a run without the measuring frame's own motion in it."""
+    before, legs_before = without_motion(view, keep, run.legs_before)
+    after, legs_after = without_motion(view, keep, run.legs_after)
+    return replace(run, before=before, after=after, legs_before=legs_before, legs_after=legs_after)
 
 
 def _varies(values: FloatArray) -> bool:

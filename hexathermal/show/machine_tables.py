@@ -14,7 +14,7 @@ from hexathermal.show.diagnosis_tables import plain, probability
 from hexathermal.show.diagnosis_words import how_apart, settings_words
 from hexathermal.show.hexapod_tables import unit_of
 from hexathermal.show.machine_figures import limits_by_cause
-from hexathermal.show.machine_words import amplitude, parameter_rows, score_cells
+from hexathermal.show.machine_words import amplitude, framed_out, parameter_rows, score_cells
 from hexathermal.show.tables import framed
 
 UM = 1e6
@@ -66,6 +66,9 @@ def gain_table(found: MachineDiagnosis, pretty: bool) -> Table:
     for run, scores in found.gain.runs.items():
         for name in ("translation", "rotation"):
             table.add_row(run, name, *score_cells(scores[name]), unit_of(name))
+    if framed_out(found):
+        for name, score in found.gain.unframed.items():
+            table.add_row("all, no frame", name, *score_cells(score), unit_of(name))
     return table
 
 

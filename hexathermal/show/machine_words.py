@@ -10,21 +10,9 @@ from hexathermal.show.diagnosis_words import parameter, percent, rounded, span
 if TYPE_CHECKING:
     from hexathermal.learn.hexapod_scores import PoseScore
     from hexathermal.learn.machine_diagnosis.result import MachineDiagnosis, MachineEffect
+    from hexathermal.learn.validation_scores import Figure
 
 UM = 1e6
-
-LABELS = {
-    "A_change_per_K": "change of A",
-    "B_change_per_K": "change of B",
-    "A_per_K": "A after it",
-    "B_per_K": "B after it",
-    "expansion_change_per_K": "change of the expansion",
-    "expansion_per_K": "expansion after it",
-    "offset_um": "size of the offset",
-    "share": "share (1: exchanged)",
-    "sag_um": "sag of one leg under the whole load",
-}
-"""Of parameters whose names alone would not be understood."""
 
 
 def changed(found: MachineDiagnosis) -> bool:
@@ -43,10 +31,12 @@ def sentences(found: MachineDiagnosis) -> list[str]:
 
 def parameter_rows(one: MachineEffect) -> list[tuple[str, ...]]:
     """Return the parameters of a cause: name, value, standard uncertainty, 95 % interval, unit."""
+    from hexathermal.learn.machine_diagnosis.quantities import spoken
+
     rows: list[tuple[str, ...]] = []
     for name, quantity in one.parameters.items():
         shown = parameter(name, quantity)
-        rows.append((LABELS.get(name, shown.name), *shown.cells, "" if shown.unit == "1" else shown.unit))
+        rows.append((spoken(name), *shown.cells, "" if shown.unit == "1" else shown.unit))
     return rows
 
 
@@ -87,7 +77,7 @@ def gain_words(found: MachineDiagnosis) -> str:
         )
     said = ", ".join(_brought(scores, unit) for scores, unit in _pairs(found.gain.total))
     words = f"On runs never fitted the extended machine brings the RMSE {said}."
-    if found.disturbances.frame.any():
+    if framed_out(found):
         freed = ", ".join(_brought(scores, unit) for scores, unit in _pairs(found.gain.unframed))
         words += f" Without each run's own mean motion, since the measuring frame differs between runs: {freed}."
     return words
@@ -104,11 +94,37 @@ def _brought(one: PoseScore, unit: str) -> str:
     sure = (
         "proven" if part.low > 0.0 else "proven to be worse" if part.high < 0.0 else "not proven: the interval holds 0"
     )
-    between = f"95 %: {percent(part.low)} to {percent(part.high)} %, {sure}"
-    return (
-        f"from {one.before.value * UM:.3f} to {one.after.value * UM:.3f} {unit} ({percent(abs(part.value))} % "
-        f"{'less' if part.value >= 0.0 else 'more'}; {between})"
-    )
+    return f"from {one.before.value * UM:.3f} to {one.after.value * UM:.3f} {unit} ({less(part)}; {sure})"
+
+
+def less(part: Figure) -> str:
+    """Return by how much an error became less, in words.
+
+    Examples
+    --------
+    >>> from hexathermal.learn.validation_scores import Figure
+    >>> less(Figure(0.213, 0.102, 0.307)), less(Figure(-0.005, -0.08, 0.06))
+    ('21 % less, 95 %: 10 to 31 %', '0.5 % more, 95 %: -6.0 to 8.0 %')
+    """
+    sign, word = (1.0, "less") if part.value >= 0.0 else (-1.0, "more")
+    ends = sorted((sign * part.low, sign * part.high))
+    return f"{parts(sign * part.value)} % {word}, 95 %: {parts(ends[0])} to {parts(ends[1])} %"
+
+
+def parts(part: float) -> str:
+    """Return a part in percent, with a decimal below 10 %.
+
+    Examples
+    --------
+    >>> parts(0.207), parts(0.0042), parts(-1e-9)
+    ('21', '0.4', '0.0')
+    """
+    return f"{round(100.0 * part, 1) + 0.0:.1f}" if abs(part) < 0.0995 else percent(part)
+
+
+def framed_out(found: MachineDiagnosis) -> bool:
+    """Return whether the measuring frame differs between runs, so that errors count without it too."""
+    return bool(found.disturbances.frame.any())
 
 
 def score_cells(one: PoseScore) -> tuple[str, str, str, str]:
@@ -117,7 +133,7 @@ def score_cells(one: PoseScore) -> tuple[str, str, str, str]:
     inside = f" ({after.low * UM:.3f} to {after.high * UM:.3f})" if math.isfinite(after.low + after.high) else ""
     return (
         f"{one.before.value * UM:.3f}", f"{after.value * UM:.3f}{inside}",
-        f"{percent(part.value)} % ({percent(part.low)} to {percent(part.high)})",
+        f"{parts(part.value)} % ({parts(part.low)} to {parts(part.high)})",
         f"{one.largest_before * UM:.2f} -> {one.largest_after * UM:.2f}",
     )  # fmt: skip
 

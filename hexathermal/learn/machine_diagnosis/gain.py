@@ -112,7 +112,27 @@ def gained(rows: HexapodRows, found: tuple[MachineResidual, ...]) -> MachineGain
 
 def _unframed(view: MachineView, own: FloatArray, left: FloatArray) -> FloatArray:
     """Return coordinates' residuals of a run without its mean motion, from leg lengths (n, 6)."""
+    return without_motion(view, own, left)[0]
+
+
+def without_motion(view: MachineView, own: FloatArray, left: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Return residuals without the rigid motion of the measuring frame that suits the rows best, shape (n, 6) each.
+
+    Parameters
+    ----------
+    view : MachineView
+    own : array
+        Mask or indices of the rows of one run.
+    left : array, shape (n, 6) [m]
+        Their residuals in leg lengths.
+
+    Returns
+    -------
+    coordinates : array, shape (n, 6) [m, m, m, rad, rad, rad]
+    legs : array, shape (n, 6) [m]
+    """
     frame = view.frame[own]
     motion = np.linalg.lstsq(frame.reshape(-1, 6), left.reshape(-1), rcond=None)[0]
     here = replace(view, poses=view.poses[own], time=view.time[own])
-    return coordinates_of(here, left - frame @ motion)
+    legs = left - frame @ motion
+    return coordinates_of(here, legs), legs

@@ -221,7 +221,7 @@ def _told(
     ]  # fmt: skip
     promises.sort(key=lambda one: one.after)
     steps = "; then ".join(
-        f"{design.scenario.words}, and measure {len(design.chosen)} poses on the way" for design in found
+        f"{design.scenario.words}, and measure {len(design.chosen)} poses meanwhile" for design in found
     )
     rivals = " from ".join(names) if c == 2 else f"{', '.join(names)} from {'each other' if c > 1 else 'nothing'}"
     least = promises[0]
@@ -229,6 +229,8 @@ def _told(
         f"{steps[0].upper()}{steps[1:]}: tells {rivals} with a log evidence of {least.after:.1f} or more on average "
         f"({least.before:.1f} without it; random poses and scenarios: {random:.1f})"
     )
+    if least.before >= CLOSE:
+        words += "; these data tell as much already"
     if least.after < CLOSE:
         words += f"; that is below {CLOSE:g}: plan more runs, more poses or larger rises of temperature"
     return MachineExperiment(

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping
 
 import numpy as np
@@ -20,6 +21,17 @@ SPOKEN_UNITS = {"m": ("um", UM), "m/K": ("um/K", UM), "rad/K": ("urad/K", UM), "
 """Unit and factor in which lengths and turns are told."""
 
 NAME_ENDS = {"um": "_um", "um/K": "_um_per_K", "urad/K": "_urad_per_K", "um per unit": "_um_per_unit"}
+SPOKEN = {
+    "expansion_change": "change of the expansion",
+    "expansion": "expansion after it",
+    "offset": "size of the offset",
+    "share": "share (1: exchanged)",
+    "sag": "sag of one leg under the whole load",
+}
+"""Of parameters, less their units, whose names alone would not be understood."""
+
+ENDS = ("_urad_per_K", "_um_per_K", "_um_per_unit", "_per_K2", "_per_K", "_um", "_urad", "_mm", "_m", "_s", "_ppm")
+LAW = re.compile(r"([AB])(_change)?_per_K(_(.+))?")
 LEAST_SAG = 1e-12
 """Sag below which no centre of a load is told [m]."""
 
@@ -98,6 +110,29 @@ def _load(found: FloatArray, covariance: FloatArray) -> dict[str, Quantity]:
     return made
 
 
+def spoken(name: str) -> str:
+    """Return what people call a parameter, without its unit, which stands with its value.
+
+    Examples
+    --------
+    >>> spoken("A_change_per_K_T1"), spoken("B_per_K"), spoken("centre_x_mm"), spoken("time_constant_s")
+    ('change of A (T1)', 'B after it', 'centre x', 'time constant')
+    """
+    law = LAW.fullmatch(name)
+    if law is not None:
+        words = f"change of {law[1]}" if law[2] else f"{law[1]} after it"
+        return f"{words} ({law[4]})" if law[4] else words
+    end = next((end for end in ENDS if name.endswith(end)), "")
+    bare = name.removesuffix(end)
+    return SPOKEN.get(bare, bare.replace("_", " "))
+
+
+def _once(parameters: Mapping[str, Quantity]) -> dict[str, Quantity]:
+    """Return parameters without totals that are no other than the change that led to them, from 0."""
+    changes = {name.replace("_change", ""): value for name, value in parameters.items() if "_change" in name}
+    return {name: value for name, value in parameters.items() if name not in changes or changes[name] != value}
+
+
 def sentence(one: Candidate, parameters: Mapping[str, Quantity], translation: float, rotation: float) -> str:
     """Return a finding in one sentence.
 
@@ -109,9 +144,9 @@ def sentence(one: Candidate, parameters: Mapping[str, Quantity], translation: fl
         RMS of the effect on the platform.
     """
     known = catalogue().get(one.cause)
-    where = (one.target or "the platform").replace("_", " ")
+    where = (one.target or "the platform").replace("+", " and ")
     words = f"in {where}" if known is None else known.CAUSE.words.format(target=where)
-    parts = [f"{name.replace('_', ' ')} {told(value)}" for name, value in parameters.items()]
+    parts = [f"{spoken(name)} {told(value)}" for name, value in _once(parameters).items()]
     inside = f" ({'; '.join(parts)})" if parts else ""
     return (
         f"The residual is {one.cause}{inside}: {words}; on the platform that makes {translation * UM:.2g} um and "

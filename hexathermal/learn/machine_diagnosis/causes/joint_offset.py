@@ -26,7 +26,7 @@ CAUSE = Cause(
     ),
     confused_with=("payload-compliance", "scale-error"),
     experiment="Measure at constant temperature at poses turned and shifted as far as they go, about all axes.",
-    words="the {target} sits elsewhere than the machine says",
+    words="{target} sits elsewhere than the machine says",
 )
 
 
