@@ -25,6 +25,9 @@ MOST_EFFECTS = 6
 LATER = 2.0
 """Every cause after the first needs so much more evidence: it may mop up what the first one's shape left."""
 
+LATER_SURE = 0.6
+"""Least probability of a later name."""
+
 MOST_TOLERATED = 2
 MOST_LOSS, MOST_REFUSED, UNDECIDED = 0.5, 4, 0.5
 """A first cause that stands above chance but makes runs left out less likely, or adds more than this part to their
@@ -143,7 +146,7 @@ def searched(
     decision = decided(step, threshold)
     while len(found) < MOST_EFFECTS:
         leader = _leader(stage, decision, threshold + LATER * bool(found), first=not found)
-        if leader is None:
+        if leader is None or (found and decision.probability < LATER_SURE):
             break
         after = stage.with_effect(leader.best)
         share, sure = _share(stage, after, leader), _foresight(stage, after, leader)

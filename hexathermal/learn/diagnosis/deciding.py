@@ -27,10 +27,12 @@ NONE_AT_MOST = 0.85
 """Most that is said for nothing: of six campaigns in ten with something in them one in seven shows nothing."""
 
 NAME_LEAD = 1.0
-"""A cause may be that far behind something nameless, or behind another cause of which a tolerated misfit could stand
-for more, and still be the name: flexible columns imitate any shape, and shapes are sketches."""
+"""A cause may be that far behind something nameless and still be the name: flexible columns imitate any shape."""
 
 NAME_SHARE = 0.03
+ALIKE = 0.7
+"""Names with this share of the first one's probability are as good: the larger effect is the first."""
+
 LEAST_NAMED = 0.25
 """Least probability of a name: below, what is there has none."""
 
@@ -87,7 +89,8 @@ def decided(step: Step, threshold: float) -> Decision:
     names = [item for item in standing if item.named]
     if names and names[0].value >= _nearly(best.value):
         # of names that fit alike, the one that the least of a tolerated misfit could stand for
-        best = max((item for item in names if item.value >= _nearly(names[0].value)), key=lambda item: item.gated)
+        alike = ALIKE * probabilities[names[0].cause]
+        best = max((item for item in names if probabilities[item.cause] >= alike), key=lambda item: item.gated)
     if best.named and probabilities[best.cause] < LEAST_NAMED:
         best = max(nameless, key=lambda item: item.value, default=best)
     if not best.named:

@@ -32,8 +32,8 @@ REPEATED = "missing-sensor"
 BYSTANDERS = 8
 """Sensors outside the law whose parity is asked for the same fault: what they show of it is chance."""
 
-USUAL = 0.8
-"""Quantile of the bystanders that counts as chance."""
+USUAL, UNUSUAL = 0.8, 2.0
+"""Quantile of the bystanders, or their mean and so many of their standard deviations, that counts as chance."""
 
 SURE_WITNESS = 25.0
 MOST_PARITY = 150.0
@@ -286,9 +286,12 @@ class Search:
             return 0.0, 0.0
         own = self._gain(trial, trial.target)
         others = [self._gain(trial, sensor) for sensor in self.bench.bystanders(BYSTANDERS)]
-        usual, most = (float(np.quantile(others, part)) if others else 0.0 for part in (USUAL, 1.0))
+        usual = most = 0.0
+        if others:
+            usual = max(float(np.quantile(others, USUAL)), float(np.mean(others) + UNUSUAL * np.std(others)))
+            most = max(others)
         least = max(trial.least_parity, -MOST_PARITY)
-        beyond, sure = (float(np.clip(own - max(less, 0.0), least, MOST_PARITY)) for less in (usual, most))
+        beyond, sure = np.clip(own - np.maximum([usual, most], 0.0), least, MOST_PARITY).tolist()
         return beyond, sure
 
 

@@ -61,7 +61,7 @@ WORKSHOP: dict[str, tuple[str, float]] = {
 }
 """Unit in which people measure, for a unit of a parameter, and its factor; others stay."""
 
-UNITS = {"time_constant_s": "s", "pitch_m": "m", "time_s": "s", "offset_s": "s"}
+UNITS = {"time_constant_s": "s", "pitch_m": "m", "time_s": "s", "offset_s": "s", "rate_K_per_h": "K/h"}
 
 
 def effect_of(found: Found, stage: Stage, final: Stage, covariance: FloatArray, mean: FloatArray) -> Effect:
@@ -89,7 +89,7 @@ def effect_of(found: Found, stage: Stage, final: Stage, covariance: FloatArray, 
             parameters[name] = Quantity(float(value * factor), float(std * factor), unit)
         if trial.shape == "periodic":
             parameters["amplitude_um"] = _length(amplitudes * UM, spread * UM)
-    elif trial.cause in STEPS and len(amplitudes):
+    elif trial.cause in STEPS and STEPS[trial.cause][0] not in parameters and len(amplitudes):
         name, unit, factor = STEPS[trial.cause]
         value, std = amplitudes[0] * factor, spread[0] * factor
         if trial.cause.startswith("sensor"):

@@ -48,7 +48,9 @@ def trials(bench: Workbench) -> Iterator[Trial]:
             yield Trial(CAUSE.name, -(span * view.time / 3600.0 * fade)[:, None], sensor, "", {"decay_runs": decay},
                         parity=partial(_parity, decay), repair=partial(_repair, model))  # fmt: skip
         lost = view.windows_zeroed(model.foretold(nuisance=_slopes(model))) - view.temperatures(sensor)
-        yield Trial(CAUSE.name, (span * lost)[:, None], sensor, "", {"decay_runs": DECAYS[0]},
+        hours = view.time / 3600.0
+        settings = {"decay_runs": DECAYS[0], "rate_K_per_h": -float(hours @ lost / (hours @ hours))}
+        yield Trial(CAUSE.name, (span * lost)[:, None], sensor, "", settings,
                     parity=partial(_parity, DECAYS[0]), repair=partial(_repair, model))  # fmt: skip
 
 
