@@ -160,10 +160,10 @@ def _shown(found: MachineDiagnosis, plan: MachineExperiment | None, poses: bool)
         shown.append(lambda pretty, _: tables.limits_table(found, pretty))
     if found.alike:
         shown.append("These poses and temperatures cannot tell apart:\n" + "\n".join(f"  {one}" for one in found.alike))
-    if found.experiments and plan is None:
-        shown.append("next: " + "\n      ".join(one.words for one in found.experiments))
     if found.advice:
-        shown.append("advice: " + "\n        ".join(one.words for one in found.advice))
+        shown.append("next: " + "\n      ".join(one.words for one in found.advice))
+    if plan is None:
+        shown += [f"Planned: {one.words}." for one in found.experiments]
     if plan is not None:
         shown += [f"Planned: {plan.words}.", lambda pretty, _: tables.promises_table(plan, pretty)]
     if plan is not None and poses:

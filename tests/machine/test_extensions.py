@@ -179,6 +179,8 @@ def test_mistakes_of_all_tables_are_told_together(tmp_path: Path) -> None:
         (lambda: MeasuringFrame(""), "by its name"),
         (lambda: MeasuringFrame("air", [1.0, 0.0, 0.0]), "check its unit"),
         (lambda: MeasuringFrame("air", turn_std=[-1e-6, 0.0, 0.0]), "turn_std must be 0 or more"),
+        (lambda: MeasuringFrame("air", time_constant=-1.0), "time_constant must be in"),
+        (lambda: MeasuringFrame("air", time_constant=60.0).followed([0.0, 1.0], [1.0, 0.0]), "backwards"),
         (lambda: ht.PlateLaw(1e-5, None, -1e-7), "expansion_std_per_K"),
         (lambda: ht.ThermalModel(ht.LegLaw("T", 1e-6, 1e-6), thermometers_of_leg=[0, 1, 2, 3, 4, 5]), "1 to 6 once"),
         (lambda: dataclasses.replace(ht.load_hexapod("reference"), compliance=1e-8), "must be a Compliance"),

@@ -11,7 +11,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import hexathermal as ht
-from hexathermal.errors import HexathermalError, NotConvergedError, ThermalModelError
+from hexathermal.errors import ArgumentError, HexathermalError, NotConvergedError, ThermalModelError
 from hexathermal.machine.compliance import Compliance
 from hexathermal.machine.leg_terms import LegTerm
 from hexathermal.machine.pinocchio_model import PinocchioMachine
@@ -227,6 +227,22 @@ def test_the_measuring_frame_moves_measured_poses_alone(rng: np.random.Generator
     assert np.array_equal(measured_poses(blind, poses, dT), poses)
     at_home = pose_errors(machine.home, measured_poses(machine, machine.home, 1.5))
     assert np.allclose(at_home, 1.5 * np.concatenate([frame.shift, frame.turn]), rtol=1e-6, atol=1e-15)
+
+
+def test_a_late_measuring_frame_needs_the_rows_of_one_run(tmp_path: Path, rng: np.random.Generator) -> None:
+    """A frame with a time constant approaches a step as 1 - exp(-t/tau), is undone exactly, and stands in the file."""
+    machine = extended_machine(rng)
+    late = dataclasses.replace(machine.measuring_frame, time_constant=300.0)
+    machine = dataclasses.replace(machine, measuring_frame=late)
+    time, poses = np.array([0.0, 1e-6, 300.0, 900.0]), np.repeat(machine.home[None], 4, axis=0)
+    rise = np.array([0.0, 2.0, 2.0, 2.0])
+    seen = measured_poses(machine, poses, rise, time)
+    reached = 2.0 * (1.0 - np.exp(-np.array([0.0, 0.0, 1.0, 3.0])))
+    assert np.allclose(pose_errors(machine.home, seen), late.motion(reached), rtol=1e-5, atol=1e-14)
+    assert np.abs(machine_poses(machine, seen, rise, time) - poses).max() < 1e-15
+    with pytest.raises(ArgumentError, match="give the time of the rows"):
+        measured_poses(machine, poses, rise)
+    assert ht.load_hexapod(ht.write_hexapod(machine, tmp_path)).measuring_frame == late
 
 
 @pytest.mark.parametrize("compliance", [1e-7, 3e-7, 1e-6, 1e-5, 1e-4])

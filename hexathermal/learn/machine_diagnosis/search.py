@@ -16,6 +16,7 @@ from hexathermal.learn.machine_diagnosis.candidate import Candidate
 from hexathermal.learn.machine_diagnosis.case import Case
 from hexathermal.learn.machine_diagnosis.chance import chance_threshold
 from hexathermal.learn.machine_diagnosis.evidence import (
+    PRIOR_OF_LEVEL,
     Adopted,
     Scored,
     fitted_levels,
@@ -36,9 +37,6 @@ MARGIN = 1.0
 """Log odds above what chance reaches that a name needs besides: levels are estimates."""
 
 LEAST_ODDS = 1.0
-FRAMES = ("campaign", "frame")
-"""Levels of offsets of the measuring frame: every candidate is also asked without them."""
-
 PAIRS = ("leg-coefficient", "platform-expansion", "base-expansion", "leg-backlash", "tracker-drift",
          "payload-compliance")  # fmt: skip
 """Causes of which two together are asked for at once."""
@@ -160,8 +158,7 @@ def step(case: Case, adopted: Sequence[Adoption], begin: Levels | None = None) -
     base = priors_of(case, adopted)
     null = fitted_levels(case.tables, base, begin)[0]
     taken = {one.candidate.called for one in adopted if one.which >= 0}
-    simpler = [replace(null, **dict.fromkeys(names, 0.0)) for names in ((), ("campaign",), ("frame",), FRAMES)]
-    pool = {levels: _seen(case, levels, base) for levels in dict.fromkeys(simpler)}
+    pool = {levels: _seen(case, levels, base) for levels in _simpler(null)}
     out = {which for which, one in enumerate(case.candidates)
            if one.called in taken or _doubtful(case, pool[null].S, which)}  # fmt: skip
     for one, at in _leaders(case, _best(case, pool, out)):
@@ -174,6 +171,17 @@ def step(case: Case, adopted: Sequence[Adoption], begin: Levels | None = None) -
               for one, at in _best(case, pool, out)]  # fmt: skip
     threshold = max(chance_threshold(case, S[:-1, :-1]) + MARGIN, LEAST_ODDS)
     return Step(tuple(ranked), first, none, threshold, S)
+
+
+def _simpler(null: Levels) -> list[Levels]:
+    """Return levels, and those without each of its disturbances: what stands for a cause may be none where it is named.
+
+    A payload looks like a frame's offset, a drifting frame like slow errors: screened beside those alone, too little of
+    it would be visible to begin with.
+    """
+    there = [name for name in PRIOR_OF_LEVEL if getattr(null, name) > 0.0]
+    subsets = [names for k in range(len(there) + 1) for names in combinations(there, k)]
+    return [replace(null, **dict.fromkeys(names, 0.0)) for names in subsets]
 
 
 @dataclass(frozen=True, eq=False)
