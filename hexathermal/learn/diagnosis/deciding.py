@@ -89,8 +89,8 @@ def decided(step: Step, threshold: float) -> Decision:
     names = [item for item in standing if item.named]
     if names and names[0].value >= _nearly(best.value):
         # of names that fit alike, the one that the least of a tolerated misfit could stand for
-        alike = ALIKE * probabilities[names[0].cause]
-        best = max((item for item in names if probabilities[item.cause] >= alike), key=lambda item: item.gated)
+        as_good = ALIKE * probabilities[names[0].cause]
+        best = max((item for item in names if probabilities[item.cause] >= as_good), key=lambda item: item.gated)
     if best.named and probabilities[best.cause] < LEAST_NAMED:
         best = max(nameless, key=lambda item: item.value, default=best)
     if not best.named:
