@@ -36,6 +36,8 @@ class Answer:
         Exit code.
     files : mapping of Path to bytes
         Written together with the file of ``--json``: all of them, or none.
+    then : callable, optional
+        Called when all is written and said, as to serve a page until Ctrl-C.
     """
 
     shown: tuple[Any, ...] = ()
@@ -43,6 +45,7 @@ class Answer:
     warnings: tuple[str, ...] = ()
     code: int = 0
     files: Mapping[Path, bytes] = field(default_factory=dict)
+    then: Callable[[], None] | None = None
 
 
 class Command(Protocol):
