@@ -149,6 +149,12 @@ def _refuse_dull(rows: HexapodRows) -> None:
         raise UnusableRowsError(
             "neither a temperature nor a pose ever changes: nothing can show; measure several poses, cold and warm"
         )
+    runs = [rows.measured[rows.run == k].reshape(-1, 16) for k in np.unique(rows.run)]
+    if not any(np.ptp(poses, axis=0).any() for poses in runs):
+        raise UnusableRowsError(
+            "no measured pose changes within a run, not even by noise: these are no measurements; look at the table's "
+            "columns measured_x_mm ... measured_rz_deg"
+        )
 
 
 def _rows(campaign: Campaign, role: str, hexapod: Hexapod | None) -> HexapodRows:

@@ -230,7 +230,7 @@ def _told(
         f"({least.before:.1f} without it; random poses and scenarios: {random:.1f})"
     )
     if least.before >= CLOSE:
-        words += "; these data tell as much already"
+        words += "; on average these data tell that already"
     if least.after < CLOSE:
         words += f"; that is below {CLOSE:g}: plan more runs, more poses or larger rises of temperature"
     return MachineExperiment(

@@ -45,6 +45,9 @@ CLEARLY_APART, WHOLE = 10.0, 0.0
 """Difference of two legs' temperatures, over a reading's noise, above which it is no error of thermometers; below, the
 log evidence by which a whole exchange must be better than half of one (0: the share is nearer to 1)."""
 
+FOR_PAIRS = 3
+"""Leaders at whose levels pairs are asked."""
+
 TWO_AT_ONCE = np.log(0.1)
 PAIR_MARGIN = 5.0
 """Log odds by which two together must beat the best single cause."""
@@ -85,6 +88,8 @@ class Step:
         Log odds that a name needs.
     S : array
         Of all candidates' columns and the residual at the null's levels, all else eliminated.
+    sides : tuple of (float, array)
+        The same at the levels of the leaders, with what those levels cost the null: pairs are asked there too.
     """
 
     ranking: tuple[Ranked, ...]
@@ -92,6 +97,7 @@ class Step:
     value: float
     threshold: float
     S: FloatArray
+    sides: tuple[tuple[float, FloatArray], ...] = ()
 
 
 @dataclass(frozen=True, eq=False)
@@ -170,7 +176,9 @@ def step(case: Case, adopted: Sequence[Adoption], begin: Levels | None = None) -
     ranked = [Ranked(one.which[0], one, pool[at].value + one.value - none + float(case.prior[one.which[0]]), at)
               for one, at in _best(case, pool, out)]  # fmt: skip
     threshold = max(chance_threshold(case, S[:-1, :-1]) + MARGIN, LEAST_ODDS)
-    return Step(tuple(ranked), first, none, threshold, S)
+    open_ = dict.fromkeys([first, *(one.levels for one in ranked[:FOR_PAIRS])])
+    sides = tuple((pool[levels].value - none, pool[levels].S) for levels in open_)
+    return Step(tuple(ranked), first, none, threshold, S, sides)
 
 
 def _simpler(null: Levels) -> list[Levels]:
@@ -248,27 +256,31 @@ def _prior(case: Case, one: Scored) -> Adopted:
 
 def best_pair(case: Case, found: Step) -> tuple[int, int, float] | None:
     """Return the two candidates that together beat the best single one clearly, and their log odds."""
-    S, at = found.S, case.tables.base
     some: dict[str, int] = {}
     for item in found.ranking:
         if case.candidates[item.which].cause in PAIRS:
             some.setdefault(case.candidates[item.which].called, item.which)
-    places = {which: case.tables.places[which] for which in some.values()}
     best: tuple[int, int, float] | None = None
-    for one, two in combinations(places, 2):
-        first, second = case.candidates[one], case.candidates[two]
-        own = np.concatenate([np.arange(part.start - at, part.stop - at) for part in (places[one], places[two])])
-        A, g = S[np.ix_(own, own)], S[own, -1]
-        k = len(first.scale)
-        sizes = [sizes_for(A[:k, :k], first.scale, case.tables.rows), sizes_for(A[k:, k:], second.scale,
-                                                                                case.tables.rows)]  # fmt: skip
-        if not (sizes[0].size and sizes[1].size):
-            continue
-        values = [log_bayes(A, g, np.zeros(len(own)), np.concatenate([a * first.scale, b * second.scale]))[0]
-                  for a, b in zip(*sizes, strict=True)]  # fmt: skip
-        value = float(np.logaddexp.reduce(values) - np.log(len(values))) + case.prior[one] + case.prior[two]
-        if best is None or value + TWO_AT_ONCE > best[2]:
-            best = (one, two, value + float(TWO_AT_ONCE))
+    for one, two in combinations(some.values(), 2):
+        prior = float(case.prior[one] + case.prior[two] + TWO_AT_ONCE)
+        for cost, S in found.sides:
+            value = _together(case, S, one, two) + cost + prior
+            if best is None or value > best[2]:
+                best = (one, two, value)
     if best is None or best[2] < found.ranking[0].odds + PAIR_MARGIN:
         return None
     return best
+
+
+def _together(case: Case, S: FloatArray, one: int, two: int) -> float:
+    """Return the log evidence of two candidates together over none; minus infinity where one is not seen."""
+    pair, at = (case.candidates[one], case.candidates[two]), case.tables.base
+    own = np.concatenate([np.arange(case.tables.places[k].start, case.tables.places[k].stop) for k in (one, two)]) - at
+    A, g, k = S[np.ix_(own, own)], S[own, -1], len(pair[0].scale)
+    sizes = [sizes_for(part, each.scale, case.tables.rows)
+             for part, each in zip((A[:k, :k], A[k:, k:]), pair, strict=True)]  # fmt: skip
+    if not (sizes[0].size and sizes[1].size):
+        return -np.inf
+    values = [log_bayes(A, g, np.zeros(len(own)), np.concatenate([a * pair[0].scale, b * pair[1].scale]))[0]
+              for a, b in zip(*sizes, strict=True)]  # fmt: skip
+    return float(np.logaddexp.reduce(values) - np.log(len(values)))
