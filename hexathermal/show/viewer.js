@@ -92,7 +92,6 @@
     for (const name of ["trail", "drift", "arm", "wanted_arm", "trail_dots"]) thing(name).frustumCulled = false;
     for (const name of ["trail_dots"]) Object.assign(thing(name).material, { vertexColors: false, depthTest: false });
     ["ellipsoid", "trail", "trail_dots", "drift", "wanted_tool", "tool"].forEach((name, k) => { thing(name).renderOrder = 10 + k; });
-    thing("wanted_arm").material.color.setHex(0x2f6fb0);
     viewer.set_transform(["meshcat", "machine"], matrix(still.map((c) => times(c, scale)), times(centre, -scale)));
     viewer.set_property(["Axes"], "visible", false);
     viewer.set_property(["Grid"], "visible", false);
@@ -104,6 +103,10 @@
       viewer.scene_tree.find(["Background"]).object.top_color = dark.matches ? [38, 46, 56] : [232, 238, 245];
       viewer.scene_tree.find(["Background"]).object.bottom_color = dark.matches ? [18, 22, 27] : [255, 255, 255];
       viewer.show_background();
+      const wanted = Object.keys(data.parts).filter((name) => data.parts[name].frame === "platform");
+      for (const name of [...wanted.map((one) => `ghost_${one}`), "wanted_tool", "wanted_arm"]) {
+        thing(name).material.color.setHex(dark.matches ? 0x9cc8f0 : 0x2f6fb0);
+      }
     };
     paint();
     dark.addEventListener("change", paint);
@@ -179,8 +182,9 @@
     [0, 1].forEach((k) => { at(`words-${k}`).textContent = data.words[k]; });
     at("magnify").value = factor;
     if (!data.known) {
-      ["magnify", "shift", "way"].forEach((id) => { (at(id) || document.querySelector("input[name=way]"))
-        .closest("section,fieldset,dl").hidden = true; });
+      at("magnify").closest("section").hidden = at("shift").closest("dl").hidden = true;
+      document.querySelector("input[name=way]").closest("fieldset").hidden = at("stated").hidden = true;
+      ["show-trail", "show-ellipsoid"].forEach((id) => { at(id).closest("label").hidden = true; });
     }
     if (!data.range_degC) {
       at("scale").closest("section").replaceChildren("No temperatures: the legs have the colour of metal.");

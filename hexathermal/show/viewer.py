@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import base64
 import json
+import threading
 import webbrowser
 from collections.abc import Callable
 from http import HTTPStatus
@@ -241,11 +242,13 @@ class PageServer:
         self.address = f"http://127.0.0.1:{self._server.server_address[1]}/"
 
     def serve(self, open_browser: bool = True) -> None:
-        """Serve until `stop`, or until Ctrl-C."""
-        if open_browser:
-            webbrowser.open(self.address)
+        """Serve until `stop`, or until Ctrl-C, which is the way to end it and no error."""
+        if open_browser:  # beside: some browsers come back only when they are closed
+            threading.Thread(target=webbrowser.open, args=(self.address,), daemon=True).start()
         try:
             self._server.serve_forever(poll_interval=0.2)
+        except KeyboardInterrupt:
+            pass
         finally:
             self._server.server_close()
 
@@ -287,5 +290,5 @@ def machine_folder(name: str) -> Path | None:
 
 
 def tool_point(tool: tuple[float, ...] | None) -> FloatArray:
-    """Return the tool point [m] from millimetres; the platform's origin by default."""
+    """Return the tool point [m] from millimetres; by default the platform's origin."""
     return np.array(ORIGIN if tool is None else tool) * 1e-3

@@ -71,6 +71,8 @@ def campaign_course(hexapod: Hexapod, campaign: Campaign, tool: FloatArray, prog
     centres, regions, more = budget_regions(hexapod, ideal, temps, tool, progress)
     if len(labels) < total:
         notes.append(f"{len(labels)} of {total} usable rows are shown, evenly")
+    if campaign.zero == "run" and first > 1:
+        notes.append("temperatures of the legs: rise since each run's zero, on the mean of the runs' zeros")
     notes.insert(0, "the wanted pose is that of the scales; poses are measured, with the noise of what measured them")
     return Course(
         hexapod, f"campaign {campaign.title or campaign.folder.name}", tuple(labels), group.astype(np.int64),
