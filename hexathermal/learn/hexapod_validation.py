@@ -161,7 +161,7 @@ def readable_law(hexapod: Hexapod, campaign: Campaign) -> ThermalModel:
     model = hexapod.thermal
     if model is None:
         raise ArgumentError(
-            f"machine {hexapod.name!r} has no thermal law: there is nothing to validate; 'identify' makes one"
+            f"machine {hexapod.name!r} has no thermal law to hold against measured poses; 'identify' makes one"
         )
     for name in model.sensor_names:
         if name not in campaign.sensors:

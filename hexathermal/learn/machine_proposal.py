@@ -8,7 +8,9 @@ the rows tell those apart already, the cause that hides best, to be told from no
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+import math
+from collections.abc import Iterator, Mapping, Sequence
+from typing import Any
 
 import numpy as np
 
@@ -20,7 +22,7 @@ from hexathermal.learn.machine_diagnosis.causes import all_candidates
 from hexathermal.learn.machine_diagnosis.noise_levels import leg_noise
 from hexathermal.learn.machine_diagnosis.observability import CLOSE
 from hexathermal.learn.machine_diagnosis.planning import SLOTS, MachineExperiment, next_experiment
-from hexathermal.learn.machine_diagnosis.result import MachineDiagnosis, MachineEffect
+from hexathermal.learn.machine_diagnosis.result import MachineCandidate, MachineDiagnosis, MachineEffect
 from hexathermal.learn.machine_diagnosis.separation import Noise
 from hexathermal.learn.machine_diagnosis.single_leg import single_leg_candidates
 from hexathermal.learn.machine_diagnosis.tables import Levels
@@ -28,6 +30,9 @@ from hexathermal.learn.machine_diagnosis.view import MachineView, machine_view
 
 MOST_NAMES = 4
 """Places that one plan is to tell apart."""
+
+FAR = 10.0
+"""Between settings of which one is there and the other is not, as the logarithm of a ratio."""
 
 ALIKE = " look alike: "
 """Between names and reasons in `MachineDiagnosis.alike`."""
@@ -128,17 +133,38 @@ def _plan(
 
 
 def _candidates(view: MachineView, names: tuple[str, ...], found: MachineDiagnosis) -> list[Candidate]:
-    """Return the candidates of names: with the settings of what was named, else the first of each name."""
+    """Return the candidates of names, each with the settings nearest to those that the diagnosis found."""
     every = [*all_candidates(view), *single_leg_candidates(view)]
-    settings = {called(one.cause, one.target): dict(one.settings) for one in found.effects}
+    known: tuple[MachineCandidate | MachineEffect, ...] = (*found.candidates[::-1], *found.effects[::-1])
+    settings = {called(one.cause, one.target): one.settings for one in known}
+    # a place that was not ranked takes the settings of its cause
+    of_cause = {one.cause: one.settings for one in known}
     chosen = []
     for name in names:
         own = [one for one in every if one.called == name]
-        exact = [one for one in own if dict(one.settings) == settings.get(name)]
-        chosen += (exact or own)[:1]
+        wanted = settings.get(name, of_cause.get(name.partition(" of ")[0], {}))
+        chosen += sorted(own, key=lambda one, wanted=wanted: _apart(one.settings, wanted))[:1]  # type: ignore[misc]
     if not chosen:
         raise ArgumentError(f"these rows show nothing of {', '.join(names)}: nothing can be planned from them")
     return chosen
+
+
+def _apart(one: Mapping[str, Any], other: Mapping[str, Any]) -> float:
+    """Return how far settings lie apart: numbers by the logarithm of their ratio, all others by being another.
+
+    Examples
+    --------
+    >>> _apart({"play_m": 2e-3, "kick": True}, {"play_m": 1e-3, "kick": True}) < _apart({}, {"play_m": 1e-3})
+    True
+    """
+    far = 0.0
+    for name in {*one, *other}:
+        a, b = one.get(name), other.get(name)
+        if all(isinstance(value, int | float) and value > 0.0 for value in (a, b)):
+            far += abs(math.log(float(a) / float(b)))  # type: ignore[arg-type]
+        else:
+            far += FAR * (a != b)
+    return far
 
 
 def _strength(found: MachineDiagnosis, names: tuple[str, ...]) -> float | None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import os
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -124,6 +125,10 @@ def _refuse_own_machine(arguments: argparse.Namespace) -> None:
         raise ArgumentError(f"{file} exists already; give another place for --extend, or --force to replace it")
     if place.suffix != ".toml" and place.exists() and not place.is_dir():
         raise ArgumentError(f"{place} is no folder; --extend names a hexapod.toml, or the folder that gets it")
+    # the folder is made at the end; whether it can be is known now
+    there = next((one for one in file.absolute().parents if one.exists()), None)
+    if there is None or not there.is_dir() or not os.access(there, os.W_OK | os.X_OK):
+        raise ArgumentError(f"cannot write {file}: nothing can be made in {there}; give another place for --extend")
 
 
 def _planned(

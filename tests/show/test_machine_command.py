@@ -18,15 +18,18 @@ import pytest
 import hexathermal as ht
 from hexathermal.cli import main
 from hexathermal.errors import ArgumentError
+from hexathermal.learn.campaign_files import load_campaign
 from hexathermal.learn.diagnosing import diagnose
+from hexathermal.learn.machine_diagnosis.noise_levels import coordinates_of
 from hexathermal.learn.machine_diagnosis.planning import MachineExperiment
 from hexathermal.learn.machine_diagnosis.result import MachineDiagnosis
-from hexathermal.learn.machine_proposal import open_names, propose_experiment
+from hexathermal.learn.machine_diagnosis.view import machine_view
+from hexathermal.learn.machine_proposal import diagnosed_rows, open_names, propose_experiment
 from hexathermal.show.diagnosis_page import text
 from hexathermal.show.diagnosis_pictures import NARROW_IN, WIDE_IN
 from hexathermal.show.machine_figures import plan_figure, promise_figure
 from hexathermal.show.machine_report import machine_page
-from hexathermal.show.machine_signals import share
+from hexathermal.show.machine_signals import pooled, share
 from hexathermal.show.machine_words import sentences
 from tests.learn.campaign_folders import component_campaign
 from tests.show.browser import refuse_complaints
@@ -355,6 +358,29 @@ def test_a_plan_of_one_name_is_told_from_nothing(ran: Ran, found: MachineDiagnos
         assert any("not nothing" in text for text in labels)
         heat = plan_figure(plan, width).axes[2]
         assert {"platform", "base", "air"} <= set(heat.get_legend_handles_labels()[1])
+
+
+def test_pictures_do_not_know_where_the_tracker_stood(ran: Ran, found: MachineDiagnosis) -> None:
+    """Where frames differ, a rigid motion of all poses of a run, turn and shift, changes no picture of its residual."""
+    campaign = load_campaign(ran.campaign)
+    free = replace(found, disturbances=replace(found.disturbances, frame=np.full(6, 2e-5)))
+    rng, moved_runs = np.random.default_rng(5), []
+    for run in free.residuals:
+        rows = diagnosed_rows(campaign, free, run.role)
+        view = machine_view(rows)
+        own = np.flatnonzero(rows.run == rows.runs.index(run.run))
+        assert len(own) == len(run.time)
+        legs = view.frame[own] @ rng.normal(0.0, 5e-5, 6)
+        added = coordinates_of(replace(view, poses=view.poses[own], time=view.time[own]), legs)
+        moved_runs.append(
+            replace(run, before=run.before + added, after=run.after + added,
+                    legs_before=run.legs_before + legs, legs_after=run.legs_after + legs)
+        )  # fmt: skip
+    shifted = replace(free, residuals=tuple(moved_runs))
+    still, other = pooled(campaign, free), pooled(campaign, shifted)
+    assert np.abs(still.before - other.before).max() < 1e-6
+    assert np.abs(still.after - other.after).max() < 1e-6
+    assert np.abs(pooled(campaign, replace(shifted, disturbances=found.disturbances)).before - other.before).max() > 1.0
 
 
 def test_a_share_is_none_by_chance_and_whole_of_a_step(rng: np.random.Generator) -> None:
