@@ -361,12 +361,12 @@ def test_the_command_writes_a_page_and_says_what_it_shows(
     file, temps = tmp_path / "page.html", tmp_path / "temps.csv"
     header = ",".join(f"leg{leg}_T1_degC" for leg in range(1, 7))
     temps.write_text(f"{header}\n" + "".join(",".join(map(str, row)) + "\n" for row in TEMPS))
-    words = ["view", "--temps", str(temps), "--at-tool", "0,0,120", "--save", str(file)]
+    words = ["view", "--temps", str(temps), "--at-tool", "-5,0,120", "--save", str(file)]
     assert main([*words, "--json", "-"]) == 0
     told = json.loads(capsys.readouterr().out)
     assert told["frames"] == 3
     assert told["range_degC"] == [20.0, 25.0]
-    assert told["tool_point_mm"] == [0.0, 0.0, 120.0]
+    assert told["tool_point_mm"] == [-5.0, 0.0, 120.0]
     assert file.read_text(encoding="utf-8").startswith("<!DOCTYPE html>")
     assert main(words) == 2
     assert "exists already" in capsys.readouterr().err

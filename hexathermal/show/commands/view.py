@@ -51,6 +51,8 @@ def add(commands: Any) -> None:
     """Declare the command."""
     one = commands.add_parser("view", help="look at a machine and its drift, in three dimensions", description=VIEW,
                               epilog=EPILOG, **STYLE)  # fmt: skip
+    # so that argparse takes -5,0,120 for numbers, not for an option
+    one._negative_number_matcher = re.compile(r"-[\d.][\d.,eE+-]*$")
     one.add_argument(
         "--machine", **MACHINE | {"help": f"{MACHINE['help']} (default: the campaign's own, or reference)"}
     )
