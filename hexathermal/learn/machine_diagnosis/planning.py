@@ -59,6 +59,9 @@ from hexathermal.learn.machine_diagnosis.view import MachineView
 from hexathermal.machine.thermal import frozen
 from hexathermal.poses import FloatArray
 
+SAME = 1.0
+"""Mean log evidence below which two names are the same at all poses of a pool."""
+
 POOL = 80
 """Poses within all limits among which slots choose."""
 
@@ -231,7 +234,9 @@ def _told(
     )
     if least.before >= CLOSE:
         words += "; on average these data tell that already"
-    if least.after < CLOSE:
+    if least.after < SAME:
+        words += f"; no pose that this machine reaches tells {least.true} from {least.rival}"
+    elif least.after < CLOSE:
         words += f"; that is below {CLOSE:g}: plan more runs, more poses or larger rises of temperature"
     return MachineExperiment(
         tuple(design.scenario for design in found),

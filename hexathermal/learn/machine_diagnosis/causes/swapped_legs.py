@@ -33,6 +33,10 @@ CAUSE = Cause(
 )
 
 
+SMALLEST = 1e-12
+"""Legs whose exchange changes less than this are equally warm: the rest is rounding [m]."""
+
+
 def candidates(view: MachineView) -> list[Candidate]:
     """Give the fifteen pairs of legs."""
     found, calm = [], calm_heat(view)
@@ -40,7 +44,7 @@ def candidates(view: MachineView) -> list[Candidate]:
         columns = np.zeros((len(view), 6, 1))
         columns[:, one, 0] = _drift(view, one, calm[:, two] - view.heat[:, one])
         columns[:, two, 0] = _drift(view, two, calm[:, one] - view.heat[:, two])
-        if columns.any():
+        if np.abs(columns).max() > SMALLEST:
             found.append(Candidate(CAUSE.name, f"leg{one + 1}+leg{two + 1}", ("share",), ("1",), columns,
                                    np.array([LAW_SPREAD]), np.ones(1)))  # fmt: skip
     return found
