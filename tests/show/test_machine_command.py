@@ -364,22 +364,17 @@ def test_pictures_do_not_know_where_the_tracker_stood(ran: Ran, found: MachineDi
     """Where frames differ, a rigid motion of all poses of a run, turn and shift, changes no picture of its residual."""
     campaign = load_campaign(ran.campaign)
     free = replace(found, disturbances=replace(found.disturbances, frame=np.full(6, 2e-5)))
-    rng, moved_runs = np.random.default_rng(5), []
+    rng, others = np.random.default_rng(5), []
     for run in free.residuals:
         rows = diagnosed_rows(campaign, free, run.role)
+        own = rows.run == rows.runs.index(run.run)
         view = machine_view(rows)
-        own = np.flatnonzero(rows.run == rows.runs.index(run.run))
-        assert len(own) == len(run.time)
         legs = view.frame[own] @ rng.normal(0.0, 5e-5, 6)
         added = coordinates_of(replace(view, poses=view.poses[own], time=view.time[own]), legs)
-        moved_runs.append(
-            replace(run, before=run.before + added, after=run.after + added,
-                    legs_before=run.legs_before + legs, legs_after=run.legs_after + legs)
-        )  # fmt: skip
-    shifted = replace(free, residuals=tuple(moved_runs))
+        others.append(replace(run, before=run.before + added, legs_before=run.legs_before + legs))
+    shifted = replace(free, residuals=tuple(others))
     still, other = pooled(campaign, free), pooled(campaign, shifted)
     assert np.abs(still.before - other.before).max() < 1e-6
-    assert np.abs(still.after - other.after).max() < 1e-6
     assert np.abs(pooled(campaign, replace(shifted, disturbances=found.disturbances)).before - other.before).max() > 1.0
 
 
