@@ -162,6 +162,8 @@ def _answer(arguments: argparse.Namespace) -> int:
         sys.stdout.flush()
     except BrokenPipeError:
         _drop(sys.stdout)  # the reader has gone; the code is still the answer's
+    if answer.then is not None:
+        answer.then()
     return answer.code
 
 

@@ -29,6 +29,8 @@ first steps:
   hexathermal show-machine reference     all that is known of one machine
   hexathermal correct --help             correct your own trajectories
   hexathermal simulate bench --help      a virtual test bench; then check, identify, validate, apply
+  hexathermal diagnose --help            what the law, or the whole machine, gets wrong and which cause
+  hexathermal view                       look at a machine and its drift in three dimensions
   hexathermal budget --help              how far off a warm machine is, why, and what correction leaves
   hexathermal accept --help              does a measured machine meet its specification?
   hexathermal warm-up                    compile everything now ({COMPILE_TIME}), so that later calls are quick
