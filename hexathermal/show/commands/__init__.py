@@ -83,7 +83,8 @@ def error_code(argv: list[str], code: int, others: Collection[str] = ()) -> int:
     return codes.get(meant[0], code) if meant else max(codes.values(), default=code)
 
 
-ORDER = ("demo", "simulate", "check", "identify", "validate", "diagnose", "compare", "apply", "view", "budget", "accept")
+ORDER = ("demo", "simulate", "check", "identify", "validate", "diagnose", "compare", "apply", "view", "budget",
+         "accept")  # fmt: skip
 """Commands in the order of the work; others follow by name."""
 
 
