@@ -393,10 +393,12 @@ def test_wrong_input_is_told(
 ) -> None:  # fmt: skip
     """Each says what is wrong, ends with the documented code, and writes nothing."""
     names = [f"leg{leg}_T1_degC" for leg in range(1, 7)]
-    files = {key: tmp_path / f"{key}.csv" for key in ("bad", "hot", "none")} | {"leg": tmp_path / "campaign.toml"}
+    files = {key: tmp_path / f"{key}.csv" for key in ("bad", "hot", "none")}
+    files["leg"] = tmp_path / "leg" / "campaign.toml"
+    files["leg"].parent.mkdir()
     files["bad"].write_text(",".join(names[:5]) + "\n20,20,20,20,20\n")
     files["hot"].write_text(",".join(names) + "\n20,20,20,20,20,20\n20,20,20,20,20,95\n")
-    (tmp_path / "r.csv").write_text("time_s,T1_degC,drift_um\n0,20,0\n60,21,1\n")
+    (tmp_path / "leg" / "r.csv").write_text("time_s,T1_degC,drift_um\n0,20,0\n60,21,1\n")
     files["leg"].write_text(
         'format = "hexathermal-campaign/1"\nkind = "component"\n[[runs]]\nname = "r"\nfile = "r.csv"\n'
         'role = "identification"\n[[thermocouples]]\nname = "T1"\n'

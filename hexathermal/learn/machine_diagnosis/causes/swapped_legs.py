@@ -41,12 +41,13 @@ def candidates(view: MachineView) -> list[Candidate]:
     """Give the fifteen pairs of legs."""
     found, calm = [], calm_heat(view)
     for one, two in combinations(range(6), 2):
+        if np.abs(_drift(view, one, calm[:, two] - calm[:, one])).max() <= SMALLEST:
+            continue
         columns = np.zeros((len(view), 6, 1))
         columns[:, one, 0] = _drift(view, one, calm[:, two] - view.heat[:, one])
         columns[:, two, 0] = _drift(view, two, calm[:, one] - view.heat[:, two])
-        if np.abs(columns).max() > SMALLEST:
-            found.append(Candidate(CAUSE.name, f"leg{one + 1}+leg{two + 1}", ("share",), ("1",), columns,
-                                   np.array([LAW_SPREAD]), np.ones(1)))  # fmt: skip
+        found.append(Candidate(CAUSE.name, f"leg{one + 1}+leg{two + 1}", ("share",), ("1",), columns,
+                               np.array([LAW_SPREAD]), np.ones(1)))  # fmt: skip
     return found
 
 
