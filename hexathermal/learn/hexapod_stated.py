@@ -11,6 +11,7 @@ is left to laws and plates.  Terms begin anew in each run and see its usable row
 from __future__ import annotations
 
 from dataclasses import replace
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -26,6 +27,9 @@ from hexathermal.poses import FloatArray
 from hexathermal.predict.leg_drift import added_drift, machine_memories
 from hexathermal.predict.measuring import machine_poses
 from hexathermal.predict.pose_errors import pose_errors
+
+if TYPE_CHECKING:
+    from hexathermal.learn.machine_diagnosis.view import MachineView
 
 
 def terms_of_legs(hexapod: Hexapod) -> tuple[tuple[LegTerm, ...], ...]:
@@ -51,8 +55,8 @@ def refuse_unread_terms(hexapod: Hexapod, sensors: tuple[str, ...]) -> None:
                     )
 
 
-def terms_drift(rows: HexapodRows) -> FloatArray:
-    """Return by how much the terms that the machine states lengthen its legs, shape (n, 6) [m].
+def terms_drift(rows: HexapodRows | MachineView) -> FloatArray:
+    """Return by how much the terms that the machine states lengthen its legs, measured or planned, shape (n, 6) [m].
 
     Raises
     ------

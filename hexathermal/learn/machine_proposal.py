@@ -16,9 +16,10 @@ import numpy as np
 
 from hexathermal.errors import ArgumentError, KinematicsError
 from hexathermal.learn.campaign import Campaign
-from hexathermal.learn.hexapod_data import HexapodRows, hexapod_rows
+from hexathermal.learn.hexapod_data import HexapodRows
 from hexathermal.learn.machine_diagnosis.candidate import Candidate
 from hexathermal.learn.machine_diagnosis.causes import all_candidates
+from hexathermal.learn.machine_diagnosis.diagnosing import law_rows
 from hexathermal.learn.machine_diagnosis.noise_levels import leg_noise
 from hexathermal.learn.machine_diagnosis.observability import CLOSE
 from hexathermal.learn.machine_diagnosis.planning import SLOTS, MachineExperiment, next_experiment
@@ -40,9 +41,7 @@ ALIKE = " look alike: "
 
 def diagnosed_rows(campaign: Campaign, found: MachineDiagnosis, role: str) -> HexapodRows:
     """Return the rows of a role as a diagnosis read them: its machine, and the thermometers of its laws."""
-    thermal = found.hexapod.thermal
-    sensors = None if thermal is None else tuple(dict.fromkeys(name for law in thermal.legs for name in law.sensors))
-    return hexapod_rows(campaign, role, hexapod=found.hexapod, sensors=sensors)
+    return law_rows(campaign, role, found.hexapod)
 
 
 def open_names(found: MachineDiagnosis) -> tuple[str, ...]:

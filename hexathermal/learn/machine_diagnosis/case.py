@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from hexathermal.learn.hexapod_data import HexapodRows
+from hexathermal.learn.hexapod_data import AIR, HexapodRows
 from hexathermal.learn.machine_diagnosis.candidate import Candidate
 from hexathermal.learn.machine_diagnosis.causes import all_candidates, catalogue
 from hexathermal.learn.machine_diagnosis.finer import finer_candidates
@@ -17,7 +17,7 @@ from hexathermal.learn.machine_diagnosis.noise_levels import SMALLEST_NOISE, Pos
 from hexathermal.learn.machine_diagnosis.single_leg import single_leg_candidates
 from hexathermal.learn.machine_diagnosis.tables import Tables, tables_of
 from hexathermal.learn.machine_diagnosis.unexplained import flexible_candidates
-from hexathermal.learn.machine_diagnosis.view import AIR, MachineView
+from hexathermal.learn.machine_diagnosis.view import MachineView
 from hexathermal.machine.hexapod import Hexapod
 from hexathermal.poses import FloatArray
 

@@ -134,7 +134,7 @@ def diagnosed(
 
 def _usable(campaign: Campaign, hexapod: Hexapod | None) -> tuple[HexapodRows, str]:
     """Return the rows that are searched, and what is to be said of misses."""
-    return without_misses(_rows(campaign, "identification", hexapod))
+    return without_misses(law_rows(campaign, "identification", hexapod))
 
 
 def _refuse_dull(rows: HexapodRows) -> None:
@@ -157,7 +157,7 @@ def _refuse_dull(rows: HexapodRows) -> None:
         )
 
 
-def _rows(campaign: Campaign, role: str, hexapod: Hexapod | None) -> HexapodRows:
+def law_rows(campaign: Campaign, role: str, hexapod: Hexapod | None) -> HexapodRows:
     """Return the usable rows of a role, with the thermometers that the legs' laws read."""
     machine, sensors = hexapod, None
     if machine is None and campaign.hexapod is not None:
@@ -173,7 +173,7 @@ def _held_out(campaign: Campaign, hexapod: Hexapod) -> tuple[HexapodRows | None,
     if not campaign.runs_of("validation"):
         return None, ""
     try:
-        return without_misses(_rows(campaign, "validation", hexapod))[0], ""
+        return without_misses(law_rows(campaign, "validation", hexapod))[0], ""
     except UnusableRowsError as error:
         return None, f"runs for validation cannot be used: {error}"
 

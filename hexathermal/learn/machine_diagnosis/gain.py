@@ -6,11 +6,12 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from hexathermal.learn.hexapod_data import PLATES, HexapodRows
+from hexathermal.learn.hexapod_data import HexapodRows
 from hexathermal.learn.hexapod_model import measured_lengths
 from hexathermal.learn.hexapod_scores import PoseScore, pose_scores
+from hexathermal.learn.hexapod_stated import in_machine_frame
 from hexathermal.learn.machine_diagnosis.noise_levels import coordinates_of
-from hexathermal.learn.machine_diagnosis.view import AIR, MachineView, machine_view
+from hexathermal.learn.machine_diagnosis.view import MachineView, machine_view
 from hexathermal.machine.hexapod import Hexapod
 from hexathermal.poses import FloatArray
 
@@ -64,20 +65,9 @@ def leg_residuals(rows: HexapodRows, hexapod: Hexapod) -> tuple[MachineView, Flo
     """
     own = replace(rows, hexapod=hexapod)
     view = machine_view(own)
-    left = measured_lengths(own, own.measured) - view.law_drift
-    return view, left - np.einsum("nij,nj->ni", view.frame, frame_motion(view))
-
-
-def frame_motion(view: MachineView) -> FloatArray:
-    """Return the motion of the measuring frame that the machine states, shape (n, 6) [m, rad]; NaN counts as 0 K."""
-    frame = view.hexapod.measuring_frame
-    if frame is None:
-        return np.zeros((len(view), 6))
-    heat = view.air
-    if frame.sensor != AIR:
-        heat = view.plates[:, [frame.sensor.startswith(part) for part in PLATES].index(True)]
-    heat = np.nan_to_num(heat)
-    return frame.motion(view.late(heat, frame.time_constant) if frame.time_constant > 0.0 else heat)
+    # where the frame's temperature is missing, its drift is not known: left as measured
+    known = replace(own, air=np.nan_to_num(view.air), plates=np.nan_to_num(rows.plates))
+    return view, measured_lengths(own, in_machine_frame(known)) - view.law_drift
 
 
 def residuals(rows: HexapodRows, role: str, before: Hexapod, after: Hexapod) -> tuple[MachineResidual, ...]:

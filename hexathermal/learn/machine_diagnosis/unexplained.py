@@ -5,8 +5,9 @@ from __future__ import annotations
 import numpy as np
 
 from hexathermal.learn.diagnosis.trials import PREFIX
+from hexathermal.learn.hexapod_data import AIR
 from hexathermal.learn.machine_diagnosis.candidate import Candidate
-from hexathermal.learn.machine_diagnosis.view import AIR, MachineView
+from hexathermal.learn.machine_diagnosis.view import MachineView
 from hexathermal.poses import FloatArray
 
 POWERS = (1, 2)

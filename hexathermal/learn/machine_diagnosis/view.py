@@ -17,15 +17,14 @@ from hexathermal.errors import ArgumentError, ThermalModelError
 from hexathermal.kinematics.inverse import inverse_kinematics
 from hexathermal.kinematics.jacobian import jacobian
 from hexathermal.kinematics.statics import payload_sag
-from hexathermal.learn.hexapod_data import PLATES, HexapodRows
+from hexathermal.learn.hexapod_data import PLATES, HexapodRows, heat_of_legs
 from hexathermal.learn.hexapod_model import frame_columns
+from hexathermal.learn.hexapod_stated import terms_drift
 from hexathermal.machine.hexapod import Hexapod
 from hexathermal.machine.leg_signals import LegSignals, Memory
-from hexathermal.machine.leg_states import LegMemory, terms_drift
 from hexathermal.machine.thermal import ThermalModel, frozen
 from hexathermal.poses import FloatArray
 
-AIR = "air_temperature"
 NEAREST = 11
 """Rows from which a parabola of time is made, to tell noise of a thermometer from its course."""
 
@@ -93,16 +92,9 @@ class MachineView:
         return found
 
     @cached_property
-    def read(self) -> tuple[int, ...]:
-        """For each leg 0 to 5, the leg whose recorded thermometers are its own."""
-        thermal = self.hexapod.thermal
-        assert thermal is not None  # checked where views are made
-        return tuple(int(leg) - 1 for leg in thermal.thermometers_of_leg)
-
-    @cached_property
     def heat(self) -> FloatArray:
         """Temperatures that each leg's law reads, shape (n, 6, s) [K]."""
-        return self.dT[:, list(self.read)]
+        return heat_of_legs(self.hexapod, self.dT)
 
     @cached_property
     def flicker(self) -> FloatArray:
@@ -155,7 +147,7 @@ class MachineView:
         assert thermal is not None  # checked where views are made
         A = np.einsum("nls,ls->nl", self.heat, self.laws[:, 0])
         B = np.einsum("nls,ls->nl", self.heat, self.laws[:, 1])
-        drift = A * self.retracted + B * self.q + self._terms()
+        drift = A * self.retracted + B * self.q + terms_drift(self)
         for k, plate in enumerate((thermal.platform, thermal.base)):
             if plate is not None and plate.sensor is not None:
                 drift = drift + plate.expansion * self.plate_column(PLATES[k])
@@ -197,19 +189,6 @@ class MachineView:
     def with_hexapod(self, hexapod: Hexapod) -> MachineView:
         """Return the same rows as another machine sees them."""
         return replace(self, hexapod=hexapod)
-
-    def _terms(self) -> FloatArray:
-        """Return the drift of the terms that the legs' laws hold already, shape (n, 6) [m]."""
-        thermal = self.hexapod.thermal
-        assert thermal is not None  # checked where views are made
-        drift = np.zeros((len(self), 6))
-        for leg, law in enumerate(thermal.legs):
-            if law.terms:
-                for rows, signals in self.signals(leg):
-                    memory = LegMemory(law.terms)
-                    memory.count_from_retracted(law.terms, signals)
-                    drift[rows, leg] = terms_drift(law.terms, signals, memory)
-        return drift
 
 
 def smoothed(time: FloatArray, values: FloatArray) -> FloatArray:

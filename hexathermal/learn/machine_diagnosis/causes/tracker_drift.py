@@ -10,9 +10,9 @@ from __future__ import annotations
 import numpy as np
 
 from hexathermal.learn.diagnosis.trials import Cause, Parameter
-from hexathermal.learn.hexapod_data import PLATES
+from hexathermal.learn.hexapod_data import AIR, PLATES
 from hexathermal.learn.machine_diagnosis.candidate import Candidate
-from hexathermal.learn.machine_diagnosis.view import AIR, MachineView
+from hexathermal.learn.machine_diagnosis.view import MachineView
 from hexathermal.machine.measuring_frame import MeasuringFrame
 from hexathermal.poses import FloatArray
 
