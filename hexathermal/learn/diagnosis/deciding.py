@@ -87,7 +87,7 @@ def decided(step: Step, threshold: float) -> Decision:
         return Decision(None, min(probabilities[NONE], NONE_AT_MOST), probabilities, ())
     best = standing[0]
     names = [item for item in standing if item.named]
-    if names and names[0].value >= _nearly(best.value):
+    if names and names[0].value >= best.value - NAME_LEAD - NAME_SHARE * best.value:
         # of names that fit alike, the one that the least of a tolerated misfit could stand for
         as_good = ALIKE * probabilities[names[0].cause]
         best = max((item for item in names if probabilities[item.cause] >= as_good), key=lambda item: item.gated)
@@ -100,11 +100,6 @@ def decided(step: Step, threshold: float) -> Decision:
     own = probabilities[best.cause]
     alike = tuple(item.cause for item in names if item is not best and probabilities[item.cause] > EQUIVALENT * own)
     return Decision(best, own, probabilities, alike)
-
-
-def _nearly(value: float) -> float:
-    """Return the evidence that counts as good as another."""
-    return value - NAME_LEAD - NAME_SHARE * value
 
 
 def _tempered(step: Step, threshold: float, named: int, nameless: int) -> dict[str, float]:

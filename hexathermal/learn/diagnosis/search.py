@@ -36,7 +36,11 @@ USUAL, UNUSUAL = 0.8, 2.0
 """Quantile of the bystanders, or their mean and so many of their standard deviations, that counts as chance."""
 
 SURE_WITNESS = 25.0
+"""What the parity of a sensor shows beyond that of any other may be chance up to this."""
+
 MOST_PARITY = 150.0
+"""Most that the parity says for or against a fault."""
+
 FOLLOWED, LEAST_WITNESS = 5.0, 2.0
 """What the drift says for a sensor's fault counts up to so many times what the parity says beyond so much."""
 
@@ -131,6 +135,7 @@ class Search:
     repaired: Callable[[Trial], Base] | None = None
     trials: list[Trial] = field(default_factory=list)
     _bases: dict[int, Base] = field(default_factory=dict)
+    _gains: dict[tuple[int, str], float] = field(default_factory=dict)
 
     def all_trials(self) -> list[Trial]:
         """Return the trials of the catalogue and the nameless ones."""
@@ -259,7 +264,12 @@ class Search:
     def _gain(self, trial: Trial, sensor: str | None) -> float:
         """Return the log evidence of one sensor's parity for a trial."""
         model = None if sensor is None else self.bench.model(sensor)
-        return 0.0 if model is None or trial.parity is None else model.gain(*trial.parity(model))
+        if sensor is None or model is None or trial.parity is None:
+            return 0.0
+        key = id(trial), sensor
+        if key not in self._gains:
+            self._gains[key] = model.gain(*trial.parity(model))
+        return self._gains[key]
 
     def _with_witness(self, ranked: Ranked) -> Ranked:
         """Return a cause whose value is the evidence in the drift with that of other witnesses.

@@ -191,6 +191,17 @@ class Stage:
 
     def left_out(self, levels: Levels) -> tuple[FloatArray, FloatArray]:
         """Return residuals in windows of each run by a fit of all others, as they are [m] and whitened, shape (n,)."""
+        if levels not in self._left:
+            self._left[levels] = self._left_out(levels)
+        return self._left[levels]
+
+    @cached_property
+    def _left(self) -> dict[Levels, tuple[FloatArray, FloatArray]]:
+        """What `left_out` found at each noise: a stage is compared with many that follow it."""
+        return {}
+
+    def _left_out(self, levels: Levels) -> tuple[FloatArray, FloatArray]:
+        """Return `left_out`, worked out."""
         X, sd = self._plain
         table, _ = self.channel.whitened(np.column_stack([self.channel.y, X]), levels)
         run = self.channel.run
