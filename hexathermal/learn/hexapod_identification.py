@@ -22,6 +22,7 @@ from hexathermal.learn.hexapod_offset import far_poses
 from hexathermal.learn.hexapod_spread import leg_spread
 from hexathermal.learn.hexapod_stated import refuse_unread_terms, stated_notes, terms_of_legs
 from hexathermal.machine.hexapod import Hexapod
+from hexathermal.machine.shown import Shown
 from hexathermal.machine.thermal import DEFAULT_RANGE_DEGC, LegLaw, PlateLaw, ThermalModel, frozen
 from hexathermal.machine.thermometers import AS_RECORDED
 from hexathermal.poses import FloatArray
@@ -30,7 +31,7 @@ PLATES_CHOICES = ("auto", "fit", "known", "none")
 
 
 @dataclass(frozen=True, eq=False)
-class HexapodIdentification:
+class HexapodIdentification(Shown):
     """What six-leg identification found.
 
     Attributes

@@ -25,6 +25,7 @@ from hexathermal.learn.hexapod_stated import in_machine_frame, stated_notes
 from hexathermal.learn.law import Origin
 from hexathermal.learn.validation import TRIFLE, Figure, Verdict
 from hexathermal.machine.hexapod import Hexapod
+from hexathermal.machine.shown import Shown
 from hexathermal.machine.thermal import ThermalModel
 from hexathermal.poses import FloatArray
 from hexathermal.predict.correction import predicted_pose
@@ -39,7 +40,7 @@ CORRECTED_ON_LINE_M = 1e-6
 
 
 @dataclass(frozen=True, eq=False)
-class HexapodValidation:
+class HexapodValidation(Shown):
     """What the validation found.
 
     Runs that were fitted have their own scores, but count in `total`, `framed`, `gain` and `verdict` only where every

@@ -22,6 +22,7 @@ from hexathermal.learn.row_fingerprints import RowFingerprints
 from hexathermal.learn.selection import RankedSets, rank_sets
 from hexathermal.learn.sensor_errors import SensorErrors, sensor_errors
 from hexathermal.learn.windows import WindowCollector, WindowSet
+from hexathermal.machine.shown import Shown
 
 AUTO = "auto"
 Passing = Callable[[int, int, str], None]
@@ -40,7 +41,7 @@ METHOD = (
 
 
 @dataclass(frozen=True, eq=False)
-class Identification:
+class Identification(Shown):
     """A law and how it was found.
 
     Attributes

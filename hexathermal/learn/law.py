@@ -22,6 +22,7 @@ from hexathermal.machine.leg_states import (
     terms_drift,
 )
 from hexathermal.machine.leg_terms import LegTerm
+from hexathermal.machine.shown import Shown
 from hexathermal.machine.thermal import LegLaw, frozen
 from hexathermal.poses import FloatArray
 
@@ -69,7 +70,7 @@ class Origin:
 
 
 @dataclass(frozen=True, eq=False)
-class IdentifiedLaw:
+class IdentifiedLaw(Shown):
     """The law of a leg, ``drift = sum_s A_s q0 dT_s + B_s q dT_s`` (paper, eq. 4), or of a part without a stroke,
     ``drift = sum_s C_s dT_s``. Terms add ``sum_k a_k shape_k`` (`hexathermal.machine.leg_terms`).
 

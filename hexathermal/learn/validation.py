@@ -26,6 +26,7 @@ from hexathermal.learn.validation_scores import Figure as Figure
 from hexathermal.machine.leg_repairs import repaired
 from hexathermal.machine.leg_signals import LegSignals
 from hexathermal.machine.leg_states import sensors_of
+from hexathermal.machine.shown import Shown
 from hexathermal.machine.thermal import frozen
 from hexathermal.poses import FloatArray
 
@@ -79,7 +80,7 @@ class RunCurves:
 
 
 @dataclass(frozen=True, eq=False)
-class Validation:
+class Validation(Shown):
     """What the validation found.
 
     Runs that were fitted have their own scores, but count in `total`, `verdict`, `coverage`, `rows`, `motion` and

@@ -14,6 +14,7 @@ from hexathermal.errors import ArgumentError
 from hexathermal.machine.bodies import Bodies, PoseLimits
 from hexathermal.machine.compliance import Compliance, same_value
 from hexathermal.machine.measuring_frame import MeasuringFrame
+from hexathermal.machine.shown import Shown
 from hexathermal.machine.thermal import TemperaturesLike, ThermalModel, frozen, refreeze
 from hexathermal.machine.thermometers import AS_RECORDED
 from hexathermal.poses import FloatArray, Frames, PoseLike, as_array, finite_array, pose_array
@@ -55,7 +56,7 @@ def _cone(value: npt.ArrayLike | None, what: str) -> FloatArray | None:
 
 
 @dataclass(frozen=True, eq=False, repr=False, init=False)
-class Hexapod:
+class Hexapod(Shown):
     """A Gough-Stewart hexapod, cold and warm; immutable, its arrays are read-only.
 
     Leg ``i`` runs from base joint ``b_i`` to platform joint ``p_i``; its inter-articular length at the pose

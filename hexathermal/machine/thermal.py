@@ -16,6 +16,7 @@ import numpy as np
 import numpy.typing as npt
 
 from hexathermal.errors import ArgumentError, ThermalModelError
+from hexathermal.machine.shown import Shown
 from hexathermal.machine.thermometers import AS_RECORDED, checked_thermometers, full_name, recorded_names
 from hexathermal.poses import FloatArray, as_array, finite_array
 
@@ -67,7 +68,7 @@ def _coefficients(values: npt.ArrayLike, count: int, what: str) -> FloatArray:
 
 
 @dataclass(frozen=True, eq=False, init=False)
-class LegLaw:
+class LegLaw(Shown):
     """Expansion law of one leg: ``drift = sum_s A_s q0 dT_s + B_s q dT_s`` (paper, eqs. 4 and 8).
 
     Parameters
@@ -226,7 +227,7 @@ class PlateLaw:
 
 
 @dataclass(frozen=True, eq=False, init=False)
-class ThermalModel:
+class ThermalModel(Shown):
     """Laws of six legs and two plates, reference temperatures and range of validity.
 
     Parameters

@@ -17,6 +17,7 @@ import numpy.typing as npt
 from hexathermal.errors import ArgumentError, UnknownNameError
 from hexathermal.kinematics.inverse import inverse_kinematics
 from hexathermal.machine.hexapod import Hexapod
+from hexathermal.machine.shown import Shown
 from hexathermal.machine.thermal import TemperaturesLike, frozen, refreeze
 from hexathermal.poses import FloatArray, PoseLike, finite_array
 from hexathermal.predict.budget_causes import bias_causes
@@ -40,7 +41,7 @@ UNITS = ("m", "m", "m", "rad", "rad", "rad")
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Budget:
+class Budget(Shown):
     """An error budget: bias, covariance, contributions.  Errors are ``[x, y, z, rx, ry, rz]``, m and rad.
 
     Attributes

@@ -15,7 +15,7 @@ from hexathermal.kinematics.constants import LARGEST_CONDITION
 from hexathermal.kinematics.jacobian import condition_number
 from hexathermal.machine.hexapod import Hexapod
 from hexathermal.machine.library import models_folder
-from hexathermal.machine.thermal import LegLaw, PlateLaw
+from hexathermal.machine.thermal import LegLaw, PlateLaw, ThermalModel
 from hexathermal.poses import FloatArray
 from hexathermal.predict.trajectory import POSE_COLUMNS, TrajectorySummary
 from hexathermal.show.extension_tables import exchange_rows, extension_facts, extension_rows, term_cells, term_facts
@@ -104,15 +104,15 @@ def machine_file(name_or_path: str) -> Path:
     return path / "hexapod.toml" if path.is_dir() else path
 
 
-def machine_facts(hexapod: Hexapod, file: Path) -> dict[str, Any]:
-    """Return all that is known of a machine, ready for JSON: mm, deg, um/m/K and degC."""
+def machine_facts(hexapod: Hexapod, file: Path | None = None) -> dict[str, Any]:
+    """Return all that is known of a machine, with its file where it has one, ready for JSON: mm, deg, um/m/K, degC."""
     condition = float(condition_number(hexapod, hexapod.home))
     limits = hexapod.limits
     return {
         "name": hexapod.name,
         "grade": hexapod.grade,
         "source": hexapod.source,
-        "file": str(file.resolve()),
+        "file": None if file is None else str(file.resolve()),
         "base_joints_mm": _mm(hexapod.base_joints),
         "platform_joints_mm": _mm(hexapod.platform_joints),
         "home_mm": _mm(hexapod.home[:3, 3]),
@@ -126,15 +126,12 @@ def machine_facts(hexapod: Hexapod, file: Path) -> dict[str, Any]:
             f"{axis}_{unit}": (_mm if unit == "mm" else _deg)(np.array(getattr(limits, axis)))
             for axis, unit in AXES.items()
         },
-        "thermal": _thermal_facts(hexapod),
+        "thermal": None if hexapod.thermal is None else thermal_facts(hexapod.thermal),
     } | extension_facts(hexapod)  # fmt: skip
 
 
-def _thermal_facts(hexapod: Hexapod) -> dict[str, Any] | None:
-    """Return the thermal law, or None."""
-    model = hexapod.thermal
-    if model is None:
-        return None
+def thermal_facts(model: ThermalModel) -> dict[str, Any]:
+    """Return laws, references and range of a thermal model, ready for JSON: um/m/K and degC."""
 
     def plate(law: PlateLaw | None) -> dict[str, Any] | None:
         if law is None:
@@ -143,40 +140,42 @@ def _thermal_facts(hexapod: Hexapod) -> dict[str, Any] | None:
         return {"expansion_um_per_m_K": round(law.expansion * 1e6, 9), "expansion_std_um_per_m_K": std,
                 "sensor": law.sensor}  # fmt: skip
 
-    def leg(law: LegLaw) -> dict[str, Any]:
-        std = None if law.covariance is None else np.round(np.sqrt(np.diagonal(law.covariance)) * 1e6, 9)
-        count = len(law.sensors)
-        return {
-            "sensors": list(law.sensors),
-            "A_um_per_m_K": np.round(law.A * 1e6, 9).tolist(),
-            "B_um_per_m_K": np.round(law.B * 1e6, 9).tolist(),
-            "A_std_um_per_m_K": None if std is None else std[:count].tolist(),
-            "B_std_um_per_m_K": None if std is None else std[count:].tolist(),
-            "covariance_known": law.covariance is not None,
-            "campaign": law.campaign,
-            "terms": term_facts(law.terms),
-        }
-
     return {
         "sensors": list(model.sensor_names),
         "reference_temperature_degC": np.asarray(model.reference_temperature_degC).tolist(),
         "valid_degC": list(model.valid_degC),
         "thermometers_of_leg": list(model.thermometers_of_leg),
-        "legs": [leg(law) for law in model.legs],
+        "legs": [leg_facts(law) for law in model.legs],
         "platform": plate(model.platform),
         "base": plate(model.base),
     }
 
 
+def leg_facts(law: LegLaw) -> dict[str, Any]:
+    """Return the coefficients of a leg with their standard uncertainties, ready for JSON: um/m/K."""
+    std = None if law.covariance is None else np.round(np.sqrt(np.diagonal(law.covariance)) * 1e6, 9)
+    count = len(law.sensors)
+    return {
+        "sensors": list(law.sensors),
+        "A_um_per_m_K": np.round(law.A * 1e6, 9).tolist(),
+        "B_um_per_m_K": np.round(law.B * 1e6, 9).tolist(),
+        "A_std_um_per_m_K": None if std is None else std[:count].tolist(),
+        "B_std_um_per_m_K": None if std is None else std[count:].tolist(),
+        "covariance_known": law.covariance is not None,
+        "campaign": law.campaign,
+        "terms": term_facts(law.terms),
+    }
+
+
 def machine_tables(facts: dict[str, Any], pretty: bool) -> list[Table]:
     """Return the tables that show the facts of a machine."""
-    return [_overview(facts, pretty), _joints(facts, pretty), *_thermal_tables(facts, pretty)]
+    return [_overview(facts, pretty), _joints(facts, pretty), *thermal_tables(facts["thermal"], pretty)]
 
 
 def _overview(facts: dict[str, Any], pretty: bool) -> Table:
     """Return what concerns the whole machine."""
     table = framed(pretty, f"machine {facts['name']}", "")
-    rows = [("grade", facts["grade"]), ("source", facts["source"]), ("file", facts["file"])]
+    rows = [(key, facts[key]) for key in ("grade", "source", "file") if facts[key]]
     rows.append(("platform origin at home, base frame", ", ".join(f"{value:g}" for value in facts["home_mm"]) + " mm"))
     rows.append(("legs at home", _span(np.array(facts["leg_lengths_at_home_mm"])) + " mm"))
     for key, what in (("q0_mm", "retracted length q0"), ("base_cone_deg", "cone of the base joints"),
@@ -217,9 +216,8 @@ def _joints(facts: dict[str, Any], pretty: bool) -> Table:
     return table
 
 
-def _thermal_tables(facts: dict[str, Any], pretty: bool) -> list[Table]:
-    """Return the thermal law."""
-    thermal = facts["thermal"]
+def thermal_tables(thermal: dict[str, Any] | None, pretty: bool) -> list[Table]:
+    """Return the tables of a thermal model's facts; what its absence means where there is none."""
     about = framed(pretty, "thermal", "")
     if thermal is None:
         about.add_row("compensation", "not active: the machine has no thermal law")
@@ -239,10 +237,10 @@ def _thermal_tables(facts: dict[str, Any], pretty: bool) -> list[Table]:
     for row in exchange_rows(thermal["thermometers_of_leg"]):
         about.add_row(*row)
     about.add_row("columns of a temperature file", ", ".join(f"{name}_degC" for name in thermal["sensors"]))
-    return [about, *_law_tables(thermal["legs"], pretty)]
+    return [about, *law_tables(thermal["legs"], pretty)]
 
 
-def _law_tables(legs: list[dict[str, Any]], pretty: bool) -> list[Table]:
+def law_tables(legs: list[dict[str, Any]], pretty: bool) -> list[Table]:
     """Return the coefficients of the legs with their standard uncertainties, and their terms where they have any."""
     unsure = any(law["covariance_known"] for law in legs)
     heads = [f"{letter} um/m/K>" for letter in "AB"]

@@ -11,6 +11,7 @@ import numpy as np
 from hexathermal.learn.diagnosis.channels import Levels
 from hexathermal.learn.law import IdentifiedLaw
 from hexathermal.learn.validation_gain import Gain
+from hexathermal.machine.shown import Shown
 from hexathermal.poses import FloatArray
 
 FORMAT = "hexathermal-diagnosis/1"
@@ -137,7 +138,7 @@ class RunResidual:
 
 
 @dataclass(frozen=True, eq=False)
-class Diagnosis:
+class Diagnosis(Shown):
     """What the measurements say about the law.
 
     Attributes

@@ -15,6 +15,7 @@ from hexathermal.learn.machine_diagnosis.gain import MachineGain, MachineResidua
 from hexathermal.learn.machine_diagnosis.plan_files import planned_facts
 from hexathermal.learn.machine_diagnosis.planning import MachineExperiment
 from hexathermal.machine.hexapod import Hexapod
+from hexathermal.machine.shown import Shown
 from hexathermal.poses import FloatArray
 
 UM = 1e6
@@ -118,7 +119,7 @@ class Disturbances:
 
 
 @dataclass(frozen=True, eq=False)
-class MachineDiagnosis:
+class MachineDiagnosis(Shown):
     """What a machine's model gets wrong, and why.
 
     Attributes

@@ -11,6 +11,7 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from hexathermal.errors import ArgumentError
+from hexathermal.machine.shown import Shown
 from hexathermal.poses import FloatArray
 from hexathermal.predict.acceptance.decision_rules import FAIL, NOT_DECIDED, PASS, Decision, decide
 from hexathermal.predict.acceptance.environmental_variation import (
@@ -68,7 +69,7 @@ class Result:
 
 
 @dataclass(frozen=True, eq=False)
-class Acceptance:
+class Acceptance(Shown):
     """Whether a machine meets its specification.
 
     Attributes
