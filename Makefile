@@ -3,7 +3,7 @@ PYTHON ?= python3
 VENV   ?= .venv
 BIN    := $(VENV)/bin
 
-.PHONY: demo test bench models pictures clean
+.PHONY: demo test bench models pictures docs docs-check clean
 
 demo: $(VENV)/installed
 	$(BIN)/hexathermal demo
@@ -27,6 +27,15 @@ pictures: $(VENV)/installed
 	$(BIN)/hexathermal demo --out $(VENV)/demo
 	cp $(VENV)/demo/day.png docs/demo.png
 
+docs: $(VENV)/installed
+	$(BIN)/python -m sphinx -W --keep-going -q -b html -d docs/_build/doctrees docs docs/_build/html
+	@echo "open docs/_build/html/index.html"
+
+docs-check: $(VENV)/installed
+	$(BIN)/python -m sphinx -W --keep-going -q -b linkcheck -d docs/_build/doctrees -D nb_execution_mode=off docs \
+	    docs/_build/links
+	$(BIN)/python -m pytest -q tests/test_docs.py tests/test_docs_commands.py tests/test_docs_site.py tests/test_docs_words.py
+
 $(VENV)/installed: pyproject.toml
 	$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11) and "Python 3.11 or later is needed")'
 	$(PYTHON) -m venv $(VENV)
@@ -34,4 +43,4 @@ $(VENV)/installed: pyproject.toml
 	touch $@
 
 clean:
-	rm -rf $(VENV) .mypy_cache .ruff_cache .pytest_cache .hypothesis dist
+	rm -rf $(VENV) docs/_build docs/reference/generated .mypy_cache .ruff_cache .pytest_cache .hypothesis dist

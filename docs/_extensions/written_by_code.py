@@ -1,0 +1,152 @@
+"""Directives whose text the code writes while the site is built: what it says cannot differ from what it does.
+
+``{command-line}``
+    Each command's ``--help``, from the parser.
+``{causes}``
+    A catalogue of causes: ``leg`` or ``machine``.
+``{machines}``
+    The bundled machines.
+``{examples}``
+    The files of ``examples/``, each with what it says about itself.
+``{other-pages}``
+    The pages of this folder that no other list names: a new page appears by itself.
+"""
+
+from __future__ import annotations
+
+import argparse
+import ast
+import os
+from collections.abc import Iterable
+from fnmatch import fnmatch
+from pathlib import Path
+from typing import Any, ClassVar
+from unittest import mock
+
+from docutils import nodes
+from docutils.parsers.rst import directives
+from docutils.statemachine import StringList
+from sphinx.application import Sphinx
+from sphinx.directives.other import TocTree
+from sphinx.util.docutils import SphinxDirective
+
+EXAMPLES = Path(__file__).resolve().parents[2] / "examples"
+HELP_COLUMNS = "98"
+
+
+class Written(SphinxDirective):
+    """A directive whose Markdown is made by `lines`."""
+
+    has_content = False
+
+    def lines(self) -> Iterable[str]:
+        """Return the text."""
+        raise NotImplementedError
+
+    def run(self) -> list[nodes.Node]:
+        """Parse the text as if it stood in the page."""
+        text = StringList("\n".join(self.lines()).splitlines(), source=f"written by {self.name}")
+        holder = nodes.Element()
+        holder.document = self.state.document
+        self.state.nested_parse(text, self.content_offset, holder, match_titles=True)
+        return holder.children
+
+
+def fenced(text: str, language: str = "text") -> list[str]:
+    """Return lines of a block of code, with a fence longer than any inside."""
+    return [f"~~~~{language}", *text.rstrip().splitlines(), "~~~~", ""]
+
+
+def parsers(parser: argparse.ArgumentParser, names: tuple[str, ...] = ()) -> Iterable[tuple[str, str]]:
+    """Give title and help of each command, and of the commands of a command."""
+    yield " ".join(names) or parser.prog, parser.format_help()
+    for action in parser._actions:
+        if isinstance(action, argparse._SubParsersAction):
+            for name, child in action.choices.items():
+                yield from parsers(child, (*names, name))
+
+
+class CommandLine(Written):
+    """Each command's help."""
+
+    def lines(self) -> Iterable[str]:
+        """Return a section a command."""
+        import hexathermal
+        from hexathermal.show.usage import parser
+
+        with mock.patch.dict(os.environ, COLUMNS=HELP_COLUMNS, NO_COLOR="1"):
+            for title, text in parsers(parser(hexathermal.__version__)):
+                yield from (f"## {title}", "", *fenced(text))
+
+
+class Causes(Written):
+    """A catalogue of causes."""
+
+    required_arguments = 1
+
+    def lines(self) -> Iterable[str]:
+        """Return a section a cause."""
+        if self.arguments[0] == "leg":
+            from hexathermal.learn.diagnosis.causes import catalogue
+        else:
+            from hexathermal.learn.machine_diagnosis.causes import catalogue  # type: ignore[assignment]
+        for name, module in catalogue().items():
+            cause = module.CAUSE
+            yield from (f"### {name}", "", cause.physics, "")
+            yield from ("Signature", f": {cause.signature}", "", "Parameters")
+            yield ": " + "; ".join(f"`{one.name}` [{one.unit}], {one.prior}" for one in cause.parameters)
+            yield from ("", "Confused with", ": " + ", ".join(f"`{other}`" for other in cause.confused_with), "")
+            yield from ("Experiment that tells", f": {cause.experiment}", "")
+            yield from ("The diagnosis says", f": “{cause.words.replace('{target}', '…')}”", "")
+
+
+class Machines(Written):
+    """The bundled machines."""
+
+    def lines(self) -> Iterable[str]:
+        """Return a table."""
+        import hexathermal
+
+        yield from ("| name | grade | thermal law | source |", "|---|---|---|---|")
+        for name in hexathermal.bundled_hexapods():
+            hexapod = hexathermal.load_hexapod(name)
+            law = "active" if hexapod.thermal else "none"
+            yield f"| `{name}` | {hexapod.grade} | {law} | {hexapod.source or '–'} |"
+
+
+class Examples(Written):
+    """The files of ``examples/``."""
+
+    def lines(self) -> Iterable[str]:
+        """Return a section a file: its first docstring line, its text."""
+        for file in sorted(EXAMPLES.glob("*.py")):
+            if file.name == "__init__.py":
+                continue
+            self.env.note_dependency(str(file))
+            text = file.read_text(encoding="utf-8")
+            said = (ast.get_docstring(ast.parse(text)) or "").splitlines()[0]
+            yield from (f"## {file.stem.replace('_', ' ').capitalize()}", "", said, "", f"`examples/{file.name}`", "")
+            yield from fenced(text, "python")
+
+
+class OtherPages(TocTree):
+    """A list of the pages of this folder except those named by ``:but:``, blanks between patterns."""
+
+    option_spec: ClassVar[dict[str, Any]] = {**TocTree.option_spec, "but": directives.unchanged_required}
+
+    def run(self) -> list[nodes.Node]:
+        """List them by name."""
+        skipped = [*self.options.pop("but", "").split(), self.env.docname, "*/*"]
+        pages = sorted(self.env.found_docs)
+        self.content = StringList([f"/{page}" for page in pages if not any(fnmatch(page, one) for one in skipped)])
+        return super().run()
+
+
+def setup(app: Sphinx) -> dict[str, Any]:
+    """Declare the directives to Sphinx."""
+    app.add_directive("command-line", CommandLine)
+    app.add_directive("causes", Causes)
+    app.add_directive("machines", Machines)
+    app.add_directive("examples", Examples)
+    app.add_directive("other-pages", OtherPages)
+    return {"parallel_read_safe": True, "version": "1"}

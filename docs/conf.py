@@ -1,0 +1,72 @@
+"""How the site is built: ``make docs``. Nothing is fetched while it is built, nor when it is read."""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+
+import hexathermal
+
+sys.path.insert(0, str(Path(__file__).parent / "_extensions"))
+
+project = "hexathermal"
+author = "the authors of hexathermal"
+project_copyright = "MIT licence"
+version = release = hexathermal.__version__
+
+extensions = [
+    "myst_nb",
+    "sphinx.ext.autodoc",
+    "sphinx.ext.autosummary",
+    "sphinx.ext.napoleon",
+    "sphinx_design",
+    "written_by_code",
+]
+exclude_patterns = ["_build", "_extensions"]
+source_suffix = {".md": "myst-nb", ".rst": "restructuredtext", ".ipynb": "myst-nb"}
+language = "en_GB"
+smartquotes = False  # `--force` stays two hyphens
+default_role = "py:obj"  # single backticks of docstrings
+
+myst_enable_extensions = ["colon_fence", "deflist"]
+myst_heading_anchors = 4
+myst_links_external_new_tab = False
+
+nb_execution_mode = "force"
+nb_execution_timeout = 120
+nb_execution_raise_on_error = True
+nb_ipywidgets_js = {}  # would be fetched from elsewhere
+nb_merge_streams = True
+
+autosummary_generate = True
+autodoc_typehints = "none"  # parameters say type, shape and unit
+autodoc_member_order = "bysource"
+autodoc_default_options = {"members": True, "show-inheritance": False}
+napoleon_google_docstring = False
+napoleon_use_rtype = False
+napoleon_use_ivar = True
+
+linkcheck_timeout = 20
+linkcheck_retries = 2
+linkcheck_workers = 4
+
+html_theme = "pydata_sphinx_theme"
+html_title = "hexathermal"
+html_static_path = ["_static"]
+html_css_files = ["site.css"]
+html_copy_source = False
+html_show_sourcelink = False
+html_sidebars = {"index": [], "tour": [], "examples": []}
+html_theme_options = {
+    "navbar_align": "left",
+    "header_links_before_dropdown": 7,
+    "navbar_end": ["theme-switcher"],
+    "navbar_persistent": ["search-button"],
+    "navigation_with_keys": False,  # arrow keys scroll
+    "show_toc_level": 2,
+    "secondary_sidebar_items": ["page-toc"],
+    "footer_start": ["copyright"],
+    "footer_end": [],
+    "pygments_light_style": "a11y-high-contrast-light",
+    "pygments_dark_style": "a11y-high-contrast-dark",
+}
