@@ -5,7 +5,6 @@ Results go to stdout, progress and errors to stderr. What each command accepts s
 
 from __future__ import annotations
 
-import argparse
 import json
 import os
 import signal
@@ -16,7 +15,7 @@ import time
 import traceback
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
-from difflib import get_close_matches
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, TextIO
 
@@ -32,9 +31,11 @@ from hexathermal.errors import (
     TemperatureError,
     UnknownNameError,
 )
-from hexathermal.show.commands import error_code
-from hexathermal.show.options import machine
-from hexathermal.show.usage import parser, readable
+from hexathermal.predict.table_writing import refuse_no_folder
+from hexathermal.show.commands import Answer, envelope, error_code, found
+from hexathermal.show.outputs import protect
+from hexathermal.show.parsing import parsed, suggestion
+from hexathermal.show.usage import parser
 
 DONE, UNFINISHED, USAGE, BAD_INPUT, UNREACHABLE, INTERRUPTED = 0, 1, 2, 3, 4, 130
 
@@ -74,11 +75,11 @@ def main(argv: list[str] | None = None) -> int:
         _say("interrupted; nothing half-written is left")
         return INTERRUPTED
     except SystemExit as error:
-        return error_code(words, error.code if isinstance(error.code, int) else USAGE, _COMMANDS)
+        return error_code(words, error.code if isinstance(error.code, int) else USAGE)
     except Exception as error:
         if os.environ.get(TRACEBACK):
             traceback.print_exc()
-        return error_code(words, _explain(error), _COMMANDS)
+        return error_code(words, _explain(error))
 
 
 def _open_streams() -> None:
@@ -92,8 +93,7 @@ def _explain(error: Exception) -> int:
     """Say what went wrong and return the exit code."""
     if isinstance(error, UnknownNameError):
         word = str(error).split("'")[1] if "'" in str(error) else ""
-        close = get_close_matches(word, error.available, 1)
-        _say(f"error: {error}" + (f"\ndid you mean {close[0]!r}?" if close else ""))
+        _say(f"error: {error}{suggestion(word, error.available)}")
         return USAGE
     if isinstance(error, HexathermalError):
         _say(f"error: {error}")
@@ -119,52 +119,52 @@ def _explain(error: Exception) -> int:
 
 
 def _run(argv: list[str]) -> int:
-    """Run one command."""
+    """Run one command, print its answer and return its exit code."""
     if any("\0" in word for word in argv):
         raise ArgumentError("an argument holds a zero byte")
     top = parser(hexathermal.__version__)
-    arguments = top.parse_args(readable(argv))
+    arguments = parsed(top, argv)
     if arguments.command is None:
         top.print_help(sys.stderr)
         return USAGE
-    if arguments.command in _COMMANDS:
-        _COMMANDS[arguments.command](arguments)
-        return DONE
-    return _answer(arguments)
-
-
-def _answer(arguments: argparse.Namespace) -> int:
-    """Run a command that has its own module, print its answer and return its exit code."""
-    from hexathermal.predict.table_writing import refuse_no_folder, written_together
-    from hexathermal.show.commands import found
-    from hexathermal.show.outputs import protect
-
     protect(arguments)
     target = getattr(arguments, "json", None)
     if target not in (None, "-"):
         refuse_no_folder(Path(target))
-    with _bar(arguments.command) as progress, _place_for_fonts():
+    began = time.perf_counter()
+    voice = Voice(getattr(arguments, "quiet", False), getattr(arguments, "verbose", False))
+    with _bar(arguments.command, voice) as progress, _place_for_fonts():
         answer = found()[arguments.command].run(arguments, progress)
+    _finish(answer, arguments.command, target, voice)
+    if voice.verbose:
+        _say(f"{time.perf_counter() - began:7.1f} s  done, exit code {answer.code}")
+    if answer.then is not None:
+        answer.then()
+    return answer.code
+
+
+def _finish(answer: Answer, command: str, target: str | None, voice: Voice) -> None:
+    """Say warnings, write the files that belong to an answer, and print it."""
+    from hexathermal.predict.table_writing import written_together
+
     for warning in answer.warnings:
-        _say(warning)
-    text = "" if target is None else json.dumps(answer.data, indent=2, allow_nan=False)
+        if not (voice.quiet and warning.startswith("note:")):
+            _say(warning)
+    text = "" if target is None else json.dumps(envelope(answer, command), indent=2, allow_nan=False)
     files = dict(answer.files)
     if target not in (None, "-"):
-        files[Path(target)] = f"{text}\n".encode()
+        files[Path(str(target))] = f"{text}\n".encode()
     with written_together(tuple(files)) as parts:
         for part, content in zip(parts, files.values(), strict=True):
             part.write_bytes(content)
     try:
         if target == "-":
             print(text)
-        else:
+        elif not voice.quiet:
             _show(*answer.shown)
         sys.stdout.flush()
     except BrokenPipeError:
         _drop(sys.stdout)  # the reader has gone; the code is still the answer's
-    if answer.then is not None:
-        answer.then()
-    return answer.code
 
 
 @contextmanager
@@ -236,16 +236,28 @@ def _show(*tables: Callable[[bool, int], Any] | str) -> None:
     print(_printable("\n".join(line.rstrip() for line in printed.get().splitlines()), sys.stdout))
 
 
+@dataclass(frozen=True)
+class Voice:
+    """How much is said: `quiet` leaves warnings and errors only, `verbose` tells every step."""
+
+    quiet: bool = False
+    verbose: bool = False
+
+
 @contextmanager
-def _bar(label: str) -> Iterator[Callable[[int, int, str], None]]:
+def _bar(label: str, voice: Voice) -> Iterator[Callable[[int, int, str], None]]:
     """Give a function ``(done, total, label)`` that moves a bar on stderr; silent where that is no terminal."""
     columns = (TextColumn("{task.description}"), BarColumn(), TaskProgressColumn(), TimeRemainingColumn())
-    console = _console(sys.stderr)
-    with Progress(*columns, console=console, transient=True, disable=not console.is_terminal) as progress:
+    console, began, last = _console(sys.stderr), time.perf_counter(), [""]
+    hidden = voice.quiet or not console.is_terminal
+    with Progress(*columns, console=console, transient=True, disable=hidden) as progress:
         task = progress.add_task(label, total=None)
 
         def move(done: int, total: int, text: str = label) -> None:
-            progress.update(task, completed=done, total=total, description=text)
+            progress.update(task, completed=done, total=total or None, description=text)
+            if voice.verbose and text != last[0]:
+                last[0] = text
+                console.print(_printable(f"{time.perf_counter() - began:7.1f} s  {text}", sys.stderr))
 
         yield move
 
@@ -265,65 +277,3 @@ def _place_for_fonts() -> Iterator[None]:
             yield
         finally:
             del os.environ[name]
-
-
-def _correct(arguments: argparse.Namespace) -> None:
-    """Corrected leg lengths of a trajectory."""
-    from hexathermal.predict.trajectory import correct_trajectory
-    from hexathermal.show.tables import trajectory_table
-
-    hexapod = machine(arguments.machine)
-    own = any(arguments.user_frame) or any(arguments.object_frame)
-    frames = hexathermal.Frames(tuple(arguments.user_frame), tuple(arguments.object_frame), arguments.convention)
-    with _bar("correcting") as move:
-        summary = correct_trajectory(
-            hexapod, arguments.poses, arguments.temps, arguments.out, convention=arguments.convention,
-            frames=frames if own else None, lengths_only=arguments.lengths_only, overwrite=arguments.force,
-            progress=lambda done, total: move(done, total, "correcting"),
-        )  # fmt: skip
-    _show(lambda pretty, _: trajectory_table(summary, pretty))
-
-
-def _machines(_arguments: argparse.Namespace) -> None:
-    """The bundled machines."""
-    from hexathermal.show.tables import machines_table
-
-    found = {name: hexathermal.load_hexapod(name) for name in hexathermal.bundled_hexapods()}
-    sources = [f"{name}: {hexapod.source or 'source not said'}" for name, hexapod in found.items()]
-    _show(lambda pretty, _: machines_table(found, pretty), "\n".join(["sources", *sources]))
-
-
-def _show_machine(arguments: argparse.Namespace) -> None:
-    """All that is known of one machine."""
-    from hexathermal.show.tables import machine_facts, machine_file, machine_tables, singular_at_home
-
-    hexapod = machine(arguments.machine)
-    facts = machine_facts(hexapod, machine_file(arguments.machine))
-    if warning := singular_at_home(facts):
-        _say(warning)
-    if arguments.json:
-        print(json.dumps(facts, indent=2, allow_nan=False))
-        return
-    count = len(machine_tables(facts, False))
-    _show(*(lambda pretty, _, k=k: machine_tables(facts, pretty)[k] for k in range(count)))
-
-
-def _warm_up(_arguments: argparse.Namespace) -> None:
-    """Compile everything."""
-    from hexathermal.predict.warm_up import steps
-
-    began = time.perf_counter()
-    with _bar("compiling") as move:
-        jobs = list(steps())
-        for k, (label, job) in enumerate(jobs):
-            move(k, len(jobs), label)
-            job()
-    _show(f"{len(jobs)} kinds of calls are compiled and kept on disk ({time.perf_counter() - began:.1f} s)")
-
-
-_COMMANDS: dict[str, Callable[[argparse.Namespace], None]] = {
-    "correct": _correct,
-    "machines": _machines,
-    "show-machine": _show_machine,
-    "warm-up": _warm_up,
-}

@@ -15,6 +15,7 @@ from rich.console import Console
 import hexathermal as ht
 from hexathermal import cli
 from hexathermal.predict.trajectory import POSE_COLUMNS
+from hexathermal.show.commands import machines
 from hexathermal.show.tables import day_table, framed, reduction, width_of
 from hexathermal.simulate.day import WorkingDay
 from hexathermal.simulate.demonstration import demonstrate
@@ -61,11 +62,11 @@ def test_help_of_correct_names_columns_units_and_conventions(capsys: Said) -> No
     ("arguments", "words"),
     [
         ([], "usage: hexathermal"),
-        (["corect"], "invalid choice"),
-        (["machines", "--jso"], "unrecognized"),
+        (["corect"], "did you mean 'correct'?"),
+        (["machines", "--jso"], "did you mean '--json'?"),
         (["correct"], "required"),
         (["correct", "--mach", "reference"], "required"),
-        (["show-machine", "reference", "--js"], "unrecognized"),
+        (["show-machine", "reference", "--js"], "did you mean '--json'?"),
         (["show-machine", "referense"], "did you mean 'reference'?"),
         (["show-machine", "no\0thing"], "zero byte"),
         (["demo", "--seed", "-1"], "whole number"),
@@ -100,7 +101,7 @@ def test_wrong_usage_is_2_and_is_explained(
         ({"--out": "-"}, "ends in .csv or .parquet"),
         ({"--out": "{tmp}/o.txt"}, "ends in .csv or .parquet"),
         ({"--convention": "euler"}, "invalid choice"),
-        ({"--user-frame": "nan"}, "is not a finite number"),
+        ({"--user-frame": "nan"}, "takes 6 finite numbers"),
     ],
 )
 def test_wrong_arguments_of_correct_are_2(
@@ -321,10 +322,10 @@ def test_a_machine_singular_at_home_is_warned_of(tmp_path: Path, capsys: Said) -
 def test_an_error_inside_is_1_and_shows_its_origin_on_request(capsys: Said, monkeypatch: pytest.MonkeyPatch) -> None:
     """A bug is one line that says how to see more; with HEXATHERMAL_TRACEBACK=1 the traceback comes."""
 
-    def broken(_arguments: object) -> None:
+    def broken(*_given: object) -> None:
         raise ZeroDivisionError("oh")
 
-    monkeypatch.setitem(cli._COMMANDS, "machines", broken)
+    monkeypatch.setattr(machines, "run", broken)
     monkeypatch.delenv("HEXATHERMAL_TRACEBACK", raising=False)
     assert cli.main(["machines"]) == 1
     said = capsys.readouterr().err
@@ -350,10 +351,10 @@ def test_the_worlds_troubles_have_their_codes(
 ) -> None:
     """Full disks and memory, Ctrl-C and readers that leave end without a traceback."""
 
-    def troubled(_arguments: object) -> None:
+    def troubled(*_given: object) -> None:
         raise error
 
-    monkeypatch.setitem(cli._COMMANDS, "machines", troubled)
+    monkeypatch.setattr(machines, "run", troubled)
     monkeypatch.setattr(cli, "_drop", lambda _stream: None)
     assert cli.main(["machines"]) == code
     said = capsys.readouterr().err

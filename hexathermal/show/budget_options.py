@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import argparse
-import math
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -13,7 +12,7 @@ import numpy as np
 from hexathermal.errors import ArgumentError
 from hexathermal.machine.hexapod import Hexapod
 from hexathermal.poses import FloatArray, Frames, pose_from_coordinates
-from hexathermal.show.options import number
+from hexathermal.show.options import number, numbers
 
 if TYPE_CHECKING:
     from hexathermal.predict.sources import Sources
@@ -71,24 +70,6 @@ def draws(text: str) -> int:
     if not (text.isascii() and text.isdigit() and len(text) <= 9 and int(text) > 0):
         raise argparse.ArgumentTypeError(f"{text!r} is no whole number of draws, such as 4000000")
     return int(text)
-
-
-def numbers(words: list[str], count: int, option: str, what: str) -> tuple[float, ...]:
-    """Return `count` numbers from words parted by blanks or commas."""
-    found = [part for word in words for part in word.split(",") if part]
-    try:
-        values = tuple(float(part) for part in found)
-    except ValueError:
-        values = (math.nan,)
-    if len(values) != count or not all(map(math.isfinite, values)):
-        wanted = "one finite number" if count == 1 else f"{count} finite numbers"
-        raise ArgumentError(f"{option} takes {wanted} ({what}), found {' '.join(words)!r}")
-    return values
-
-
-def three(words: list[str] | None, option: str, unit: str) -> tuple[float, ...] | None:
-    """Return three numbers, or None where there are none."""
-    return None if words is None else numbers(words, 3, option, f"x y z, {unit}")
 
 
 @dataclass(frozen=True, eq=False)

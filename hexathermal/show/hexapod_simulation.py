@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from hexathermal.errors import ArgumentError, FileFormatError, Problem
-from hexathermal.show.commands import Answer, Progress, add_json
+from hexathermal.show.commands import Answer, Progress
 from hexathermal.show.options import EXIT_CODES, MACHINE, STYLE, machine, number, path, seed
 
 if TYPE_CHECKING:
@@ -92,7 +92,6 @@ def add_machine(kinds: Any) -> None:
     one.add_argument("--truth", type=path, metavar="FILE", help="write what truly was, as JSON, outside of --out")
     one.add_argument("--plots", type=path, metavar="DIR", help="draw every run into this folder, outside of --out")
     one.add_argument("--force", action="store_true", help="replace the campaign in --out, the truth and the plots")
-    add_json(one)
 
 
 def answer(arguments: argparse.Namespace, progress: Progress) -> Answer:

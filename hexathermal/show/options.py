@@ -6,12 +6,17 @@ import argparse
 import math
 import os
 import re
+import shutil
 from pathlib import Path
 from typing import Any
 
 from hexathermal.errors import ArgumentError
 from hexathermal.machine.hexapod import Hexapod
 from hexathermal.machine.library import bundled_hexapods, load_hexapod
+from hexathermal.poses import CONVENTIONS, Frames
+
+WIDTH = 118
+"""Columns of ``--help`` where it does not go to a narrower terminal."""
 
 COMPILE_TIME = "up to a minute"
 """How long compiling takes where nothing is kept on disk yet; measured: 15 to 35 s."""
@@ -55,9 +60,55 @@ def path(text: str) -> Path:
     return Path(text)
 
 
+def numbers(words: list[str], count: int, option: str, what: str) -> tuple[float, ...]:
+    """Return `count` numbers from words parted by blanks or commas."""
+    found = [part for word in words for part in word.split(",") if part]
+    try:
+        values = tuple(float(part) for part in found)
+    except ValueError:
+        values = (math.nan,)
+    if len(values) != count or not all(map(math.isfinite, values)):
+        wanted = "one finite number" if count == 1 else f"{count} finite numbers"
+        raise ArgumentError(f"{option} takes {wanted} ({what}), found {' '.join(words)!r}")
+    return values
+
+
+def three(words: list[str] | None, option: str, unit: str) -> tuple[float, ...] | None:
+    """Return three numbers, or None where there are none."""
+    return None if words is None else numbers(words, 3, option, f"x y z, {unit}")
+
+
+def add_frames(
+    command: argparse.ArgumentParser, user: str = "axes of the poses", own: str = "the point that is moved: the tool"
+) -> None:
+    """Declare ``--user-frame``, ``--object-frame`` and ``--convention``.
+
+    Parameters
+    ----------
+    command : ArgumentParser
+    user, own : str
+        What the two frames mean to the command.
+    """
+    for frame, what in (("user", user), ("object", own)):
+        command.add_argument(f"--{frame}-frame", nargs="+", metavar="V",
+                             help=f"{what}; x y z rx ry rz, mm and deg (default: 0)")  # fmt: skip
+    command.add_argument("--convention", choices=sorted(CONVENTIONS), default="fixed-xyz", metavar="NAME",
+                         help="of the angles: fixed-xyz (default: R = Rz Ry Rx) or fixed-zyx (Rx Ry Rz)")  # fmt: skip
+
+
+def frames_of(arguments: argparse.Namespace) -> Frames | None:
+    """Return the frames that `add_frames` declared, None where none is given or both are zero."""
+    user, own = (
+        numbers(given, 6, f"--{name}-frame", "x y z rx ry rz, mm and deg") if given else (0.0,) * 6
+        for name, given in (("user", arguments.user_frame), ("object", arguments.object_frame))
+    )
+    return Frames(user, own, arguments.convention) if any(user) or any(own) else None
+
+
 def formatter(prog: str) -> argparse.HelpFormatter:
     """Return a formatter that keeps texts as they are and sets options and their help side by side."""
-    return argparse.RawDescriptionHelpFormatter(prog, max_help_position=30)
+    width = min(WIDTH, shutil.get_terminal_size((WIDTH, 24)).columns - 2)
+    return argparse.RawDescriptionHelpFormatter(prog, max_help_position=30, width=width)
 
 
 STYLE: dict[str, Any] = {"formatter_class": formatter, "allow_abbrev": False}

@@ -7,13 +7,15 @@ A command's module holds ``add(commands)``, which declares it and what its ``--h
 from __future__ import annotations
 
 import argparse
-from collections.abc import Callable, Collection, Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from difflib import get_close_matches
 from importlib import import_module
 from pathlib import Path
 from pkgutil import iter_modules
 from typing import Any, Protocol
+
+import hexathermal
 
 Progress = Callable[[int, int, str], None]
 """``progress(done, total, label)`` moves the bar on stderr."""
@@ -58,7 +60,7 @@ class Command(Protocol):
         """Do the work."""
 
 
-def error_code(argv: list[str], code: int, others: Collection[str] = ()) -> int:
+def error_code(argv: list[str], code: int) -> int:
     """Return the exit code of an error: a command whose own codes are verdicts names one for all errors.
 
     Such a command's module holds ``ERROR_CODE``; only 0 (help) and 130 (interrupted) stay what they are.  A command
@@ -70,21 +72,19 @@ def error_code(argv: list[str], code: int, others: Collection[str] = ()) -> int:
     argv : list of str
     code : int
         Of the error elsewhere.
-    others : collection of str
-        Commands that have no module here.
     """
     name, modules = next((word for word in argv if not word.startswith("-")), ""), found()
-    if code in (0, 130) or not name or name in others:
+    if code in (0, 130) or not name:
         return code
     codes = {own: int(getattr(module, "ERROR_CODE", code)) for own, module in modules.items()}
     if name in codes:
         return codes[name]
-    meant = get_close_matches(name, [*codes, *others], 1)
+    meant = get_close_matches(name, list(codes), 1)
     return codes.get(meant[0], code) if meant else max(codes.values(), default=code)
 
 
-ORDER = ("demo", "simulate", "check", "identify", "validate", "diagnose", "compare", "apply", "view", "budget",
-         "accept")  # fmt: skip
+ORDER = ("demo", "machines", "show-machine", "correct", "simulate", "check", "identify", "validate", "diagnose",
+         "compare", "apply", "budget", "accept", "view", "report", "warm-up", "completion")  # fmt: skip
 """Commands in the order of the work; others follow by name."""
 
 
@@ -95,12 +95,34 @@ def _place(name: str) -> tuple[int, str]:
 
 def found() -> dict[str, Command]:
     """Return the modules of this folder by their command's name (``_`` stands for ``-``)."""
-    names = sorted((item.name for item in iter_modules([str(Path(__file__).parent)])), key=_place)
-    return {name.replace("_", "-"): import_module(f"{__name__}.{name}") for name in names}
+    names = (item.name.replace("_", "-") for item in iter_modules([str(Path(__file__).parent)]))
+    return {name: import_module(f"{__name__}.{name.replace('-', '_')}") for name in sorted(names, key=_place)}
 
 
-def add_json(command: argparse.ArgumentParser) -> None:
-    """Declare ``--json FILE``."""
-    command.add_argument(
-        "--json", metavar="FILE", help="write the answer as JSON too; '-': to stdout, and nothing else"
-    )
+def add_json(_command: argparse.ArgumentParser) -> None:
+    """Do nothing: every command has ``--json`` (`hexathermal.show.parsing`)."""
+
+
+def envelope(answer: Answer, command: str) -> dict[str, Any]:
+    """Return an answer as every command's ``--json`` tells it.
+
+    `format`, `command`, `version`, `exit_code`, `warnings` and `written` (paths) come first, then what is the command's
+    own.
+
+    Examples
+    --------
+    >>> list(envelope(Answer(data={"rows": 2}), "correct"))
+    ['format', 'command', 'version', 'exit_code', 'warnings', 'written', 'rows']
+    """
+    own = dict(answer.data)
+    written = [*own.pop("written", ()), *(str(file) for file in answer.files)]
+    warnings = [*own.pop("warnings", ()), *(text.removeprefix("warning: ") for text in answer.warnings
+                                            if not text.startswith("note:"))]  # fmt: skip
+    return {
+        "format": own.pop("format", f"hexathermal-{command}/1"),
+        "command": command,
+        "version": hexathermal.__version__,
+        "exit_code": answer.code,
+        "warnings": list(dict.fromkeys(warnings)),
+        "written": list(dict.fromkeys(written)),
+    } | own

@@ -7,9 +7,8 @@ from pathlib import Path
 from typing import Any
 
 from hexathermal.errors import ArgumentError
-from hexathermal.poses import CONVENTIONS, Frames
-from hexathermal.show.commands import Answer, Progress, add_json
-from hexathermal.show.options import STYLE, number, path
+from hexathermal.show.commands import Answer, Progress
+from hexathermal.show.options import STYLE, add_frames, frames_of, path
 
 ERROR_CODE = 3
 """Every error, wrong usage too: 1 and 2 are verdicts."""
@@ -69,15 +68,10 @@ def add(commands: Any) -> None:
     """Declare the command."""
     accept = commands.add_parser("accept", help="does a machine meet its specification?", description=ACCEPT,
                                  epilog=EPILOG, **STYLE)  # fmt: skip
-    accept.add_argument("measured", type=path, metavar="MEASURED.csv", help="measured poses, CSV or .parquet")
-    accept.add_argument("--spec", required=True, type=path, metavar="SPEC.toml", help="limits and decision rules")
-    angles = "of the three angles: fixed-xyz (default, R = Rz Ry Rx) or fixed-zyx (R = Rx Ry Rz)"
-    accept.add_argument("--convention", choices=sorted(CONVENTIONS), default="fixed-xyz", metavar="NAME", help=angles)
-    six = {"nargs": 6, "type": number, "default": [0.0] * 6, "metavar": ("X", "Y", "Z", "RX", "RY", "RZ")}
-    for frame, what in (("user", "axes in which poses are judged"), ("object", "the point that is judged: the tool")):
-        accept.add_argument(f"--{frame}-frame", **six, help=f"{what}, mm and deg (default: 0)")
+    accept.add_argument("measured", type=path, metavar="MEASURED", help="measured poses, CSV or .parquet")
+    accept.add_argument("--spec", required=True, type=path, metavar="FILE", help="limits and decision rules")
+    add_frames(accept, "axes in which poses are judged", "the point that is judged: the tool")
     accept.add_argument("--junit", type=path, metavar="FILE", help="write JUnit XML for test systems")
-    add_json(accept)
 
 
 def run(arguments: argparse.Namespace, progress: Progress) -> Answer:
@@ -89,9 +83,7 @@ def run(arguments: argparse.Namespace, progress: Progress) -> Answer:
     _check_targets(arguments)
     progress(0, 0, "reading")
     specification = read_specification(arguments.spec)
-    own = any(arguments.user_frame) or any(arguments.object_frame)
-    frames = Frames(tuple(arguments.user_frame), tuple(arguments.object_frame), arguments.convention)
-    measured = read_measured_poses(arguments.measured, arguments.convention, frames if own else None)
+    measured = read_measured_poses(arguments.measured, arguments.convention, frames_of(arguments))
     acceptance = accept(measured, specification)
     return Answer(
         shown=(lambda pretty, _: results_table(acceptance, pretty), verdict_lines(acceptance)),

@@ -7,7 +7,7 @@ import dataclasses
 from typing import TYPE_CHECKING, Any
 
 from hexathermal.errors import ArgumentError
-from hexathermal.show.commands import Answer, Progress, add_json
+from hexathermal.show.commands import Answer, Progress
 from hexathermal.show.options import EXIT_CODES, MACHINE, STYLE, machine, number, path
 
 if TYPE_CHECKING:
@@ -55,7 +55,6 @@ def add(commands: Any) -> None:
     one.add_argument("--at-rest", action="store_true",
                      help="leave out terms that depend on what was before: a machine long at rest")  # fmt: skip
     one.add_argument("--force", action="store_true", help="overwrite an existing machine file")
-    add_json(one)
 
 
 def run(arguments: argparse.Namespace, progress: Progress) -> Answer:
@@ -87,14 +86,13 @@ def run(arguments: argparse.Namespace, progress: Progress) -> Answer:
     low, high = model.valid_degC
     facts = {
         "machine": hexapod.name,
-        "written": str(file),
+        "written": [str(file)],
         "sensors": list(model.sensor_names),
         "valid_degC": [low, high],
         "reference_temperature_degC": model.reference_temperature_degC.tolist(),
         "laws": [{"sensors": list(law.sensors), "title": law.origin.title} for law in laws],
         "terms": list(carried),
         "states": list(dict.fromkeys(term.cause for term in model.states)),
-        "warnings": warnings,
     }
     text = (
         f"Machine {hexapod.name}: {'all six legs carry one law' if len(laws) == 1 else 'six laws'}; sensors "

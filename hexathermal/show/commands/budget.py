@@ -3,15 +3,26 @@
 from __future__ import annotations
 
 import argparse
-import re
 from pathlib import Path
 from typing import Any
 
 from hexathermal.errors import ArgumentError
-from hexathermal.poses import CONVENTIONS, Frames
-from hexathermal.show.budget_options import Grid, Request, draws, grid, numbers, percent, probability, requested, three
-from hexathermal.show.commands import Answer, Progress, add_json
-from hexathermal.show.options import EXIT_CODES, MACHINE, STYLE, machine, number, path, seed
+from hexathermal.poses import Frames
+from hexathermal.show.budget_options import Grid, Request, draws, grid, percent, probability, requested
+from hexathermal.show.commands import Answer, Progress
+from hexathermal.show.options import (
+    EXIT_CODES,
+    MACHINE,
+    STYLE,
+    add_frames,
+    frames_of,
+    machine,
+    number,
+    numbers,
+    path,
+    seed,
+    three,
+)
 
 TOLERANCE, DRAWS = 5.0, 4_000_000
 """Of a Monte Carlo: percent of the standard uncertainty, and most draws."""
@@ -52,8 +63,6 @@ def add(commands: Any) -> None:
     """Declare the command."""
     budget = commands.add_parser("budget", help="how far off a warm machine is, and why", description=BUDGET,
                                  epilog=EPILOG, **STYLE)  # fmt: skip
-    # so that argparse takes -5,0,120 for numbers, not for an option
-    budget._negative_number_matcher = re.compile(r"-[\d.][\d.,eE+-]*$")
     budget.add_argument("--machine", required=True, **MACHINE)
     budget.add_argument(
         "--pose",
@@ -78,10 +87,7 @@ def add(commands: Any) -> None:
     budget.add_argument("--without", nargs="+", metavar="LABEL", default=[], help="leave sources out")
     budget.add_argument("--probability", type=probability, default=0.95, metavar="P", help="default: %(default)s")
     budget.add_argument("--frame", choices=("machine", "user", "object"), default="machine", help="axes of the errors")
-    for frame in ("user", "object"):
-        budget.add_argument(f"--{frame}-frame", nargs="+", metavar="V", help=f"{frame} frame, six values, mm and deg")
-    budget.add_argument("--convention", choices=sorted(CONVENTIONS), default="fixed-xyz", metavar="NAME",
-                        help="of the three angles: fixed-xyz (default) or fixed-zyx")  # fmt: skip
+    add_frames(budget, "axes of --frame user", "the point of --frame object")
     budget.add_argument("--plate-temps", nargs=2, type=number, metavar=("PLATFORM", "BASE"),
                         help="plates without thermometers, degC")  # fmt: skip
     for part in ("leg", "platform", "base"):
@@ -91,7 +97,6 @@ def add(commands: Any) -> None:
     budget.add_argument("--seed", type=seed, default=1, metavar="N", help="of all that is drawn (default: %(default)s)")
     budget.add_argument("--out", type=path, metavar="DIR", help="folder for tables and figures; created where needed")
     budget.add_argument("--force", action="store_true", help="overwrite files in it")
-    add_json(budget)
 
 
 def run(arguments: argparse.Namespace, progress: Progress) -> Answer:
@@ -100,11 +105,7 @@ def run(arguments: argparse.Namespace, progress: Progress) -> Answer:
     if arguments.pose is None and arguments.path is None:
         raise ArgumentError("give --pose X Y Z RX RY RZ, or --path FILE")
     six = numbers(arguments.pose or ["0"] * 6, 6, "--pose", "x y z rx ry rz, mm and deg")
-    user, own = (
-        numbers(given, 6, f"--{name}-frame", "six coordinates, mm and deg") if given else (0.0,) * 6
-        for name, given in (("user", arguments.user_frame), ("object", arguments.object_frame))
-    )
-    frames = Frames(user, own, arguments.convention)
+    frames = frames_of(arguments) or Frames(convention=arguments.convention)
     if arguments.frame == "user" and not arguments.user_frame:
         raise ArgumentError("--frame user needs --user-frame")
     tool = three(arguments.at_tool, "--at-tool", "mm")

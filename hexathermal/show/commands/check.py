@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from hexathermal.errors import ArgumentError
-from hexathermal.show.commands import Answer, Progress, add_json
+from hexathermal.show.commands import Answer, Progress
 from hexathermal.show.options import EXIT_CODES, STYLE, path
 
 if TYPE_CHECKING:
@@ -59,7 +59,6 @@ def add(commands: Any) -> None:
     check.add_argument(
         "--ranges", action="store_true", help="show the range of every sensor in every run too (leg, component)"
     )
-    add_json(check)
 
 
 def run(arguments: argparse.Namespace, progress: Progress) -> Answer:

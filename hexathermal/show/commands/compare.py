@@ -6,7 +6,7 @@ import argparse
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from hexathermal.show.commands import Answer, Progress, add_json
+from hexathermal.show.commands import Answer, Progress
 from hexathermal.show.options import EXIT_CODES, STYLE, path
 
 if TYPE_CHECKING:
@@ -46,7 +46,6 @@ def add(commands: Any) -> None:
                               epilog=EPILOG, **STYLE)  # fmt: skip
     one.add_argument("campaign", type=path, metavar="CAMPAIGN", help="folder with campaign.toml")
     one.add_argument("--plots", type=path, metavar="DIR", help="draw channels, residuals and factors into this folder")
-    add_json(one)
 
 
 def run(arguments: argparse.Namespace, progress: Progress) -> Answer:

@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from hexathermal.errors import ArgumentError
-from hexathermal.show.commands import Answer, Progress, add_json
+from hexathermal.show.commands import Answer, Progress
 from hexathermal.show.commands.identify import free
 from hexathermal.show.hexapod_answers import is_hexapod_campaign
 from hexathermal.show.machine_answers import (
@@ -85,7 +85,6 @@ def add(commands: Any) -> None:
     one.add_argument("--report", type=path, metavar="DIR", help="write report.html and its pictures into this folder")
     one.add_argument("--force", action="store_true", help="overwrite an existing law or machine")
     add_machine_options(one)
-    add_json(one)
 
 
 def run(arguments: argparse.Namespace, progress: Progress) -> Answer:

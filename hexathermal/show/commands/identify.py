@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from hexathermal.errors import ArgumentError
-from hexathermal.show.commands import Answer, Progress, add_json
+from hexathermal.show.commands import Answer, Progress
 from hexathermal.show.hexapod_answers import (
     EPILOG_IDENTIFY,
     IDENTIFY_HEXAPOD,
@@ -78,7 +78,6 @@ def add(commands: Any) -> None:
     one.add_argument("--report", type=path, metavar="DIR", help="write tables and pictures into this folder")
     one.add_argument("--force", action="store_true", help="overwrite an existing law")
     add_hexapod_options(one)
-    add_json(one)
 
 
 def run(arguments: argparse.Namespace, progress: Progress) -> Answer:

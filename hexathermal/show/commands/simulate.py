@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from hexathermal.errors import ArgumentError
-from hexathermal.show.commands import Answer, Progress, add_json
+from hexathermal.show.commands import Answer, Progress
 from hexathermal.show.hexapod_simulation import add_machine, answer
 from hexathermal.show.options import EXIT_CODES, STYLE, number, path, seed
 
@@ -27,7 +27,7 @@ what it truly was made of goes to a file of its own, and only where one is asked
 """
 
 SIMULATE_EPILOG = f"""\
-what can be simulated:
+examples:
   hexathermal simulate bench --out DIR     a leg on a test bench: thermocouples, interferometers, room
   hexathermal simulate machine --out DIR   a whole hexapod before a 6-D positioning system
 
@@ -76,7 +76,6 @@ def add(commands: Any) -> None:
     """Declare the command and what can be simulated."""
     simulate = commands.add_parser("simulate", help="a virtual bench writes a campaign", description=SIMULATE,
                                    epilog=SIMULATE_EPILOG, **STYLE)  # fmt: skip
-    simulate.set_defaults(what=None, lesson=simulate.format_help)
     kinds = simulate.add_subparsers(dest="what", metavar="WHAT OPTIONS", title="what is simulated")
     bench = kinds.add_parser("bench", help="a leg on a test bench", description=BENCH, epilog=BENCH_EPILOG, **STYLE)
     bench.add_argument(
@@ -98,14 +97,16 @@ def add(commands: Any) -> None:
     bench.add_argument("--truth", type=path, metavar="FILE", help="write what truly was, as JSON, outside of --out")
     bench.add_argument("--plots", type=path, metavar="DIR", help="draw every run into this folder, outside of --out")
     bench.add_argument("--force", action="store_true", help="replace the campaign in --out, the truth and the plots")
-    add_json(bench)
     add_machine(kinds)
 
 
 def run(arguments: argparse.Namespace, progress: Progress) -> Answer:
-    """Simulate what is asked for; say what there is where nothing is."""
+    """Simulate what is asked for."""
     if arguments.what is None:
-        return Answer((arguments.lesson(),))
+        raise ArgumentError(
+            "what is to be simulated is missing: 'hexathermal simulate bench --out DIR' (a leg on a test bench) or "
+            "'hexathermal simulate machine --out DIR' (a whole hexapod); --help tells more"
+        )
     check_outside(arguments)
     return _bench(arguments, progress) if arguments.what == "bench" else answer(arguments, progress)
 

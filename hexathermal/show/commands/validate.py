@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from hexathermal.errors import ArgumentError
-from hexathermal.show.commands import Answer, Progress, add_json
+from hexathermal.show.commands import Answer, Progress
 from hexathermal.show.hexapod_answers import EPILOG_VALIDATE, is_hexapod_campaign, validate_answer
 from hexathermal.show.options import EXIT_CODES, STYLE, path
 
@@ -54,7 +54,6 @@ def add(commands: Any) -> None:
     one.add_argument("campaign", type=path, metavar="CAMPAIGN", help="folder with campaign.toml")
     one.add_argument("--report", type=path, metavar="DIR", help="write pictures into this folder")
     one.add_argument("--before", type=path, metavar="LAW", help="another leg.toml: tell the gain over it")
-    add_json(one)
 
 
 def run(arguments: argparse.Namespace, progress: Progress) -> Answer:

@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 import argparse
-import re
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from hexathermal.errors import ArgumentError, TemperatureError
-from hexathermal.show.commands import Answer, Progress, add_json
-from hexathermal.show.options import EXIT_CODES, MACHINE, STYLE, machine, number, path, seed
+from hexathermal.show.commands import Answer, Progress
+from hexathermal.show.options import EXIT_CODES, MACHINE, STYLE, machine, number, numbers, path, seed, three
 
 if TYPE_CHECKING:
     from hexathermal.machine.hexapod import Hexapod
@@ -51,8 +50,6 @@ def add(commands: Any) -> None:
     """Declare the command."""
     one = commands.add_parser("view", help="look at a machine and its drift, in three dimensions", description=VIEW,
                               epilog=EPILOG, **STYLE)  # fmt: skip
-    # so that argparse takes -5,0,120 for numbers, not for an option
-    one._negative_number_matcher = re.compile(r"-[\d.][\d.,eE+-]*$")
     one.add_argument(
         "--machine", **MACHINE | {"help": f"{MACHINE['help']} (default: the campaign's own, or reference)"}
     )
@@ -67,7 +64,6 @@ def add(commands: Any) -> None:
     one.add_argument("--force", action="store_true", help="overwrite an existing file")
     one.add_argument("--no-browser", action="store_true", help="serve the page, but open no browser")
     one.add_argument("--port", type=int, default=0, metavar="N", help="to serve at (default: any that is free)")
-    add_json(one)
 
 
 def run(arguments: argparse.Namespace, progress: Progress) -> Answer:
@@ -115,7 +111,7 @@ def _check(arguments: argparse.Namespace) -> None:
 def _course(arguments: argparse.Namespace, progress: Progress) -> tuple[Course, str]:
     """Return what is shown, and the name or path of the machine."""
     from hexathermal.poses import pose_from_coordinates
-    from hexathermal.show.budget_options import numbers, table, three
+    from hexathermal.show.budget_options import table
     from hexathermal.show.viewer import tool_point
     from hexathermal.show.viewer_course import still_course, temperatures_course
 
