@@ -22,8 +22,9 @@ extensions = [
     "sphinx_design",
     "written_by_code",
 ]
-exclude_patterns = ["_build", "_extensions"]
-source_suffix = {".md": "myst-nb", ".rst": "restructuredtext", ".ipynb": "myst-nb"}
+exclude_patterns = ["_build", "_extensions", "_templates"]
+templates_path = ["_templates"]
+source_suffix = {".rst": "restructuredtext", ".md": "myst-nb", ".ipynb": "myst-nb"}  # first: what autosummary writes
 language = "en_GB"
 smartquotes = False  # `--force` stays two hyphens
 default_role = "py:obj"  # single backticks of docstrings
@@ -41,7 +42,8 @@ nb_merge_streams = True
 autosummary_generate = True
 autodoc_typehints = "none"  # parameters say type, shape and unit
 autodoc_member_order = "bysource"
-autodoc_default_options = {"members": True, "show-inheritance": False}
+autodoc_default_options = {"members": True}
+toc_object_entries_show_parents = "hide"
 napoleon_google_docstring = False
 napoleon_use_rtype = False
 napoleon_use_ivar = True
@@ -56,12 +58,14 @@ html_static_path = ["_static"]
 html_css_files = ["site.css"]
 html_copy_source = False
 html_show_sourcelink = False
+html_context = {"default_mode": "auto"}
 html_sidebars = {"index": [], "tour": [], "examples": []}
 html_theme_options = {
     "navbar_align": "left",
     "header_links_before_dropdown": 7,
     "navbar_end": ["theme-switcher"],
     "navbar_persistent": ["search-button"],
+    "collapse_navigation": True,  # no folding: its handles have no name for a screen reader
     "navigation_with_keys": False,  # arrow keys scroll
     "show_toc_level": 2,
     "secondary_sidebar_items": ["page-toc"],

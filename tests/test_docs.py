@@ -3,32 +3,55 @@
 from __future__ import annotations
 
 import doctest
-import re
 import runpy
 from pathlib import Path
 
 import pytest
 
 import hexathermal as ht
+from tests.pages import ROOT, anchors, blocks, links, type_in
 
-ROOT = Path(__file__).resolve().parent.parent
-PAGES = sorted([*ROOT.glob("*.md"), *ROOT.glob("docs/**/*.md"), *ROOT.glob("models/**/*.md")])
+BUILT = ("docs/_build", "docs/reference/generated")
+PAGES = sorted(
+    page
+    for place in ("*.md", "docs/**/*.md", "models/**/*.md", "examples/*.md")
+    for page in ROOT.glob(place)
+    if not page.relative_to(ROOT).as_posix().startswith(BUILT)
+)
+WALKS = ("README.md", "docs/tour.md", "docs/tutorials/*.md", "docs/how-to/*.md")
+WALKED = sorted(page for place in WALKS for page in ROOT.glob(place) if page.name != "index.md")
 EXAMPLES = sorted(file for file in ROOT.glob("examples/*.py") if file.name != "__init__.py")
 
 
-@pytest.mark.parametrize("page", PAGES, ids=lambda page: str(page.relative_to(ROOT)))
+def name(page: Path) -> str:
+    """Return a page's name in the tests."""
+    return str(page.relative_to(ROOT))
+
+
+@pytest.mark.parametrize("page", [page for page in PAGES if page not in WALKED], ids=name)
 def test_examples_of_a_page_run(page: Path) -> None:
     """What a page's examples print is what the page says."""
     failed, _count = doctest.testfile(str(page), module_relative=False, optionflags=doctest.NORMALIZE_WHITESPACE)
     assert failed == 0
 
 
-@pytest.mark.parametrize("page", PAGES, ids=lambda page: str(page.relative_to(ROOT)))
+@pytest.mark.parametrize("page", WALKED, ids=name)
+def test_a_page_can_be_walked(page: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Who types in what a page says, commands and Python, in an empty folder from top to bottom, gets what it shows."""
+    assert type_in(page, tmp_path, monkeypatch) == len(list(blocks(page)))
+
+
+@pytest.mark.parametrize("page", PAGES, ids=name)
 def test_links_of_a_page_lead_somewhere(page: Path) -> None:
-    """Relative links and pictures exist."""
-    for target in re.findall(r"\]\(([^)#\s]+)(?:#[^)]*)?\)", page.read_text()):
-        if "://" not in target and not target.startswith("mailto:"):
-            assert (page.parent / target).exists(), f"{page.name} links to {target}, which does not exist"
+    """Relative links and pictures exist, and so does the heading that a link names."""
+    for link in links(page):
+        if "://" in link or link.startswith("mailto:"):
+            continue
+        target, _, anchor = link.partition("#")
+        file = page.parent / target if target else page
+        assert file.exists(), f"{page.name} links to {target}, which does not exist"
+        if anchor and file.suffix == ".md":
+            assert anchor in anchors(file), f"{page.name} links to {link}; {file.name} has no such heading"
 
 
 def test_the_machine_of_the_formats_page_loads(tmp_path: Path) -> None:

@@ -9,7 +9,7 @@
 ``{examples}``
     The files of ``examples/``, each with what it says about itself.
 ``{other-pages}``
-    The pages of this folder that no other list names: a new page appears by itself.
+    The pages of docs/ itself that the page does not list already: a new page appears by itself.
 """
 
 from __future__ import annotations
@@ -18,7 +18,6 @@ import argparse
 import ast
 import os
 from collections.abc import Iterable
-from fnmatch import fnmatch
 from pathlib import Path
 from typing import Any, ClassVar
 from unittest import mock
@@ -28,6 +27,7 @@ from docutils.parsers.rst import directives
 from docutils.statemachine import StringList
 from sphinx.application import Sphinx
 from sphinx.directives.other import TocTree
+from sphinx.ext import autosummary
 from sphinx.util.docutils import SphinxDirective
 
 EXAMPLES = Path(__file__).resolve().parents[2] / "examples"
@@ -130,20 +130,30 @@ class Examples(Written):
 
 
 class OtherPages(TocTree):
-    """A list of the pages of this folder except those named by ``:but:``, blanks between patterns."""
+    """A list of the pages that the page does not name yet, nor ``:but:`` (pages listed elsewhere)."""
 
     option_spec: ClassVar[dict[str, Any]] = {**TocTree.option_spec, "but": directives.unchanged_required}
 
     def run(self) -> list[nodes.Node]:
         """List them by name."""
-        skipped = [*self.options.pop("but", "").split(), self.env.docname, "*/*"]
-        pages = sorted(self.env.found_docs)
-        self.content = StringList([f"/{page}" for page in pages if not any(fnmatch(page, one) for one in skipped)])
+        here = self.env.doc2path(self.env.docname).read_text(encoding="utf-8").splitlines()
+        listed = {self.env.docname, *here, *self.options.pop("but", "").split()}
+        pages = [page for page in sorted(self.env.found_docs) if "/" not in page and page not in listed]
+        self.content = StringList([f"/{page}" for page in pages])
         return super().run()
+
+
+def mend_dashes(_app: Sphinx, document: nodes.document) -> None:
+    """Set a dash between a parameter and what it is: smart quotes, which would, also join the two of ``--force``."""
+    for text in list(document.findall(nodes.Text)):
+        if text.astext() == " -- ":
+            text.parent.replace(text, nodes.Text(" – "))
 
 
 def setup(app: Sphinx) -> dict[str, Any]:
     """Declare the directives to Sphinx."""
+    autosummary.WELL_KNOWN_ABBREVIATIONS += ("eq.", "eqs.")  # no ends of a first sentence
+    app.connect("doctree-read", mend_dashes)
     app.add_directive("command-line", CommandLine)
     app.add_directive("causes", Causes)
     app.add_directive("machines", Machines)
