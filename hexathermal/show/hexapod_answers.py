@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 from hexathermal.errors import ArgumentError
 from hexathermal.show.commands import Answer, Progress
-from hexathermal.show.options import machine, number, path
+from hexathermal.show.options import machine, number, path, whole
 
 if TYPE_CHECKING:
     from hexathermal.learn.campaign import Campaign
@@ -68,7 +68,7 @@ def add_hexapod_options(one: argparse.ArgumentParser) -> None:
     group.add_argument("--noise-urad", type=number, metavar="URAD", help="known noise of rx, ry, rz")
     group.add_argument("--legs", nargs="+", type=path, default=[], metavar="LAW",
                        help="laws of the legs from a bench, leg.toml: one for all, or six; judged beside")  # fmt: skip
-    group.add_argument("--propose", type=int, metavar="N",
+    group.add_argument("--propose", type=whole(6, LARGEST_PROPOSAL), metavar="N",
                        help="the N poses of a next run that tell the coefficients apart best")  # fmt: skip
     group.add_argument("--criterion", choices=("D", "A", "E"), default="D", help="of --propose (default: D)")
 
@@ -133,8 +133,6 @@ def _check_options(arguments: argparse.Namespace) -> None:
         )
     if len(arguments.legs) not in (0, 1, 6):
         raise ArgumentError(f"--legs takes one leg.toml for all legs, or six; found {len(arguments.legs)}")
-    if arguments.propose is not None and not 6 <= arguments.propose <= LARGEST_PROPOSAL:
-        raise ArgumentError(f"--propose must be 6 to {LARGEST_PROPOSAL} poses, found {arguments.propose}")
     if (arguments.noise_um is None) != (arguments.noise_urad is None):
         raise ArgumentError("give both --noise-um and --noise-urad, or neither: then both are found in the residuals")
     if arguments.noise_um is not None and not (arguments.noise_um > 0.0 and arguments.noise_urad > 0.0):

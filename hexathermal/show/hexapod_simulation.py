@@ -5,12 +5,13 @@ from __future__ import annotations
 import argparse
 import json
 from collections.abc import Iterator
+from contextlib import nullcontext
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from hexathermal.errors import ArgumentError, FileFormatError, Problem
 from hexathermal.show.commands import Answer, Progress
-from hexathermal.show.options import EXIT_CODES, MACHINE, STYLE, machine, number, path, seed
+from hexathermal.show.options import EXIT_CODES, MACHINE, STYLE, machine, number, path, seed, whole
 
 if TYPE_CHECKING:
     from hexathermal.machine.hexapod import Hexapod
@@ -49,29 +50,17 @@ examples:
 {EXIT_CODES}"""
 
 
-def _whole(low: int, high: int) -> Any:
-    """Return a reader of whole numbers in a range."""
-
-    def read(text: str) -> int:
-        """Return a whole number."""
-        if not text.isascii() or not text.isdigit() or len(text) > 6 or not low <= int(text) <= high:
-            raise argparse.ArgumentTypeError(f"{text!r} is not a whole number from {low} to {high}")
-        return int(text)
-
-    return read
-
-
 def add_machine(kinds: Any) -> None:
     """Declare ``simulate machine``."""
     one = kinds.add_parser("machine", help="a whole hexapod before a 6-D positioning system", description=DESCRIPTION,
                            epilog=EPILOG, **STYLE)  # fmt: skip
     one.add_argument("--out", required=True, type=path, metavar="DIR", help="folder of the campaign, which is created")
     one.add_argument("--machine", default="reference", **MACHINE)
-    one.add_argument("--runs", type=_whole(0, LARGEST_RUNS), default=IDENTIFICATION, metavar="N",
+    one.add_argument("--runs", type=whole(0, LARGEST_RUNS), default=IDENTIFICATION, metavar="N",
                      help="runs to identify laws (default: %(default)s)")  # fmt: skip
-    one.add_argument("--validation", type=_whole(0, LARGEST_RUNS), default=VALIDATION, metavar="N",
+    one.add_argument("--validation", type=whole(0, LARGEST_RUNS), default=VALIDATION, metavar="N",
                      help="runs to validate them, never fitted (default: %(default)s)")  # fmt: skip
-    one.add_argument("--rows", type=_whole(2, LARGEST_POSES), default=POSES, metavar="N",
+    one.add_argument("--rows", type=whole(2, LARGEST_POSES), default=POSES, metavar="N",
                      help="measured poses of a run (default: %(default)s)")  # fmt: skip
     one.add_argument("--poses", type=path, metavar="FILE", help="poses to measure, see below (default: drawn)")
     one.add_argument("--spread", type=number, default=0.05, metavar="PART",
@@ -96,7 +85,7 @@ def add_machine(kinds: Any) -> None:
 
 def answer(arguments: argparse.Namespace, progress: Progress) -> Answer:
     """Simulate a whole machine."""
-    from hexathermal.predict.table_writing import written_whole
+    from hexathermal.predict.table_writing import written_folder
     from hexathermal.simulate.campaign_writing import HEXAPOD_KIND, check_folder
     from hexathermal.simulate.machine.campaign_folder import write_machine_campaign
     from hexathermal.simulate.machine.runs import planned_machine_runs, simulate_machine
@@ -118,13 +107,14 @@ def answer(arguments: argparse.Namespace, progress: Progress) -> Answer:
         progress(0, len(plans), "simulating")
         for k, run in enumerate(simulate_machine(made, arguments.seed, plans)):
             kept.append(run)
-            if arguments.plots is not None:
-                figures.append(_drawn(arguments.plots, made, run))
+            if pictures is not None:
+                figures.append(arguments.plots / _drawn(pictures, made, run).name)
             yield run
             progress(k + 1, len(plans), f"{run.name} written")
 
-    files = write_machine_campaign(arguments.out, made, plans, runs(), zero=arguments.zero, parquet=arguments.parquet,
-                                   force=arguments.force)  # fmt: skip
+    with nullcontext() if arguments.plots is None else written_folder(arguments.plots) as pictures:
+        files = write_machine_campaign(arguments.out, made, plans, runs(), zero=arguments.zero,
+                                       parquet=arguments.parquet, force=arguments.force)  # fmt: skip
     extra = list(figures)
     if arguments.truth is not None:
         with written_whole(arguments.truth) as part:
@@ -133,7 +123,7 @@ def answer(arguments: argparse.Namespace, progress: Progress) -> Answer:
     summaries = [machine_run_summary(made, run) for run in kept]
     data = {"folder": str(arguments.out), "machine": made.hexapod.name, "seed": arguments.seed, "zero": arguments.zero,
             "sensors": list(made.columns), "runs": summaries,
-            "files": [str(file) for file in (*files, *extra)]}  # fmt: skip
+            "written": [str(file) for file in (*files, *extra)]}  # fmt: skip
     warnings = [f"warning: {text}" for text in _left_out(machine(arguments.machine))]
     return Answer(_shown(arguments, made, plans, summaries, extra), data, tuple(warnings))
 
@@ -198,14 +188,10 @@ def read_poses(file: Path) -> FloatArray:
 
 
 def _drawn(folder: Path, made: VirtualMachine, run: MachineRun) -> Path:
-    """Draw a run into a folder, which is created; returns the picture's path."""
+    """Draw a run into a folder; returns the picture's path."""
     from hexathermal.show.figures import save_figure
     from hexathermal.show.hexapod_figures import simulated_run_figure
 
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise ArgumentError(f"cannot create the folder {folder}: {error.strerror or error}") from None
     return save_figure(simulated_run_figure(made, run), folder / f"{run.name}.png")
 
 

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 from hexathermal.errors import ArgumentError
 from hexathermal.show.commands import Answer, Progress
 from hexathermal.show.hexapod_answers import LARGEST_PROPOSAL, own_machine
-from hexathermal.show.options import machine
+from hexathermal.show.options import machine, whole
 
 if TYPE_CHECKING:
     from hexathermal.learn.campaign import Campaign
@@ -47,7 +47,7 @@ def add_machine_options(one: argparse.ArgumentParser) -> None:
     group.add_argument("--laws", choices=tuple(LAWS),
                        help="laws of the legs: those of the machine, within the uncertainty they state (keep, "
                        "default), or fitted anew beside every cause (refit)")  # fmt: skip
-    group.add_argument("--propose", type=int, metavar="N",
+    group.add_argument("--propose", type=whole(FEWEST_POSES, LARGEST_PROPOSAL), metavar="N",
                        help="the N poses and temperatures of a next run that tell open names apart best")  # fmt: skip
     group.add_argument(
         "--machine",
@@ -84,8 +84,6 @@ def diagnose_answer(arguments: argparse.Namespace, progress: Progress) -> Answer
     from hexathermal.show.machine_words import changed
 
     refuse_other_kind(arguments, True)
-    if arguments.propose is not None and not FEWEST_POSES <= arguments.propose <= LARGEST_PROPOSAL:
-        raise ArgumentError(f"--propose must be {FEWEST_POSES} to {LARGEST_PROPOSAL} poses, found {arguments.propose}")
     if arguments.report is not None:
         refuse_no_place(arguments.report)
     if arguments.extend is not None:

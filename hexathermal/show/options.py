@@ -7,13 +7,14 @@ import math
 import os
 import re
 import shutil
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-from hexathermal.errors import ArgumentError
+from hexathermal.errors import ArgumentError, KinematicsError
 from hexathermal.machine.hexapod import Hexapod
 from hexathermal.machine.library import bundled_hexapods, load_hexapod
-from hexathermal.poses import CONVENTIONS, Frames
+from hexathermal.poses import CONVENTIONS, FloatArray, Frames, pose_from_coordinates
 
 WIDTH = 118
 """Columns of ``--help`` where it does not go to a narrower terminal."""
@@ -51,6 +52,18 @@ def seed(text: str) -> int:
     if not re.fullmatch(r"\d{1,18}", text, re.ASCII):
         raise argparse.ArgumentTypeError(f"{text!r} is not a whole number from 0 on (18 digits at most)")
     return int(text)
+
+
+def whole(low: int, high: int) -> Callable[[str], int]:
+    """Return a reader of whole numbers in a range."""
+
+    def read(text: str) -> int:
+        """Return a whole number."""
+        if not re.fullmatch(r"-?\d{1,9}", text, re.ASCII) or not low <= int(text) <= high:
+            raise argparse.ArgumentTypeError(f"{text!r} is not a whole number from {low} to {high}")
+        return int(text)
+
+    return read
 
 
 def path(text: str) -> Path:
@@ -94,6 +107,28 @@ def add_frames(
                              help=f"{what}; x y z rx ry rz, mm and deg (default: 0)")  # fmt: skip
     command.add_argument("--convention", choices=sorted(CONVENTIONS), default="fixed-xyz", metavar="NAME",
                          help="of the angles: fixed-xyz (default: R = Rz Ry Rx) or fixed-zyx (Rx Ry Rz)")  # fmt: skip
+
+
+def pose_given(words: list[str], hexapod: Hexapod, convention: str = "fixed-xyz") -> FloatArray:
+    """Return the pose of ``--pose``, counted from home.
+
+    Raises
+    ------
+    ArgumentError
+        The words are no six numbers.
+    KinematicsError
+        The pose cannot be reached.
+    """
+    six = numbers(words, 6, "--pose", "x y z rx ry rz, mm and deg")
+    pose = pose_from_coordinates(six, convention, hexapod=hexapod)
+    try:
+        hexapod.inverse_kinematics(pose)
+    except ArgumentError as error:
+        if "far outside" not in str(error):
+            raise
+        said = str(error).split(";")[0]
+        raise KinematicsError(f"--pose {' '.join(words)} (mm and deg): {said}") from None
+    return pose
 
 
 def frames_of(arguments: argparse.Namespace) -> Frames | None:

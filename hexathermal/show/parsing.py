@@ -87,10 +87,10 @@ def suggestion(word: str, names: Iterable[str]) -> str:
     >>> suggestion("--xyz", ["--json", "--out"])
     ''
     """
-    known = list(names)
-    close = [name for name in known if len(word) > 2 and name.startswith(word)]
-    close = close[:1] or get_close_matches(word.lower(), known, 1)
-    return f"; did you mean {close[0]!r}?" if close else ""
+    known = {name.lower(): name for name in names}
+    short = word.lower()
+    close = [low for low in known if len(short) > 2 and low.startswith(short)] or get_close_matches(short, known, 1)
+    return f"; did you mean {known[close[0]]!r}?" if close else ""
 
 
 def complete_parsers(parser: argparse.ArgumentParser) -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+from contextlib import nullcontext
 from pathlib import Path
 from typing import Any
 
@@ -20,6 +21,7 @@ from hexathermal.show.options import (
     number,
     numbers,
     path,
+    pose_given,
     seed,
     three,
 )
@@ -105,6 +107,8 @@ def run(arguments: argparse.Namespace, progress: Progress) -> Answer:
     if arguments.pose is None and arguments.path is None:
         raise ArgumentError("give --pose X Y Z RX RY RZ, or --path FILE")
     six = numbers(arguments.pose or ["0"] * 6, 6, "--pose", "x y z rx ry rz, mm and deg")
+    if arguments.pose is not None and arguments.frame == "machine":
+        pose_given(arguments.pose, hexapod, arguments.convention)
     frames = frames_of(arguments) or Frames(convention=arguments.convention)
     if arguments.frame == "user" and not arguments.user_frame:
         raise ArgumentError("--frame user needs --user-frame")
@@ -132,13 +136,12 @@ def run(arguments: argparse.Namespace, progress: Progress) -> Answer:
 
 
 def _check_folder(folder: Path | None, force: bool, kinds: list[str]) -> None:
-    """Create the folder of results, and refuse files that are there already."""
+    """Refuse a folder of results that is none, and files that are there already."""
+    from hexathermal.predict.table_writing import refuse_no_place
+
     if folder is None:
         return
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise ArgumentError(f"cannot create the folder {folder}: {error.strerror or error}") from None
+    refuse_no_place(folder)
     names = ["budget.csv", "contributions.png", *(f"{kind}{end}" for kind in kinds for end in (".csv", ".png"))]
     there = [name for name in names if (folder / name).exists()]
     if there and not force:
@@ -147,18 +150,24 @@ def _check_folder(folder: Path | None, force: bool, kinds: list[str]) -> None:
 
 def _answered(request: Request, grids: list[Grid], arguments: argparse.Namespace, progress: Progress) -> Answer:
     """Return the answer, and write its files."""
+    from hexathermal.predict.table_writing import written_folder
     from hexathermal.show import budget_answers as answers
 
     progress(0, 0, "error budget (the first run compiles)")
-    answer = answers.Report(request, arguments.out)
-    if grids:
-        answer.add_map(grids, progress)
-    elif arguments.path is not None:
-        answer.add_path(arguments.path, progress)
-    elif request.many:
-        answer.add_day(progress)
-    else:
-        answer.add_budget()
-    if arguments.monte_carlo:
-        answer.add_simulation(arguments.seed, arguments.tolerance or TOLERANCE, arguments.most_draws or DRAWS, progress)
+    with nullcontext() if arguments.out is None else written_folder(arguments.out) as part:
+        answer = answers.Report(request, part)
+        if grids:
+            answer.add_map(grids, progress)
+        elif arguments.path is not None:
+            answer.add_path(arguments.path, progress)
+        elif request.many:
+            answer.add_day(progress)
+        else:
+            answer.add_budget()
+        if arguments.monte_carlo:
+            answer.add_simulation(
+                arguments.seed, arguments.tolerance or TOLERANCE, arguments.most_draws or DRAWS, progress
+            )
+    answer.files = [arguments.out / file.name for file in answer.files]
+    answer.data["written"] = [str(file) for file in answer.files]
     return answer.finished()

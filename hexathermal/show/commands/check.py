@@ -6,7 +6,6 @@ import argparse
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from hexathermal.errors import ArgumentError
 from hexathermal.show.commands import Answer, Progress
 from hexathermal.show.options import EXIT_CODES, STYLE, path
 
@@ -65,7 +64,10 @@ def run(arguments: argparse.Namespace, progress: Progress) -> Answer:
     """Check a campaign."""
     from hexathermal.learn.campaign_dataset import refuse_netcdf, save_campaign_netcdf
     from hexathermal.learn.campaign_files import load_campaign
+    from hexathermal.predict.table_writing import refuse_no_place
 
+    if arguments.plots is not None:
+        refuse_no_place(arguments.plots)
     if arguments.netcdf is not None:
         refuse_netcdf(arguments.netcdf, arguments.force)
     campaign = load_campaign(arguments.campaign, progress=progress)
@@ -73,7 +75,8 @@ def run(arguments: argparse.Namespace, progress: Progress) -> Answer:
     if arguments.netcdf is None:
         return answer
     file = save_campaign_netcdf(campaign, arguments.netcdf, overwrite=arguments.force, progress=progress)
-    return Answer((*answer.shown, f"Written:\n  {file}"), answer.data, answer.warnings)
+    written = [*answer.data.get("written", ()), str(file)]
+    return Answer((*answer.shown, f"Written:\n  {file}"), answer.data | {"written": written}, answer.warnings)
 
 
 def _checked(campaign: Campaign, arguments: argparse.Namespace, progress: Progress) -> Answer:
@@ -116,20 +119,18 @@ def _plots(check: CampaignCheck, folder: Path, progress: Progress) -> list[Path]
 
 
 def _drawn(jobs: list[tuple[str, Any]], folder: Path, progress: Progress) -> list[Path]:
-    """Draw and write pictures, each as PNG and SVG; returns their paths."""
+    """Draw and write pictures, each as PNG and SVG, all or none; returns their paths."""
+    from hexathermal.predict.table_writing import written_folder
     from hexathermal.show.figures import save_figure
 
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise ArgumentError(f"cannot create the folder {folder}: {error.strerror or error}") from None
     written = []
-    for k, (name, make) in enumerate(jobs):
-        progress(k, len(jobs), f"drawing {name}")
-        figure = make()
-        if figure is not None:
-            written += [save_figure(figure, folder / f"{name}{ending}") for ending in (".png", ".svg")]
-    return written
+    with written_folder(folder) as part:
+        for k, (name, make) in enumerate(jobs):
+            progress(k, len(jobs), f"drawing {name}")
+            figure = make()
+            if figure is not None:
+                written += [save_figure(figure, part / f"{name}{ending}") for ending in (".png", ".svg")]
+    return [folder / file.name for file in written]
 
 
 def _file_name(run: str) -> str:

@@ -77,7 +77,10 @@ def run(arguments: argparse.Namespace, progress: Progress) -> Answer:
         lines.append(f"No thermometer on: {', '.join(blind)}. Their expansion is part of the error in both columns.")
     lines.append(_demo_bounds(hexapod, numbers["day"]["law_uncertainty"]))
     lines.append("Written:\n" + "\n".join(f"  {file}" for file in files))
-    return Answer((lines[0], lambda pretty, width: day_table(result, pretty, width), "\n".join(lines[1:])), numbers)
+    return Answer(
+        (lines[0], lambda pretty, width: day_table(result, pretty, width), "\n".join(lines[1:])),
+        numbers | {"written": [str(file) for file in files]},
+    )
 
 
 def _demo_bounds(hexapod: hexathermal.Hexapod, uncertainty: float) -> str:
@@ -105,6 +108,9 @@ def _plates_without_sensor(hexapod: hexathermal.Hexapod) -> list[str]:
 
 def _demo_folder(folder: Path, force: bool) -> Path:
     """Return the demo's folder, created where needed; keep files that no demo wrote."""
+    from hexathermal.predict.table_writing import refuse_no_place
+
+    refuse_no_place(folder)
     try:
         folder.mkdir(parents=True, exist_ok=True)
     except OSError as error:

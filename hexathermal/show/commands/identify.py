@@ -23,6 +23,9 @@ if TYPE_CHECKING:
     from hexathermal.learn.identification import Identification
     from hexathermal.learn.selection import RankedSets
 
+OF_HEXAPODS = frozenset({"frame", "plates", "noise_um", "noise_urad", "legs", "propose", "criterion"})
+"""Options for a whole machine."""
+
 IDENTIFY = (
     """\
 Which thermometers foretell the drift of a leg, and with which coefficients? Every single thermometer and every pair is
@@ -88,8 +91,11 @@ def run(arguments: argparse.Namespace, progress: Progress) -> Answer:
     from hexathermal.predict.table_writing import refuse_no_folder, refuse_no_place
     from hexathermal.show.identification_tables import identification_facts, law_table, sets_table
 
+    if not any(name.strip() for name in arguments.sensors.split(",")):
+        raise ArgumentError("--sensors names no sensor; give auto, or names with commas, as T07,T14")
     if is_hexapod_campaign(arguments.campaign):
         return identify_answer(arguments, progress)
+    _refuse_of_hexapods(arguments)
     if arguments.out is not None:
         free(arguments.out, arguments.force)
         refuse_no_folder(arguments.out)
@@ -120,6 +126,15 @@ def run(arguments: argparse.Namespace, progress: Progress) -> Answer:
     if written:
         texts.append("Written:\n" + "\n".join(f"  {file}" for file in written))
     return Answer(tuple(texts), facts, tuple(f"warning: {text}" for text in found.warnings))
+
+
+def _refuse_of_hexapods(arguments: argparse.Namespace) -> None:
+    """Refuse options that a campaign of one leg or component has no use for, before any work."""
+    given = sorted(f"--{name.replace('_', '-')}" for name in OF_HEXAPODS & arguments.given_once)
+    if given:
+        raise ArgumentError(
+            f"{' and '.join(given)}: for a campaign of kind 'hexapod' only; this one is of a leg or a component"
+        )
 
 
 def free(file: Path, force: bool) -> None:

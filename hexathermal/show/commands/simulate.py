@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 from hexathermal.errors import ArgumentError
 from hexathermal.show.commands import Answer, Progress
 from hexathermal.show.hexapod_simulation import add_machine, answer
-from hexathermal.show.options import EXIT_CODES, STYLE, number, path, seed
+from hexathermal.show.options import EXIT_CODES, STYLE, number, path, seed, whole
 
 if TYPE_CHECKING:
     from hexathermal.simulate.bench.bench import Bench, BenchRun, RunPlan
@@ -65,13 +65,6 @@ examples:
 {EXIT_CODES}"""
 
 
-def _count(text: str) -> int:
-    """Return a number of runs."""
-    if not text.isascii() or not text.isdigit() or len(text) > 6 or int(text) > LARGEST_COUNT:
-        raise argparse.ArgumentTypeError(f"{text!r} is not a whole number from 0 to {LARGEST_COUNT}")
-    return int(text)
-
-
 def add(commands: Any) -> None:
     """Declare the command and what can be simulated."""
     simulate = commands.add_parser("simulate", help="a virtual bench writes a campaign", description=SIMULATE,
@@ -81,9 +74,9 @@ def add(commands: Any) -> None:
     bench.add_argument(
         "--out", required=True, type=path, metavar="DIR", help="folder of the campaign, which is created"
     )
-    bench.add_argument("--runs", type=_count, metavar="N",
+    bench.add_argument("--runs", type=whole(0, LARGEST_COUNT), metavar="N",
                        help=f"runs to identify a law (default: {IDENTIFICATION})")  # fmt: skip
-    bench.add_argument("--validation", type=_count, metavar="N",
+    bench.add_argument("--validation", type=whole(0, LARGEST_COUNT), metavar="N",
                        help=f"runs to validate it, never fitted (default: {VALIDATION})")  # fmt: skip
     bench.add_argument("--hours", type=number, metavar="H", help="length of every run (default: 4 to 6, drawn)")
     bench.add_argument("--interval", type=number, default=20.0, metavar="S",
@@ -150,7 +143,7 @@ def _bench(arguments: argparse.Namespace, progress: Progress) -> Answer:
         extra.append(arguments.truth)
     data = {"folder": str(arguments.out), "seed": arguments.seed, "interval_s": bench.interval,
             "index_compensated": bench.interferometers.index_compensated, "runs": summaries,
-            "files": [str(file) for file in (*files, *extra)]}  # fmt: skip
+            "written": [str(file) for file in (*files, *extra)]}  # fmt: skip
     return Answer(_shown(arguments, bench, summaries, extra), data)
 
 
@@ -214,14 +207,10 @@ def _plans(arguments: argparse.Namespace, bench: Bench) -> tuple[RunPlan, ...]:
 
 
 def _drawn(folder: Path, bench: Bench, made: BenchRun) -> Path:
-    """Draw a run into a folder, which is created; returns the picture's path."""
+    """Draw a run into a folder; returns the picture's path."""
     from hexathermal.show.bench_figures import run_figure
     from hexathermal.show.figures import save_figure
 
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise ArgumentError(f"cannot create the folder {folder}: {error.strerror or error}") from None
     return save_figure(run_figure(bench, made), folder / f"{made.name}.png")
 
 

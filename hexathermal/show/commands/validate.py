@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 import json
+import tomllib
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -68,7 +69,17 @@ def run(arguments: argparse.Namespace, progress: Progress) -> Answer:
     if is_hexapod_campaign(arguments.campaign):
         if arguments.before is not None:
             raise ArgumentError("--before compares laws of a leg or a component; this campaign is of a whole hexapod")
+        if _format(arguments.law) == "hexathermal-leg/1":
+            raise ArgumentError(
+                f"{arguments.law} is the law of one leg, the campaign is of a whole hexapod: give a machine, as "
+                "'hexathermal identify' or 'hexathermal apply' writes it"
+            )
         return validate_answer(arguments, progress)
+    if arguments.law.is_dir() or _format(arguments.law) == "hexathermal-hexapod/1":
+        raise ArgumentError(
+            f"{arguments.law} is a machine, the campaign is of one leg or component: give a leg.toml, as 'hexathermal "
+            "identify' writes it"
+        )
     law = read_leg_law(arguments.law)
     before = None if arguments.before is None else read_leg_law(arguments.before)
     if arguments.report is not None:
@@ -86,6 +97,14 @@ def run(arguments: argparse.Namespace, progress: Progress) -> Answer:
     if written:
         texts.append("Written:\n" + "\n".join(f"  {file}" for file in written))
     return Answer(tuple(texts), facts, tuple(warnings))
+
+
+def _format(file: Path) -> str:
+    """Return which format a TOML file says it has; nothing where it is none, which is judged elsewhere."""
+    try:
+        return str(tomllib.loads(file.read_text(encoding="utf-8-sig")).get("format", "")) if file.is_file() else ""
+    except (OSError, ValueError):
+        return ""
 
 
 def _law_facts(law: IdentifiedLaw) -> dict[str, Any]:

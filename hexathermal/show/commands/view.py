@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 from hexathermal.errors import ArgumentError, TemperatureError
 from hexathermal.show.commands import Answer, Progress
-from hexathermal.show.options import EXIT_CODES, MACHINE, STYLE, machine, number, numbers, path, seed, three
+from hexathermal.show.options import EXIT_CODES, MACHINE, STYLE, machine, number, path, pose_given, seed, three, whole
 
 if TYPE_CHECKING:
     from hexathermal.machine.hexapod import Hexapod
@@ -63,7 +63,9 @@ def add(commands: Any) -> None:
     one.add_argument("--save", type=path, metavar="FILE", help="write one HTML file instead of serving a page")
     one.add_argument("--force", action="store_true", help="overwrite an existing file")
     one.add_argument("--no-browser", action="store_true", help="serve the page, but open no browser")
-    one.add_argument("--port", type=int, default=0, metavar="N", help="to serve at (default: any that is free)")
+    one.add_argument(
+        "--port", type=whole(0, 65535), default=0, metavar="N", help="to serve at (default: any that is free)"
+    )
 
 
 def run(arguments: argparse.Namespace, progress: Progress) -> Answer:
@@ -94,8 +96,6 @@ def _check(arguments: argparse.Namespace) -> None:
         raise ArgumentError("a campaign brings its own poses; leave --pose out")
     if arguments.magnify is not None and not 1.0 <= arguments.magnify <= 1e7:
         raise ArgumentError(f"--magnify takes a number from 1 to 1e7, found {arguments.magnify:g}")
-    if not 0 <= arguments.port <= 65535:
-        raise ArgumentError(f"--port takes a number from 0 (any) to 65535, found {arguments.port}")
     file: Path | None = arguments.save
     if file is None:
         return
@@ -110,7 +110,6 @@ def _check(arguments: argparse.Namespace) -> None:
 
 def _course(arguments: argparse.Namespace, progress: Progress) -> tuple[Course, str]:
     """Return what is shown, and the name or path of the machine."""
-    from hexathermal.poses import pose_from_coordinates
     from hexathermal.show.budget_options import table
     from hexathermal.show.viewer import tool_point
     from hexathermal.show.viewer_course import still_course, temperatures_course
@@ -122,9 +121,7 @@ def _course(arguments: argparse.Namespace, progress: Progress) -> tuple[Course, 
     hexapod = machine(name)
     pose = None
     if arguments.pose is not None:
-        six = numbers(arguments.pose, 6, "--pose", "x y z rx ry rz, mm and deg")
-        pose = pose_from_coordinates(six, hexapod=hexapod)
-        hexapod.inverse_kinematics(pose)  # refuse a pose that cannot be reached
+        pose = pose_given(arguments.pose, hexapod)
     if arguments.temps is not None:
         from hexathermal.predict.temperatures import active_model
 
