@@ -27,16 +27,16 @@ def simulated_controller(hexapod: ht.Hexapod, command: FloatArray) -> FloatArray
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")  # it asks for settings of its laboratory
-            simulator = import_module("egse.hexapod.symetrie.hexapod")
+            controller = import_module("egse.hexapod.symetrie.hexapod").HexapodSimulator()
+        controller.homing()
+        controller.configure_coordinates_systems(*USER, *OBJECT)
+        controller.move_absolute(*command)
+        assert np.allclose(controller.get_user_positions(), command, rtol=0.0, atol=1e-9)
+        return ht.pose_from_coordinates(controller.get_machine_positions(), hexapod=hexapod)
     except ImportError:
         return None
-    controller = simulator.HexapodSimulator()
-    controller.homing()
-    controller.configure_coordinates_systems(*USER, *OBJECT)
-    controller.move_absolute(*command)
-    assert np.allclose(controller.get_user_positions(), command, rtol=0.0, atol=1e-9)
-    logging.disable(logging.NOTSET)
-    return ht.pose_from_coordinates(controller.get_machine_positions(), hexapod=hexapod)
+    finally:
+        logging.disable(logging.NOTSET)
 
 
 def main() -> None:

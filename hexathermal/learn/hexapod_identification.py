@@ -30,7 +30,7 @@ from hexathermal.poses import FloatArray
 PLATES_CHOICES = ("auto", "fit", "known", "none")
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class HexapodIdentification(Shown):
     """What six-leg identification found.
 
@@ -78,6 +78,9 @@ class HexapodIdentification(Shown):
     frames: FloatArray
     notes: tuple[str, ...]
     spread: FloatArray
+
+    def __repr__(self) -> str:
+        return f"HexapodIdentification: {self.chosen}, {self.reason}"
 
     @property
     def fit(self) -> HexapodFit:

@@ -39,7 +39,7 @@ CORRECTED_ON_LINE_M = 1e-6
 """Commanded and nominal pose differ by more where a correction was active while measuring."""
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class HexapodValidation(Shown):
     """What the validation found.
 
@@ -84,6 +84,10 @@ class HexapodValidation(Shown):
     fitted: dict[str, str] = field(default_factory=dict)
     fits_known: bool = False
     framed_before: tuple[float, float] = (float("nan"), float("nan"))
+
+    def __repr__(self) -> str:
+        said = (f"{key} {verdict.value}" for key, verdict in self.verdict.items())
+        return f"HexapodValidation: {', '.join(said)}; {len(self.rows)} poses"
 
 
 def validate_hexapod(

@@ -40,7 +40,7 @@ METHOD = (
 )
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Identification(Shown):
     """A law and how it was found.
 
@@ -65,6 +65,9 @@ class Identification(Shown):
     check: PhysicalCheck | None
     notes: tuple[str, ...]
     warnings: tuple[str, ...]
+
+    def __repr__(self) -> str:
+        return f"Identification: {' + '.join(self.choice.sensors)}, {self.choice.reason}"
 
     @property
     def chosen(self) -> int:

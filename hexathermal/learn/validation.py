@@ -79,7 +79,7 @@ class RunCurves:
     half_width: FloatArray
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Validation(Shown):
     """What the validation found.
 
@@ -124,6 +124,10 @@ class Validation(Shown):
     fitted: dict[str, str] = field(default_factory=dict)
     fits_known: bool = False
     landings: dict[str, FloatArray] = field(default_factory=dict)
+
+    def __repr__(self) -> str:
+        left, drift = self.total.rmse.value * 1e6, self.total.drift_rms * 1e6
+        return f"Validation: {self.verdict.value}; RMS {drift:.3f} um of drift, {left:.3f} um left, {self.rows} rows"
 
 
 class _Run:

@@ -17,9 +17,10 @@ from hexathermal.learn.hexapod_validation import HexapodValidation
 from hexathermal.learn.identification import Identification
 from hexathermal.learn.law import IdentifiedLaw
 from hexathermal.learn.machine_diagnosis.result import MachineDiagnosis
-from hexathermal.learn.validation import Validation
+from hexathermal.learn.validation import Validation, Verdict
 from hexathermal.machine.hexapod import Hexapod
 from hexathermal.machine.thermal import LegLaw, ThermalModel
+from hexathermal.poses import coordinates_from_pose
 from hexathermal.predict.acceptance import Acceptance
 from hexathermal.predict.budget import Budget
 from hexathermal.show import diagnosis_page as page
@@ -33,6 +34,7 @@ from hexathermal.show import (
 )
 from hexathermal.show.acceptance_tables import results_table, verdict_lines
 from hexathermal.show.budget_tables import bias_table, contributions_table
+from hexathermal.show.extension_tables import term_cells, term_facts
 from hexathermal.show.hexapod_tables import hexapod_laws_table, hexapod_validation_table, kinds_table, unit_of
 from hexathermal.show.identification_tables import coefficient_rows, gain_table, law_table, sets_table, validation_table
 from hexathermal.show.notebook_drawing import machine_drawing
@@ -53,8 +55,10 @@ CSS = """
 .hexathermal th,.hexathermal td{text-align:left;vertical-align:baseline;padding:.2em .9em .2em 0;border:0;
 border-bottom:1px solid color-mix(in srgb,currentColor 25%,transparent);font-weight:400;color:inherit;max-width:40em}
 .hexathermal thead th{font-weight:600;vertical-align:bottom}
+.hexathermal tbody th{white-space:nowrap}
 .hexathermal .named th,.hexathermal .named td{font-weight:600}
-.hexathermal .n{text-align:right;font-variant-numeric:tabular-nums;white-space:nowrap}
+.hexathermal .n{text-align:right;font-variant-numeric:tabular-nums}
+.hexathermal td.n{white-space:nowrap}
 .hexathermal dl.facts{display:flex;flex-wrap:wrap;gap:.4em 2em;margin:.5em 0}
 .hexathermal dl.facts dd{margin:0;font-size:1.15em;font-weight:600}
 .hexathermal dl.facts small{display:block;font-weight:400;font-size:.8em}
@@ -110,6 +114,9 @@ def from_table(table: Table, caption: str = "", *, without: Sequence[int] = (), 
         caption, heads = caption or heads[0], ["what", "value"]
     numbers = [">" if column.justify == "right" else "" for column in kept]
     rows = list(zip(*([str(cell) for cell in column.cells] for column in kept), strict=True))
+    for k, (first, *others) in enumerate(rows):
+        if not first and k:  # on a terminal an empty name means the one above
+            rows[k] = (rows[k - 1][0], *others)
     return page.table(caption or heads[0], [a + b for a, b in zip(heads, numbers, strict=True)], rows, named)
 
 
@@ -164,8 +171,11 @@ def _identified_law(law: IdentifiedLaw) -> list[str]:
                    ("coefficient", "value>", "standard uncertainty>", "95 % interval", "unit"), rows),
         page.table("Where it holds, and where it comes from", ("what", "value"), _origin_rows(law)),
     ]  # fmt: skip
-    added = ", ".join(dict.fromkeys([*(one.cause for one in law.terms), *(one.cause for one in law.repairs)]))
-    return parts + ([page.paragraph(f"Extended by: {added}.")] if added else [])
+    if law.terms:
+        heads = ("term of the law", "amplitudes", "standard uncertainty", "unit", "shape")
+        parts.insert(1, page.table("Terms that extend it", heads, [term_cells(one) for one in term_facts(law.terms)]))
+    repairs = ", ".join(dict.fromkeys(one.cause for one in law.repairs))
+    return parts + ([page.paragraph(f"Data are put right before the law reads them: {repairs}.")] if repairs else [])
 
 
 def _origin_rows(law: IdentifiedLaw) -> list[tuple[str, str]]:
@@ -207,10 +217,15 @@ def _hexapod_identification(found: HexapodIdentification) -> list[str]:
     ]
 
 
+def _verdict(verdict: Verdict) -> str:
+    """Return a verdict on a law in words."""
+    return f"the law {verdict.value}" if verdict in (Verdict.BETTER, Verdict.WORSE) else verdict.value
+
+
 def _validation(found: Validation) -> list[str]:
     """Return what runs never fitted say of a law."""
     return [
-        _finding(f"On {found.rows} rows: {found.verdict.value}"),
+        _finding(f"{_verdict(found.verdict)}, on {found.rows} rows".capitalize()),
         from_table(validation_table(found, True), "Runs", named=(len(found.runs),)),
         *_notes(found.notes),
     ]
@@ -218,10 +233,10 @@ def _validation(found: Validation) -> list[str]:
 
 def _hexapod_validation(found: HexapodValidation) -> list[str]:
     """Return what runs never fitted say of a machine."""
-    said = [f"{key}: {found.verdict[key].value}, RMS {found.total[key].before.value * 1e6:.2f} to "
+    said = [f"{key}: {_verdict(found.verdict[key])}, RMS {found.total[key].before.value * 1e6:.2f} to "
             f"{found.total[key].after.value * 1e6:.2f} {unit_of(key)}" for key in found.verdict]  # fmt: skip
     return [
-        _finding("; ".join(said)),
+        _finding("; ".join(said).capitalize()),
         from_table(hexapod_validation_table(found, True), "Errors of the platform before and after"),
         *_notes(found.notes),
     ]
@@ -230,14 +245,18 @@ def _hexapod_validation(found: HexapodValidation) -> list[str]:
 def _budget(budget: Budget) -> list[str]:
     """Return bias, uncertainty and what contributes to it."""
     place = ", ".join(f"{value * 1e3:g}" for value in budget.point)
-    count = len(budget.contributions)
+    at = ", ".join(f"{value:.6g}" for value in coordinates_from_pose(budget.pose) + 0.0)
+    heat = " to ".join(dict.fromkeys(f"{value:.2f}" for value in (budget.temps.min(), budget.temps.max())))
     return [
         _finding(f"Error budget of {budget.machine or 'a machine'}, {'' if budget.corrected else 'not '}corrected"),
         page.paragraph(
-            f"Errors of the point ({place}) mm from the platform's origin, in the axes of the {budget.frame} frame."
+            f"Pose ({at}) mm, deg in the base frame; {heat} degC. Errors of the point ({place}) mm from the platform's "
+            f"origin, in the axes of the {budget.frame} frame."
         ),
         from_table(bias_table(budget, PROBABILITY, True), "Bias and uncertainty"),
-        from_table(contributions_table(budget, True), "Sources, the heaviest first", named=(count,)),
+        from_table(
+            contributions_table(budget, True), "Sources, the heaviest first", named=(len(budget.contributions),)
+        ),
     ]
 
 

@@ -137,7 +137,7 @@ class RunResidual:
     signals: Mapping[str, FloatArray]
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Diagnosis(Shown):
     """What the measurements say about the law.
 
@@ -189,6 +189,9 @@ class Diagnosis(Shown):
     residuals: tuple[RunResidual, ...]
     title: str = ""
     notes: tuple[str, ...] = field(default=())
+
+    def __repr__(self) -> str:
+        return f"{type(self).__name__}: {self.sentence}"
 
     @property
     def cause(self) -> str | None:

@@ -118,7 +118,7 @@ class Disturbances:
     leg: float
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class MachineDiagnosis(Shown):
     """What a machine's model gets wrong, and why.
 
@@ -171,6 +171,9 @@ class MachineDiagnosis(Shown):
     title: str = ""
     notes: tuple[str, ...] = field(default=())
     advice: tuple[MachineAdvice, ...] = field(default=())
+
+    def __repr__(self) -> str:
+        return f"{type(self).__name__}: {self.sentence}"
 
     @property
     def cause(self) -> str | None:
