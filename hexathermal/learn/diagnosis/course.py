@@ -11,6 +11,7 @@ import numpy as np
 from hexathermal.errors import ArgumentError, UnknownNameError
 from hexathermal.learn.campaign import Campaign
 from hexathermal.learn.campaign_laws import identify_campaign
+from hexathermal.learn.diagnosis.base_choice import FEWEST_WINDOWS, likelier_sensors
 from hexathermal.learn.diagnosis.chance import chance_threshold
 from hexathermal.learn.diagnosis.deciding import LEAST, Decision, decided
 from hexathermal.learn.diagnosis.evidence import Scored, beside, screened, stacked_columns
@@ -46,7 +47,6 @@ MOST_KIN, SEEN_KIN, KIN_SIZE = 3, 0.05, 0.2
 """Directions in which the shapes of a named cause differ, the smallest of them over the largest, and the error of its
 shape over what is visible of it."""
 
-FEWEST_WINDOWS = 40
 FEWEST_RUNS = 2
 
 Progress = Callable[[int, int, str], None]
@@ -102,8 +102,10 @@ class Course:
     refused: tuple[Ranked, ...] = ()
 
 
-def base_law(campaign: Campaign, sensors: Sequence[str] | None, law: IdentifiedLaw | None) -> IdentifiedLaw:
-    """Return the law that is looked at: the one given, of some sensors, or the one that `identify` chooses."""
+def base_law(
+    campaign: Campaign, rows: Sequence[RunRows], sensors: Sequence[str] | None, law: IdentifiedLaw | None
+) -> IdentifiedLaw:
+    """Return the law that is looked at: the one given, of some sensors, or of those that its runs speak for."""
     if campaign.kind == "hexapod":
         raise ArgumentError("a campaign of kind 'hexapod' is not diagnosed as one leg")
     if law is not None:
@@ -114,7 +116,11 @@ def base_law(campaign: Campaign, sensors: Sequence[str] | None, law: IdentifiedL
                 f"{', '.join(campaign.sensors)}", campaign.sensors,
             )  # fmt: skip
         return law
-    return identify_campaign(campaign, "auto" if sensors is None else tuple(sensors)).law
+    if sensors is not None:
+        return identify_campaign(campaign, tuple(sensors)).law
+    chosen = identify_campaign(campaign, "auto").law
+    likelier = likelier_sensors(view_of(campaign, rows, chosen.sensors))
+    return chosen if likelier == chosen.sensors else identify_campaign(campaign, likelier).law
 
 
 def searched(

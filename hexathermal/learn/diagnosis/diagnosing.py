@@ -39,7 +39,7 @@ def diagnose(
     campaign : Campaign
         Of kind ``"leg"`` or ``"component"``.
     sensors : sequence of str, optional
-        Of the law; by default those that `identify_campaign` chooses.
+        Of the law; by default those that `identify_campaign` chooses, exchanged for likelier ones.
     law : IdentifiedLaw, optional
         A law whose sensors are taken; its coefficients are fitted anew, since a cause biases them.
     progress : function, optional
@@ -54,8 +54,8 @@ def diagnose(
     """
     if progress is not None:
         progress(0, 5, "reading the runs")
-    base = base_law(campaign, sensors, law)
     rows = campaign_rows(campaign, "identification")
+    base = base_law(campaign, rows, sensors, law)
     refuse_silent(rows, base.sensors)
     course = searched(campaign, base, rows, progress)
     if progress is not None:
