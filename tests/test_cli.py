@@ -72,7 +72,7 @@ def test_help_of_correct_names_columns_units_and_conventions(capsys: Said) -> No
         (["demo", "--seed", "-1"], "whole number"),
         (["demo", "--seed", "1.5"], "whole number"),
         (["demo", "--machine", "rubin-m2", "--out", "{tmp}/d"], "not active"),
-        (["demo", "--out", "{tmp}/p.csv"], "cannot create the folder"),
+        (["demo", "--out", "{tmp}/p.csv"], "no folder"),
         (["demo", "--out", ""], "empty"),
     ],
 )

@@ -85,7 +85,7 @@ def add_machine(kinds: Any) -> None:
 
 def answer(arguments: argparse.Namespace, progress: Progress) -> Answer:
     """Simulate a whole machine."""
-    from hexathermal.predict.table_writing import written_folder
+    from hexathermal.predict.table_writing import written_folder, written_whole
     from hexathermal.simulate.campaign_writing import HEXAPOD_KIND, check_folder
     from hexathermal.simulate.machine.campaign_folder import write_machine_campaign
     from hexathermal.simulate.machine.runs import planned_machine_runs, simulate_machine

@@ -99,10 +99,6 @@ def found() -> dict[str, Command]:
     return {name: import_module(f"{__name__}.{name.replace('-', '_')}") for name in sorted(names, key=_place)}
 
 
-def add_json(_command: argparse.ArgumentParser) -> None:
-    """Do nothing: every command has ``--json`` (`hexathermal.show.parsing`)."""
-
-
 def envelope(answer: Answer, command: str) -> dict[str, Any]:
     """Return an answer as every command's ``--json`` tells it.
 

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import argparse
 import json
-import os
 from pathlib import Path
 from typing import Any
 
@@ -50,6 +49,7 @@ def add(commands: Any) -> None:
 
 def run(arguments: argparse.Namespace, progress: Progress) -> Answer:
     """A machine warms through a working day."""
+    from hexathermal.predict.table_writing import written_folder
     from hexathermal.show.figures import day_figure, draw
     from hexathermal.show.tables import day_table, percent
     from hexathermal.simulate.demonstration import demonstrate, save, summary
@@ -58,7 +58,9 @@ def run(arguments: argparse.Namespace, progress: Progress) -> Answer:
     folder = _demo_folder(arguments.out, arguments.force)
     progress(0, 0, f"simulating the day (the first run compiles: {COMPILE_TIME})")
     result = demonstrate(hexapod, seed=arguments.seed)
-    files = save(result, folder, {"day.png": lambda part: draw(day_figure(result), part, "png")})
+    with written_folder(folder) as part:
+        made = save(result, part, {"day.png": lambda file: draw(day_figure(result), file, "png")})
+    files = [folder / file.name for file in made]
     numbers = summary(result)
     lines = [
         f"Machine {hexapod.name or arguments.machine}: {numbers['hours']:g} h, {numbers['work_poses']} work poses, "
@@ -107,16 +109,10 @@ def _plates_without_sensor(hexapod: hexathermal.Hexapod) -> list[str]:
 
 
 def _demo_folder(folder: Path, force: bool) -> Path:
-    """Return the demo's folder, created where needed; keep files that no demo wrote."""
+    """Return the demo's folder; keep files that no demo wrote."""
     from hexathermal.predict.table_writing import refuse_no_place
 
     refuse_no_place(folder)
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise ArgumentError(f"cannot create the folder {folder}: {error.strerror or error}") from None
-    if not os.access(folder, os.W_OK | os.X_OK):
-        raise ArgumentError(f"cannot write into the folder {folder}: permission denied")
     found = [name for name in DEMO_FILES if (folder / name).exists()]
     if found and not force and not _is_demo(folder / "summary.json"):
         raise ArgumentError(

@@ -75,7 +75,7 @@ def run(arguments: argparse.Namespace, progress: Progress) -> Answer:
                 "'hexathermal identify' or 'hexathermal apply' writes it"
             )
         return validate_answer(arguments, progress)
-    if arguments.law.is_dir() or _format(arguments.law) == "hexathermal-hexapod/1":
+    if (arguments.law / "hexapod.toml").is_file() or _format(arguments.law) == "hexathermal-hexapod/1":
         raise ArgumentError(
             f"{arguments.law} is a machine, the campaign is of one leg or component: give a leg.toml, as 'hexathermal "
             "identify' writes it"
