@@ -36,6 +36,7 @@ from hexathermal.show.acceptance_tables import results_table, verdict_lines
 from hexathermal.show.budget_tables import bias_table, contributions_table
 from hexathermal.show.extension_tables import term_cells, term_facts
 from hexathermal.show.hexapod_tables import hexapod_laws_table, hexapod_validation_table, kinds_table, unit_of
+from hexathermal.show.html_tables import from_table
 from hexathermal.show.identification_tables import coefficient_rows, gain_table, law_table, sets_table, validation_table
 from hexathermal.show.notebook_drawing import machine_drawing
 from hexathermal.show.tables import law_tables, leg_facts, machine_facts, thermal_facts, thermal_tables
@@ -95,31 +96,6 @@ def html_of(value: Any) -> str:
     raise TypeError(f"a {type(value).__name__} has no tables for a notebook; these have: {known}")
 
 
-def from_table(table: Table, caption: str = "", *, without: Sequence[int] = (), named: Sequence[int] = ()) -> str:
-    """Return a table of the command line as HTML.
-
-    Parameters
-    ----------
-    table : rich.table.Table
-    caption : str
-        Default: the first column's name, which is that of the whole in tables of two columns without a second name.
-    without : sequence of int
-        Columns that are left out.
-    named : sequence of int
-        Rows that stand out.
-    """
-    kept = [column for k, column in enumerate(table.columns) if k not in without]
-    heads = [" ".join(str(column.header).split()) for column in kept]
-    if len(heads) == 2 and not heads[1]:
-        caption, heads = caption or heads[0], ["what", "value"]
-    numbers = [">" if column.justify == "right" else "" for column in kept]
-    rows = list(zip(*([str(cell) for cell in column.cells] for column in kept), strict=True))
-    for k, (first, *others) in enumerate(rows):
-        if not first and k:  # on a terminal an empty name means the one above
-            rows[k] = (rows[k - 1][0], *others)
-    return page.table(caption or heads[0], [a + b for a, b in zip(heads, numbers, strict=True)], rows, named)
-
-
 def folded(summary: str, *parts: str) -> str:
     """Return parts that a reader opens."""
     return f"<details><summary>{page.text(summary)}</summary>{''.join(parts)}</details>"
@@ -127,7 +103,7 @@ def folded(summary: str, *parts: str) -> str:
 
 def _finding(words: str) -> str:
     """Return the sentence that stands first."""
-    return page.paragraph(words, "finding")
+    return page.paragraph(words[:1].upper() + words[1:], "finding")
 
 
 def _notes(notes: Sequence[str], what: str = "Note") -> list[str]:
@@ -225,7 +201,7 @@ def _verdict(verdict: Verdict) -> str:
 def _validation(found: Validation) -> list[str]:
     """Return what runs never fitted say of a law."""
     return [
-        _finding(f"{_verdict(found.verdict)}, on {found.rows} rows".capitalize()),
+        _finding(f"{_verdict(found.verdict)}, on {found.rows} rows"),
         from_table(validation_table(found, True), "Runs", named=(len(found.runs),)),
         *_notes(found.notes),
     ]
@@ -236,7 +212,7 @@ def _hexapod_validation(found: HexapodValidation) -> list[str]:
     said = [f"{key}: {_verdict(found.verdict[key])}, RMS {found.total[key].before.value * 1e6:.2f} to "
             f"{found.total[key].after.value * 1e6:.2f} {unit_of(key)}" for key in found.verdict]  # fmt: skip
     return [
-        _finding("; ".join(said).capitalize()),
+        _finding("; ".join(said)),
         from_table(hexapod_validation_table(found, True), "Errors of the platform before and after"),
         *_notes(found.notes),
     ]

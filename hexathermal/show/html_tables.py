@@ -1,0 +1,42 @@
+"""Tables of the command line as tables of a page."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from rich.table import Table
+
+from hexathermal.show.diagnosis_page import table
+
+
+def from_table(shown: Table, caption: str = "", *, without: Sequence[int] = (), named: Sequence[int] = ()) -> str:
+    """Return a table of the command line as HTML.
+
+    Parameters
+    ----------
+    shown : rich.table.Table
+    caption : str
+        Default: the first column's name, which is that of the whole in tables of two columns without a second name.
+    without : sequence of int
+        Columns that are left out.
+    named : sequence of int
+        Rows that stand out.
+
+    Examples
+    --------
+    >>> from hexathermal.show.tables import framed
+    >>> shown = framed(True, "run", "RMSE um>")
+    >>> shown.add_row("warm up", "0.12")
+    >>> '<th scope="row">warm up</th><td class="n">0.12</td>' in from_table(shown, "Runs")
+    True
+    """
+    kept = [column for k, column in enumerate(shown.columns) if k not in without]
+    heads = [" ".join(str(column.header).split()) for column in kept]
+    if len(heads) == 2 and not heads[1]:
+        caption, heads = caption or heads[0], ["what", "value"]
+    numbers = [">" if column.justify == "right" else "" for column in kept]
+    rows = list(zip(*([str(cell) for cell in column.cells] for column in kept), strict=True))
+    for k, (first, *others) in enumerate(rows):
+        if not first and k:  # on a terminal an empty name means the one above
+            rows[k] = (rows[k - 1][0], *others)
+    return table(caption or heads[0], [a + b for a, b in zip(heads, numbers, strict=True)], rows, named)
