@@ -55,6 +55,7 @@ linkcheck_workers = 4
 html_theme = "pydata_sphinx_theme"
 html_title = "hexathermal"
 html_static_path = ["_static"]
+html_favicon = "_static/favicon.svg"
 html_css_files = ["site.css"]
 html_copy_source = False
 html_show_sourcelink = False

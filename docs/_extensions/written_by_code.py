@@ -150,10 +150,25 @@ def mend_dashes(_app: Sphinx, document: nodes.document) -> None:
             text.parent.replace(text, nodes.Text(" – "))
 
 
+def name_handles(_app: Sphinx, _page: str, _template: str, context: dict[str, Any], _document: object) -> None:
+    """Name the handles that fold the navigation: the theme draws an arrow alone, which a screen reader cannot read."""
+    made = context["generate_toctree_html"]
+
+    def generate_toctree_html(*arguments: Any, **options: Any) -> Any:
+        tree = made(*arguments, **options)
+        for handle in tree.select("li > details > summary") if hasattr(tree, "select") else ():
+            link = handle.find_parent("li").find("a")
+            handle["aria-label"] = f"Pages of {link.get_text(strip=True)}" if link else "More pages"
+        return tree
+
+    context["generate_toctree_html"] = generate_toctree_html
+
+
 def setup(app: Sphinx) -> dict[str, Any]:
     """Declare the directives to Sphinx."""
     autosummary.WELL_KNOWN_ABBREVIATIONS += ("eq.", "eqs.")  # no ends of a first sentence
     app.connect("doctree-read", mend_dashes)
+    app.connect("html-page-context", name_handles, priority=900)  # after the theme
     app.add_directive("command-line", CommandLine)
     app.add_directive("causes", Causes)
     app.add_directive("machines", Machines)
