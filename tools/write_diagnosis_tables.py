@@ -36,6 +36,7 @@ CONSTANTS = {
         "NAME_SHARE",
         "LEAST_NAMED",
         "NONE_AT_MOST",
+        "SOUND",
         "EQUIVALENT",
     ),
     "course": ("MOST_EFFECTS", "LATER", "LEAST_SHARE", "FEWEST_WINDOWS", "FEWEST_RUNS"),
