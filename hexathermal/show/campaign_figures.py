@@ -37,7 +37,7 @@ def run_figure(check: CampaignCheck, run: RunCheck) -> Figure:
         heights = [1.7, 1.0, 0.6] if lower else [1.7, 1.0]
         panels = figure.subplots(len(heights), 1, sharex=True, height_ratios=heights)
         hours = trace.time / 3600.0
-        heat = trace.dT + np.nan_to_num(run.highest_degC - run.highest_dT)
+        heat = heat_degC(run)
         columns = [f"{name}_degC" for name in check.campaign.sensors]
         marked = [run.spikes[column] for column in columns if column in run.spikes]
         temperatures(panels[0], hours, heat, check.campaign.thermocouples, marked)
@@ -59,6 +59,11 @@ def run_figure(check: CampaignCheck, run: RunCheck) -> Figure:
     return figure
 
 
+def heat_degC(run: RunCheck) -> FloatArray:
+    """Return the temperatures of a run's trace, shape (n, s) [degC]."""
+    return run.trace.dT + np.nan_to_num(run.highest_degC - run.highest_dT)
+
+
 def temperatures(
     axes: Axes, hours: Any, heat: FloatArray, sensors: tuple[Thermocouple, ...], spikes: list[FloatArray] | None = None
 ) -> None:
@@ -68,8 +73,8 @@ def temperatures(
     last.
     """
     ends = []
-    looks = _looks(sensors)
-    for item, (colour, style), values in zip(sensors, looks, heat.T, strict=True):
+    drawn = looks(sensors)
+    for item, (colour, style), values in zip(sensors, drawn, heat.T, strict=True):
         x, y = broken(hours, values)
         axes.plot(x, y, color=colour, ls=style, lw=0.9, label=item.name)
         known = np.flatnonzero(np.isfinite(values))
@@ -81,7 +86,7 @@ def temperatures(
         axes.legend(loc="center left", bbox_to_anchor=(1.0, 0.5), fontsize=6.0, ncols=2)
         return
     _name_ends(axes, ends)
-    parts = {item.part: look[0] for item, look in reversed(list(zip(sensors, looks, strict=True)))}
+    parts = {item.part: look[0] for item, look in reversed(list(zip(sensors, drawn, strict=True)))}
     if len(parts) > 1:
         lines = [axes.plot([], [], color=colour, lw=2.5)[0] for colour in parts.values()]
         axes.legend(lines, [part or "no part named" for part in parts], loc="best", fontsize=7.0)
@@ -104,7 +109,7 @@ def _name_ends(axes: Axes, ends: list[tuple[str, Any, float, float]]) -> None:
         )  # fmt: skip
 
 
-def _looks(sensors: tuple[Thermocouple, ...]) -> list[tuple[Any, str]]:
+def looks(sensors: tuple[Thermocouple, ...]) -> list[tuple[Any, str]]:
     """Return colour and style of each sensor's line."""
     import matplotlib as mpl
 

@@ -126,8 +126,9 @@ def facts(pairs: Sequence[tuple[str, str, str]]) -> str:
 
 
 def page(
-    title: str, heading: str, finding: str, opening: str, sections: Sequence[tuple[str, str, str]], end: str
-) -> str:
+    title: str, heading: str, finding: str, opening: str, sections: Sequence[tuple[str, str, str]], end: str, *,
+    style: str = "", program: str = "",
+) -> str:  # fmt: skip
     """Return the whole page.
 
     Parameters
@@ -143,15 +144,19 @@ def page(
     sections : sequence of (name, short title, HTML)
     end : str
         The last line.
+    style : str
+        Further rules of the page's style.
+    program : str
+        HTML at the end of the page: what its scripts need, and they.
     """
     links = "".join(f'<li><a href="#{name}">{text(short)}</a></li>' for name, short, _body in sections)
     return (
         '<!DOCTYPE html>\n<html lang="en"><head><meta charset="utf-8">'
         '<meta name="viewport" content="width=device-width, initial-scale=1"><meta name="color-scheme" '
-        f'content="light dark"><link rel="icon" href="data:,"><title>{text(title)}</title><style>{CSS}</style></head>'
-        "<body>"
+        f'content="light dark"><link rel="icon" href="data:,"><title>{text(title)}</title><style>{CSS}{style}</style>'
+        "</head><body>"
         f'<a class="skip" href="#content">Skip to the content</a><header><h1>{text(heading)}</h1>'
         f'<p class="finding">{text(finding)}</p>{opening}</header><nav aria-label="Sections"><ul>{links}</ul></nav>'
         f'<main id="content">{"".join(body for _name, _short, body in sections)}</main>'
-        f"<footer>{paragraph(end)}</footer></body></html>\n"
+        f"<footer>{paragraph(end)}</footer>{program}</body></html>\n"
     )

@@ -10,7 +10,7 @@ from typing import Any
 
 from hexathermal.errors import ArgumentError
 
-OUTPUTS = ("out", "json", "report", "plots", "netcdf", "truth", "junit", "extend", "save")
+OUTPUTS = ("out", "json", "report", "plots", "netcdf", "truth", "junit", "extend", "save", "figures")
 """Options that name files or folders to be written."""
 
 OWN_FOLDERS = ("campaign.toml", "hexapod.toml")

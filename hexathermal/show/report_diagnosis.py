@@ -1,0 +1,189 @@
+"""The report of a diagnosis, from the JSON that ``hexathermal diagnose`` wrote, of a leg, a component or a machine."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+from hexathermal.errors import FileFormatError, Problem
+from hexathermal.show.diagnosis_page import paragraph, table, text
+from hexathermal.show.diagnosis_tables import probability
+from hexathermal.show.diagnosis_words import VERDICTS, how_apart, odds, settings_words
+from hexathermal.show.report_chart import Chart
+from hexathermal.show.report_diagnosis_charts import disturbances_chart, gain_chart, limits_chart, ranking_chart
+from hexathermal.show.report_page import Report, Section
+
+MOST_LIMITS = 40
+"""Limits of a machine that the page lists; the JSON has all."""
+
+Facts = dict[str, Any]
+
+
+def diagnosis_report(told: Facts, place: Path) -> Report:
+    """Return the report of a diagnosis.
+
+    Parameters
+    ----------
+    told : dict
+        As `diagnose --json` writes it.
+    place : Path
+        Where it was read.
+
+    Raises
+    ------
+    FileFormatError
+        It lacks what a diagnosis has.
+    """
+    try:
+        return _report(told, place)
+    except (KeyError, TypeError, ValueError, AttributeError) as error:
+        what = f"{error} is missing" if isinstance(error, KeyError) else str(error)
+        words = f"no diagnosis that can be read: {what}; write it anew with 'diagnose'"
+        raise FileFormatError(str(place), (Problem(1, 1, words),)) from None
+
+
+def _report(told: Facts, place: Path) -> Report:
+    """Return the report."""
+    title = str(told["title"]) or "campaign without a title"
+    whole = told.get("kind") == "hexapod"
+    pairs = [("Verdict", VERDICTS[told["verdict"]], f"probability {probability(float(told['probability']))}"),
+             ("Threshold", f"{told['threshold']:.1f}", "log evidence that a name needed")]  # fmt: skip
+    gain = told["gain"]
+    if gain is not None:
+        for key, unit in _measures(gain):
+            before, after = gain[f"{key}_before_{unit}"], gain[f"{key}_after_{unit}"]
+            name = {"rmse": "RMSE"}.get(key, key.replace("_", " ").replace("rmse", "RMSE"))
+            shown = unit.replace("um", "µm").replace("urad", "µrad")
+            same = abs(after - before) <= 1e-9 * max(abs(before), 1.0)
+            value = f"{before:.3f} {shown}" if same else f"{before:.3f} → {after:.3f} {shown}"
+            pairs.append((f"{name}, for validation", value, "nothing joined the law" if same else "before → after"))
+    notes = [str(note) for note in told["notes"]]
+    folder = place if place.is_dir() else place.parent
+    if (folder / "report.html").is_file():
+        notes.append("pictures of what is left of each run stand in report.html beside the file that was read")
+    sections = [_finding(told), _ranking(told)]
+    if gain is not None and gain.get("runs"):
+        sections.append(_gain(gain))
+    sections += [_limits(told), _next(told), _noise(told)]
+    facts = {"title": title, "verdict": told["verdict"], "cause": told["cause"], "target": told["target"],
+             "probability": told["probability"], "gain": gain}  # fmt: skip
+    about = "machine" if whole else f"law of {' + '.join(told['sensors'])}"
+    return Report("diagnosis", f"Diagnosis: {title}", f"Diagnosis of {title}, {about}", str(told["sentence"]),
+                  tuple(pairs), tuple(sections), tuple(notes), facts)  # fmt: skip
+
+
+def _measures(gain: Facts) -> list[tuple[str, str]]:
+    """Return what a gain tells of, and its unit."""
+    known = [("translation_rmse", "um"), ("rotation_rmse", "urad"), ("rmse", "um")]
+    found = [(key, unit) for key, unit in known if f"{key}_before_{unit}" in gain]
+    return found[:2] if len(found) > 2 else found  # of a machine "rmse" repeats the first
+
+
+def _finding(told: Facts) -> Section:
+    """Return what was named."""
+    parts: list[str | Chart] = []
+    for one in told["effects"]:
+        rows = [(name, f"{value['value']:.4g}", "-" if value["std"] is None else f"{value['std']:.2g}", value["unit"])
+                for name, value in one["parameters"].items()]  # fmt: skip
+        where = f", {one['target']}" if one["target"] else ""
+        alike = f" As likely: {', '.join(one['equivalent'])}." if one["equivalent"] else ""
+        sizes = table(f"Size of {one['cause']}", ("parameter", "value>", "standard uncertainty>", "unit"), rows)
+        parts.append(
+            f'<div class="card"><h3>{text(one["cause"] + where)}</h3>{paragraph(one["sentence"])}'
+            f"{sizes if rows else ''}"
+            f"{paragraph('Probability of the name: ' + probability(float(one['probability'])) + '.' + alike)}</div>"
+        )
+    if told["follows"]:
+        parts.append(paragraph(f"What is left, and has no name, {told['follows']}.", "note"))
+    if not parts:
+        parts.append(paragraph(
+            "Every cause of the catalogue was tried, and none explains these measurements better than chance could. "
+            "That is no proof that there is none: how small an effect can hide is told below."
+        ))  # fmt: skip
+    return Section("finding", "Finding", "What was found", tuple(parts))
+
+
+def _ranking(told: Facts) -> Section:
+    """Return every cause that was tried."""
+    head = ("cause", "where", "evidence>", "probability>", "at best with")
+    rows = [(one["cause"], one["target"] or "-", f"{one['evidence']:.1f}", probability(float(one["probability"])),
+             settings_words(one["settings"]) or "-") for one in told["candidates"]]  # fmt: skip
+    words = (
+        "Evidence is the logarithm of how much more probable these data are with the cause than without: 2.3 is 10 to "
+        f"1, 7 is 1000 to 1. A name needed {told['threshold']:.1f}."
+    )
+    drawn = [ranking_chart(told)] if told["candidates"] else []
+    listed = table("Candidates, best first", head, rows, range(len(told["effects"]))) if rows else ""
+    return Section("ranking", "Ranking", "Every cause that was tried", (paragraph(words), *drawn, listed))
+
+
+def _gain(gain: Facts) -> Section:
+    """Return errors before and after, run by run."""
+    rows = []
+    for name, one in (*gain["runs"].items(), ("all", gain)):
+        for key, unit in _measures(one):
+            less = 100.0 * (1.0 - one[f"{key}_after_{unit}"] / max(one[f"{key}_before_{unit}"], 1e-12))
+            rows.append((name, key.replace("_", " "), f"{one[f'{key}_before_{unit}']:.3f}",
+                         f"{one[f'{key}_after_{unit}']:.3f}", f"{less:.1f} %", unit))  # fmt: skip
+    head = ("run", "measure", "before>", "after>", "less by>", "unit")
+    return Section("gain", "Before and after", "Before and after, on runs never fitted",
+                   (*gain_chart(gain, _measures), table("The law, and the extended law", head, rows)))  # fmt: skip
+
+
+def _limits(told: Facts) -> Section:
+    """Return how small an effect would have been named."""
+    drawn = limits_chart(told)
+    if drawn is None:
+        return Section("limits", "Detection limits", "How small an effect would have been named",
+                       (paragraph("No limit could be told."),))  # fmt: skip
+    if "detection_limits_um" in told:
+        rows = [(cause, f"{value:.2g}") for cause, value in sorted(told["detection_limits_um"].items(),
+                                                                 key=lambda item: item[1])]  # fmt: skip
+        listed = table("Smallest effect that would be named", ("cause", "visible RMS, um>"), rows)
+    else:
+        seen = [one for one in told["detection_limits"] if one["translation_um"] is not None]
+        seen.sort(key=lambda one: float(one["translation_um"]))
+        places = [(one["cause"], one["target"] or "-", f"{one['translation_um']:.2g}", f"{one['rotation_urad']:.2g}")
+                for one in seen[:MOST_LIMITS]]  # fmt: skip
+        some = f", the first {MOST_LIMITS} of {len(seen)}" if len(seen) > MOST_LIMITS else ""
+        listed = table(f"Smallest effect that would be named{some}", ("cause", "where", "um>", "urad>"), places)
+    alike = _alike(told)
+    return Section("limits", "Detection limits", "How small an effect would have been named", (drawn, listed, *alike))
+
+
+def _alike(told: Facts) -> list[str]:
+    """Return what these data cannot tell apart."""
+    if told.get("confusions"):
+        rows = [(*one["causes"], how_apart(one["separation"]), f"{max(one['separation'], 0.0):.1f}")
+                for one in told["confusions"]]  # fmt: skip
+        head = ("cause", "and", "told apart", "evidence apart>")
+        return [table("Causes that look alike in these data", head, rows)]
+    return [paragraph(f"Alike in these data: {one}.") for one in told.get("alike", ())]
+
+
+def _next(told: Facts) -> Section:
+    """Return what to measure next."""
+    if "experiments" in told:
+        lines = [f"{one['words']} Tells apart: {', '.join(dict.fromkeys(one['causes']))}; promised odds "
+                 f"{odds(one['separation'])}." for one in told["experiments"]]  # fmt: skip
+    else:
+        lines = [f"{one['words']} ({', '.join(one['causes'])})" for one in told.get("advice", ())]
+        plan = told.get("next_experiment")
+        if isinstance(plan, dict) and plan.get("words"):
+            lines.insert(0, str(plan["words"]))
+    body = "".join(f"<li>{text(line)}</li>" for line in lines)
+    words = f'<ol class="next">{body}</ol>' if lines else paragraph("No experiment is proposed.")
+    return Section("next", "Next experiments", "What to measure next", (words,))
+
+
+def _noise(told: Facts) -> Section:
+    """Return the noise."""
+    if "noise_um" in told:
+        parts = told["noise_um"]
+        rows = [(name, f"{parts[key]:.3f}") for name, key in (
+            ("white", "white"), ("landings", "landing"), ("slow", "slow"), ("zero of a run", "offset"))]  # fmt: skip
+        return Section(
+            "noise", "Noise", "Noise", (table("Parts of the noise", ("noise", "standard deviation, um>"), rows),)
+        )
+    drawn = disturbances_chart(told["disturbances"])
+    return Section("noise", "Noise", "Noise and disturbances", drawn or (paragraph("Not told."),))
