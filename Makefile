@@ -43,4 +43,4 @@ $(VENV)/installed: pyproject.toml
 	touch $@
 
 clean:
-	rm -rf $(VENV) docs/_build docs/reference/generated .mypy_cache .ruff_cache .pytest_cache .hypothesis dist
+	rm -rf $(VENV) docs/_build docs/reference/generated docs/notebooks .mypy_cache .ruff_cache .pytest_cache .hypothesis dist

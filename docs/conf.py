@@ -35,6 +35,7 @@ myst_links_external_new_tab = False
 
 nb_execution_mode = "force"
 nb_execution_timeout = 120
+nb_execution_in_temp = True
 nb_execution_raise_on_error = True
 nb_ipywidgets_js = {}  # would be fetched from elsewhere
 nb_merge_streams = True

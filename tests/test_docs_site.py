@@ -151,8 +151,9 @@ def opened(chromium: Any, address: str) -> Iterator[Callable[..., Any]]:
 def test_a_page_is_open_to_everybody(name: str, opened: Callable[..., Any]) -> None:
     """axe finds nothing at a desk, light and dark; on a telephone nothing runs over the edge."""
     axe = pytest.importorskip("axe_playwright_python.sync_playwright", reason="axe is not installed (extra 'test')")
-    for scheme in ("light", "dark"):
-        violations = axe.Axe().run(opened(name, scheme=scheme)).response["violations"]
+    for scheme, rules in (("light", {}), ("dark", {"runOnly": ["color-contrast"]})):  # the rest is the same in both
+        page = opened(name, scheme=scheme)
+        violations = axe.Axe().run(page, options={"resultTypes": ["violations"], **rules}).response["violations"]
         assert violations == [], [(one["id"], [node["html"] for node in one["nodes"]][:5]) for one in violations]
     phone = opened(name, width=360)
     assert phone.evaluate("document.documentElement.scrollWidth") <= 360

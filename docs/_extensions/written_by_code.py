@@ -7,7 +7,7 @@
 ``{machines}``
     The bundled machines.
 ``{examples}``
-    The files of ``examples/``, each with what it says about itself.
+    The files of ``examples/``, each with what it says about itself (its notebooks become pages of their own).
 ``{other-pages}``
     The pages of docs/ itself that the page does not list already: a new page appears by itself.
 """
@@ -31,7 +31,18 @@ from sphinx.ext import autosummary
 from sphinx.util.docutils import SphinxDirective
 
 EXAMPLES = Path(__file__).resolve().parents[2] / "examples"
+NOTEBOOKS = "notebooks"
 HELP_COLUMNS = "98"
+
+STANDS_FOR = {
+    "README.md": "/index.md",
+    "CHANGELOG.md": "/reference/changes.md",
+    "CONTRIBUTING.md": "/reference/contributing.md",
+    "examples/README.md": "/examples.md",
+    "examples/hexathermal.ipynb": f"/{NOTEBOOKS}/hexathermal.ipynb",
+    "models/README.md": "/reference/machines.md",
+}
+"""Pages of the site for files that are not in docs/."""
 
 
 class Written(SphinxDirective):
@@ -143,6 +154,23 @@ class OtherPages(TocTree):
         return super().run()
 
 
+def bring_notebooks(app: Sphinx) -> None:
+    """Copy the notebooks of ``examples/`` to where the site's pages are; ones that are the same keep their age."""
+    folder = Path(app.srcdir) / NOTEBOOKS
+    folder.mkdir(exist_ok=True)
+    for file in EXAMPLES.glob("*.ipynb"):
+        place = folder / file.name
+        if not place.exists() or place.read_bytes() != file.read_bytes():
+            place.write_bytes(file.read_bytes())
+
+
+def turn_links(_app: Sphinx, page: str, source: list[str]) -> None:
+    """Lead links that leave docs/ to the page of the site that stands for the file."""
+    up = "../" * (page.count("/") + 1)
+    for file, place in STANDS_FOR.items():
+        source[0] = source[0].replace(f"]({up}{file}", f"]({place}")
+
+
 def mend_dashes(_app: Sphinx, document: nodes.document) -> None:
     """Set a dash between a parameter and what it is: smart quotes, which would, also join the two of ``--force``."""
     for text in list(document.findall(nodes.Text)):
@@ -167,6 +195,8 @@ def name_handles(_app: Sphinx, _page: str, _template: str, context: dict[str, An
 def setup(app: Sphinx) -> dict[str, Any]:
     """Declare the directives to Sphinx."""
     autosummary.WELL_KNOWN_ABBREVIATIONS += ("eq.", "eqs.")  # no ends of a first sentence
+    app.connect("builder-inited", bring_notebooks)
+    app.connect("source-read", turn_links)
     app.connect("doctree-read", mend_dashes)
     app.connect("html-page-context", name_handles, priority=900)  # after the theme
     app.add_directive("command-line", CommandLine)
