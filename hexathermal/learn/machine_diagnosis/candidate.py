@@ -37,6 +37,8 @@ class Candidate:
         What is set and not fitted: names of thermometers, time constants.
     leg_shape : str
         Shape of the term that would join the leg's law (`hexathermal.machine.leg_terms`); empty for others.
+    trust : float
+        Factor of the log evidence: 1, less for an exchange of legs that differ by little more than readings err.
     """
 
     cause: str
@@ -48,6 +50,7 @@ class Candidate:
     mean: FloatArray
     settings: Mapping[str, Any] = field(default_factory=dict)
     leg_shape: str = ""
+    trust: float = 1.0
 
     @property
     def called(self) -> str:

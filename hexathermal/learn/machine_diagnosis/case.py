@@ -97,12 +97,13 @@ def _made(
     finer: tuple[Candidate, ...] = (),
 ) -> Case:  # fmt: skip
     """Return a case; the noise is found where none is given."""
-    law = law_columns(view, laws).columns
+    law = law_columns(view, laws)
+    told = y - law.known
     candidates = (*all_candidates(view), *single_leg_candidates(view), *flexible_candidates(view),
                   *(part for one in finer for part in finer_candidates(view, one)))  # fmt: skip
     if noise is None:
-        noise = pose_noise(view, y, law, candidates, first_noise(view, y) if start is None else start)
-    tables = tables_of(view, y, noise.coordinates, noise.weight, law, [one.columns for one in candidates])
+        noise = pose_noise(view, told, law.columns, candidates, first_noise(view, told) if start is None else start)
+    tables = tables_of(view, told, noise.coordinates, noise.weight, law.columns, [one.columns for one in candidates])
     return Case(view, y, laws, candidates, _priors(candidates), noise, tables, finer)
 
 

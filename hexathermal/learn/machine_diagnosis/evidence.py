@@ -101,6 +101,7 @@ def scored(S: FloatArray, g: FloatArray, one: Candidate, rows: int, which: int) 
     if not sizes.size or not np.diagonal(S).any():
         return None
     values = values_at(S, g, one, sizes)
+    values *= one.trust
     best = int(np.argmax(values))
     found = log_bayes(S, g, one.mean, sizes[best] * one.scale)[1]
     strength = float(np.sqrt(max(float(found @ S @ found), 0.0) / (6.0 * rows)))

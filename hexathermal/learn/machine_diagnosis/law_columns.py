@@ -2,8 +2,9 @@
 
 Coefficients may be off by what the file says of their uncertainty.  A thermometer reads ``dT + n``, and the law makes
 ``-(A q0 + B q) n`` of its error. What of ``n`` is fast is seen in the readings themselves: it is their difference from
-a local parabola of time, and a column each lets the rows decide whether it was noise or heat. The zero that readings
-count from has the same noise, in the whole campaign and in each run: an offset of that size.
+a local parabola of time (`readings`), and a column each lets the rows decide whether it was noise or heat. The zero
+that readings count from has the same noise, in the whole campaign and in each run: an offset. What its own reading is
+off the parabola is known of it, and what the parabola may be off is not.
 """
 
 from __future__ import annotations
@@ -15,6 +16,7 @@ import numpy as np
 
 from hexathermal.errors import ArgumentError
 from hexathermal.learn.hexapod_data import PLATES
+from hexathermal.learn.machine_diagnosis.readings import Readings
 from hexathermal.learn.machine_diagnosis.view import MachineView
 from hexathermal.poses import FloatArray
 
@@ -25,6 +27,7 @@ LOOSE = 3.0
 """Prior of a coefficient that is fitted anew, over its value."""
 
 LEAST_PER_K = 1e-6
+NOISE_AT_MOST = 3.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -35,6 +38,8 @@ class LawColumns:
     ----------
     columns : array, shape (n, 6, p) [m]
         For one standard deviation each, so that all priors are N(0, 1).
+    known : array, shape (n, 6) [m]
+        What errors of the zeros make that their own readings tell.
     words : tuple of str
     shifts : mapping of str to array, shape (c, p) [1/K]
         By which the columns' amplitudes change the coefficients: ``A..`` and ``B..`` of ``"leg1"`` to ``"leg6"`` by the
@@ -42,6 +47,7 @@ class LawColumns:
     """
 
     columns: FloatArray
+    known: FloatArray
     words: tuple[str, ...]
     shifts: Mapping[str, FloatArray]
 
@@ -71,6 +77,7 @@ def law_columns(view: MachineView, laws: str = "kept") -> LawColumns:
     parts: list[FloatArray] = []
     words: list[str] = []
     moved: list[tuple[str, int, FloatArray]] = []
+    known = np.zeros((len(view), 6))
     for legs, root, label in _roots(view, laws):
         moved += [(f"leg{leg + 1}", len(words), root) for leg in legs]
         columns = np.zeros((len(view), 6, root.shape[1]))
@@ -87,14 +94,20 @@ def law_columns(view: MachineView, laws: str = "kept") -> LawColumns:
                 parts.append((std * view.plate_column(part))[..., None])
                 words.append(part)
         if plate is not None and plate.sensor is not None and plate.expansion != 0.0:
-            reach, flicker = plate.expansion * view.plate_reach(part), view.plate_flicker[:, PLATES.index(part)]
-            parts.append(_errors(view, reach, flicker))
+            at = PLATES.index(part)
+            own, told = _errors(view, plate.expansion * view.plate_reach(part), view.plate_readings, (at,))
+            parts.append(own)
+            known += told
             words += [f"thermometers of the {part}"] * parts[-1].shape[2]
     for leg in range(6):
-        own, names = _readings(view, leg)
-        parts.append(own)
-        words += names
-    return LawColumns(np.concatenate(parts, axis=2), tuple(words), _shifts(view, moved, len(words)))
+        for k in np.flatnonzero(np.abs(view.laws[leg]).sum(axis=0)):
+            reach = np.zeros((len(view), 6))
+            reach[:, leg] = view.laws[leg, 0, k] * view.retracted[leg] + view.laws[leg, 1, k] * view.q[:, leg]
+            own, told = _errors(view, reach, view.readings, (leg, k))
+            parts.append(own)
+            words += [f"thermometers of leg {leg + 1}"] * own.shape[2]
+            known += told
+    return LawColumns(np.concatenate(parts, axis=2), known, tuple(words), _shifts(view, moved, len(words)))
 
 
 def _shifts(view: MachineView, moved: list[tuple[str, int, FloatArray]], p: int) -> dict[str, FloatArray]:
@@ -112,39 +125,61 @@ def leg_columns(view: MachineView, leg: int) -> FloatArray:
     return np.concatenate([view.retracted[leg] * heat, view.q[:, leg, None] * heat], axis=1)
 
 
-def _readings(view: MachineView, leg: int) -> tuple[FloatArray, list[str]]:
-    """Return what errors of a leg's thermometers make of its law, (n, 6, k), and names."""
-    A, B = view.laws[leg]
-    parts = [np.zeros((len(view), 6, 0))]
-    for k in np.flatnonzero(np.abs(A) + np.abs(B)):
-        reach = np.zeros((len(view), 6))
-        reach[:, leg] = A[k] * view.retracted[leg] + B[k] * view.q[:, leg]
-        parts.append(_errors(view, reach, view.flicker[:, leg, k]))
-    out = np.concatenate(parts, axis=2)
-    return out, [f"thermometers of leg {leg + 1}"] * out.shape[2]
-
-
-def _errors(view: MachineView, reach: FloatArray, flicker: FloatArray) -> FloatArray:
-    """Return what errors of a thermometer make: of its readings, and of the zeros that they count from, (n, 6, k).
+def _errors(
+    view: MachineView, reach: FloatArray, readings: Readings, which: tuple[int, ...]
+) -> tuple[FloatArray, FloatArray]:
+    """Return what errors of a thermometer make, of its readings and of the zeros they count from, and what is known.
 
     Parameters
     ----------
     view : MachineView
     reach : array, shape (n, 6) [m/K]
         What a kelvin does to the lengths.
-    flicker : array, shape (n,) [K]
+    readings : Readings
+    which : tuple of int
+        Which thermometer of them.
+
+    Returns
+    -------
+    columns : array, shape (n, 6, k) [m]
+    known : array, shape (n, 6) [m]
     """
+    flicker, own = readings.flicker[:, *which], readings.own[:, *which]
     if not flicker.any():
-        return np.zeros((len(view), 6, 0))
-    noise = reading_noise(view)
-    parts = [reach * flicker[:, None], *(np.where(own[:, None], reach * noise, 0.0) for own in view.zeros)]
-    return np.stack(parts, axis=2)
+        return np.zeros((len(view), 6, 0)), np.zeros((len(view), 6))
+    noise, parts, known = reading_noise(view), [reach * flicker[:, None]], zero_errors(view, flicker)
+    for shared in view.zeros:
+        first = int(np.flatnonzero(shared)[0])
+        unsure = noise * np.sqrt(own[first]) if known[first] else noise
+        parts.append(np.where(shared[:, None], reach * unsure, 0.0))
+    return np.stack(parts, axis=2), reach * known[:, None]
+
+
+def zero_errors(view: MachineView, flicker: FloatArray) -> FloatArray:
+    """Return the errors of the zeros, as far as the readings that they were tell them, shape (n, ...) [K].
+
+    What such a reading is off its parabola it is off itself, and all that count from it are too small by that; what is
+    further off than `NOISE_AT_MOST` times the noise is fast heat, and tells nothing.
+
+    Parameters
+    ----------
+    view : MachineView
+    flicker : array, shape (n, ...) [K]
+        Of thermometers.
+    """
+    errors, most = np.zeros(flicker.shape), NOISE_AT_MOST * reading_noise(view)
+    for shared in view.zeros:
+        first = int(np.flatnonzero(shared)[0])
+        # the zero must be a reading of these rows, and no other zero stand for it
+        if (len(view.zeros) == 1 or not shared.all()) and not view.dT[first].any():
+            errors[shared] += np.where(np.abs(flicker[first]) <= most, flicker[first], 0.0)
+    return errors
 
 
 def reading_noise(view: MachineView) -> float:
     """Return the noise of a reading [K]: the least of all thermometers, since fast heat only adds to what is seen."""
-    spread = view.flicker.std(axis=0)
-    return float(spread[spread > 0.0].min(initial=np.inf)) if spread.any() else 0.0
+    noise = view.readings.noise
+    return float(noise[noise > 0.0].min(initial=np.inf)) if noise.any() else 0.0
 
 
 def _roots(view: MachineView, laws: str) -> list[tuple[tuple[int, ...], FloatArray, str]]:

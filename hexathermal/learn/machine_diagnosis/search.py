@@ -41,9 +41,8 @@ PAIRS = ("leg-coefficient", "platform-expansion", "base-expansion", "leg-backlas
          "payload-compliance")  # fmt: skip
 """Causes of which two together are asked for at once."""
 
-CLEARLY_APART, WHOLE = 10.0, 0.0
-"""Difference of two legs' temperatures, over a reading's noise, above which it is no error of thermometers; below, the
-log evidence by which a whole exchange must be better than half of one (0: the share is nearer to 1)."""
+CLEARLY_APART = 10.0
+"""Difference of two legs' temperatures, over a reading's noise, above which it is no error of thermometers."""
 
 FOR_PAIRS = 3
 """Leaders at whose levels pairs are asked."""
@@ -165,8 +164,7 @@ def step(case: Case, adopted: Sequence[Adoption], begin: Levels | None = None) -
     null = fitted_levels(case.tables, base, begin)[0]
     taken = {one.candidate.called for one in adopted if one.which >= 0}
     pool = {levels: _seen(case, levels, base) for levels in _simpler(null)}
-    out = {which for which, one in enumerate(case.candidates)
-           if one.called in taken or _doubtful(case, pool[null].S, which)}  # fmt: skip
+    out = {which for which, one in enumerate(case.candidates) if one.called in taken}
     for one, at in _leaders(case, _best(case, pool, out)):
         levels = fitted_levels(case.tables, [*base, _prior(case, one)], at)[0]
         if levels not in pool:
@@ -213,7 +211,9 @@ def _best(case: Case, pool: Mapping[Levels, _Seen], out: set[int]) -> list[tuple
     for levels, seen in pool.items():
         for one in seen.scored:
             which, value = one.which[0], seen.value + one.value
-            if which not in out and (which not in found or value > found[which][0]):
+            if which in out or _doubtful(case, seen.S, which):
+                continue
+            if which not in found or value > found[which][0]:
                 found[which] = (value, one, levels)
     order = sorted(found.values(), key=lambda item: -(item[0] + case.prior[item[1].which[0]]))
     return [(one, levels) for _value, one, levels in order]
@@ -222,8 +222,9 @@ def _best(case: Case, pool: Mapping[Levels, _Seen], out: set[int]) -> list[tuple
 def _doubtful(case: Case, S: FloatArray, which: int) -> bool:
     """Whether an exchange of thermometers may as well be their own errors.
 
-    Where two legs differ in temperature by little more than thermometers err, their errors alone look like half an
-    exchange: ``log p(y | 1) - log p(y | 1/2) = g / 2 - 3 S / 8`` must speak for a whole one.
+    Where two legs differ in temperature by little more than thermometers err, errors that are slower than white noise
+    look like half an exchange. A whole one, whose fit has the share ``m`` that errors leave of 1
+    (`hexathermal.learn.machine_diagnosis.causes.swapped_legs`), must be likelier: ``m g - m^2 S / 2 > g / 2 - S / 8``.
     """
     one, own = case.candidates[which], case.tables.places[which]
     if not one.mean.any():
@@ -232,8 +233,8 @@ def _doubtful(case: Case, S: FloatArray, which: int) -> bool:
     apart = float((heat[:, 0] - heat[:, 1]).std(axis=0).max())
     if apart > CLEARLY_APART * reading_noise(case.view):
         return False
-    at = own.start - case.tables.base
-    return bool(0.5 * S[at, -1] - 0.375 * S[at, at] < WHOLE)
+    at, m = own.start - case.tables.base, 0.5 * (1.0 + one.trust)
+    return bool((m - 0.5) * S[at, -1] <= 0.5 * (m**2 - 0.25) * S[at, at])
 
 
 def _leaders(case: Case, order: Sequence[tuple[Scored, Levels]]) -> list[tuple[Scored, Levels]]:

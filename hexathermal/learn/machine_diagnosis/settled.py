@@ -24,6 +24,8 @@ from hexathermal.learn.machine_diagnosis.law_columns import law_columns
 from hexathermal.learn.machine_diagnosis.search import WIDER, Adoption, priors_of
 from hexathermal.poses import FloatArray
 
+LEAST_TRUST = 1e-3
+
 
 @dataclass(frozen=True, eq=False)
 class Settled:
@@ -74,12 +76,13 @@ def settled(course: Course) -> tuple[Settled, ...]:
 
 
 def share_of(one: Adoption) -> tuple[FloatArray, FloatArray]:
-    """Return the share of an exchange that its own step would find freely."""
+    """Return the share of an exchange that its own step would find freely, less what errors of readings make of it."""
     case = one.case
     own = case.tables.places[one.ranked.which]
     place = slice(own.start - case.tables.base, own.stop - case.tables.base)
-    S = one.step.S
-    return S[place, -1] / S[place, place][0], np.asarray(np.linalg.inv(S[place, place]))
+    S, trust = one.step.S, max(one.candidate.trust, LEAST_TRUST)
+    found = S[place, -1] / S[place, place][0]
+    return (found - 0.5 * (1.0 - trust)) / trust, np.asarray(np.linalg.inv(S[place, place])) / trust**2
 
 
 def _setting(course: Course, one: Adoption, others: list[Adopted]) -> tuple[float, FloatArray]:

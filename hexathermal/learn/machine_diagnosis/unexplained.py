@@ -7,10 +7,14 @@ import numpy as np
 from hexathermal.learn.diagnosis.trials import PREFIX
 from hexathermal.learn.hexapod_data import AIR
 from hexathermal.learn.machine_diagnosis.candidate import Candidate
+from hexathermal.learn.machine_diagnosis.tables import WAVES, time_waves
 from hexathermal.learn.machine_diagnosis.view import MachineView
 from hexathermal.poses import FloatArray
 
 POWERS = (1, 2)
+
+SPREADS = np.concatenate([[1.0], 1.0 / np.arange(1, WAVES + 1)])
+"""Sizes of a constant and of cosines of time, as those of a random walk."""
 
 
 def flexible_candidates(view: MachineView) -> list[Candidate]:
@@ -24,6 +28,9 @@ def flexible_candidates(view: MachineView) -> list[Candidate]:
         heat = _standard(view.heat[:, leg].mean(axis=1, keepdims=True))
         squares[:, leg] = np.concatenate([heat**2, heat**3], axis=1)
         found.append(_family(f"the temperature of leg{leg + 1}", squares))
+        courses = np.zeros((len(view), 6, len(SPREADS)))
+        courses[:, leg] = _of_time(view)
+        found.append(_family(f"time within a run, in leg{leg + 1}", courses, SPREADS))
     found.append(_family("the legs' temperatures", _moved(view, view.heat.mean(axis=2))))
     for name, heat in (("the platform's temperature", view.plates[:, 0]), ("the base's temperature", view.plates[:, 1]),
                        (AIR.replace("_", " "), view.air)):  # fmt: skip
@@ -32,12 +39,21 @@ def flexible_candidates(view: MachineView) -> list[Candidate]:
     return [one for one in found if one.columns.any()]
 
 
-def _family(follows: str, columns: FloatArray) -> Candidate:
-    """Return a nameless candidate; its columns weigh alike."""
+def _of_time(view: MachineView) -> FloatArray:
+    """Return 1 and cosines of each run's time, the same in all runs, shape (n, SPREADS)."""
+    waves = np.ones((len(view), 1 + WAVES))
+    for run in np.unique(view.run):
+        rows = np.flatnonzero(view.run == run)
+        waves[rows, 1:] = time_waves(view, rows)
+    return waves
+
+
+def _family(follows: str, columns: FloatArray, spreads: FloatArray | None = None) -> Candidate:
+    """Return a nameless candidate; its columns weigh alike, or as their spreads."""
     rms = np.sqrt((columns**2).mean(axis=(0, 1)))
     kept = columns[..., rms > 0.0]
     k = kept.shape[2]
-    scale = 1e-6 / rms[rms > 0.0]
+    scale = 1e-6 / rms[rms > 0.0] * (1.0 if spreads is None else spreads[rms > 0.0])
     return Candidate(PREFIX + follows, None, tuple(f"a{j + 1}" for j in range(k)), ("",) * k, kept, scale, np.zeros(k))
 
 

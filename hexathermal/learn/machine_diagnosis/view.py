@@ -20,13 +20,11 @@ from hexathermal.kinematics.statics import payload_sag
 from hexathermal.learn.hexapod_data import PLATES, HexapodRows, heat_of_legs
 from hexathermal.learn.hexapod_model import frame_columns
 from hexathermal.learn.hexapod_stated import terms_drift
+from hexathermal.learn.machine_diagnosis.readings import Readings, flickering
 from hexathermal.machine.hexapod import Hexapod
 from hexathermal.machine.leg_signals import LegSignals, Memory
 from hexathermal.machine.thermal import ThermalModel, frozen
 from hexathermal.poses import FloatArray
-
-NEAREST = 11
-"""Rows from which a parabola of time is made, to tell noise of a thermometer from its course."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -97,14 +95,14 @@ class MachineView:
         return heat_of_legs(self.hexapod, self.dT)
 
     @cached_property
-    def flicker(self) -> FloatArray:
-        """What of each leg's readings is off a local parabola of time, shape (n, 6, s) [K]: noise, most of it."""
-        return self._flickering(self.heat)
+    def readings(self) -> Readings:
+        """What each leg's readings, (n, 6, s), tell of their own noise."""
+        return flickering(self.time, self.run, self.heat)
 
     @cached_property
-    def plate_flicker(self) -> FloatArray:
-        """The same of the plates' readings, shape (n, 2) [K]; zero where not recorded."""
-        return self._flickering(np.nan_to_num(self.plates))
+    def plate_readings(self) -> Readings:
+        """The same of the plates' readings, (n, 2); not recorded, they have none."""
+        return flickering(self.time, self.run, np.nan_to_num(self.plates))
 
     @cached_property
     def zeros(self) -> tuple[npt.NDArray[np.bool_], ...]:
@@ -115,15 +113,6 @@ class MachineView:
         if len(runs) == 1 or (begun[0] and not any(begun[1:])):
             return (every,)
         return tuple(runs) if all(begun) else (every, *runs)
-
-    def _flickering(self, values: FloatArray) -> FloatArray:
-        """Return what is off a local parabola of time; zero in runs too short to tell."""
-        out = np.zeros(values.shape)
-        for run in np.unique(self.run):
-            rows = np.flatnonzero(self.run == run)
-            if len(rows) > NEAREST:
-                out[rows] = values[rows] - smoothed(self.time[rows], values[rows])
-        return out
 
     @cached_property
     def jacobian(self) -> FloatArray:
@@ -189,25 +178,6 @@ class MachineView:
     def with_hexapod(self, hexapod: Hexapod) -> MachineView:
         """Return the same rows as another machine sees them."""
         return replace(self, hexapod=hexapod)
-
-
-def smoothed(time: FloatArray, values: FloatArray) -> FloatArray:
-    """Return values (n, ...) at each row by the parabola of time that fits the `NEAREST` rows about it best.
-
-    Examples
-    --------
-    >>> t = np.arange(20.0)
-    >>> bool(np.abs(smoothed(t, t**2) - t**2).max() < 1e-9)
-    True
-    """
-    n = len(time)
-    first = np.clip(np.arange(n) - NEAREST // 2, 0, n - NEAREST)
-    window = first[:, None] + np.arange(NEAREST)
-    x = time[window] - time[:, None]
-    span = np.abs(x).max(axis=1, keepdims=True)
-    V = (x / np.where(span > 0.0, span, 1.0))[..., None] ** np.arange(3)
-    weights = np.linalg.pinv(V)[:, 0]
-    return np.asarray(np.einsum("nk,nk...->n...", weights, values[window]))
 
 
 def machine_view(rows: HexapodRows) -> MachineView:

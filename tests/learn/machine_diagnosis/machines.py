@@ -31,6 +31,8 @@ class Fault:
     platform_joint: tuple[int, tuple[float, float, float]] | None = None
     tracker: tuple[float, ...] = (0.0,) * 6
     backlash: tuple[int, float] | None = None
+    later: tuple[int, float] | None = None
+    """A leg, and by how much it is longer in the second half of each run: no cause of the catalogue."""
 
 
 def filed(**changes: object) -> ht.Hexapod:
@@ -41,10 +43,12 @@ def filed(**changes: object) -> ht.Hexapod:
 
 def drawn(
     seed: int, fault: Fault | None = None, *, runs: int = 4, poses: int = 60, noise: np.ndarray = NOISE,
-    frame: float = 0.0, tails: float = np.inf, cold: bool = False, share: float = 1.0,
+    frame: float = 0.0, tails: float = np.inf, cold: bool = False, share: float = 1.0, apart: float | None = None,
+    misread: float = 0.0,
 ) -> HexapodRows:  # fmt: skip
     """Return rows of a campaign: `frame` draws an offset of the tracker for each run [m, rad], `tails` the degrees of
-    freedom of its noise, `cold` leaves all temperatures as they are, `share` is the part of the workspace used.
+    freedom of its noise, `cold` leaves all temperatures as they are, `share` is the part of the workspace used,
+    `apart` makes all legs as warm but the first two, by waves of that size [K], `misread` is the noise of readings [K].
     """
     fault, rng, hexapod = fault or Fault(), np.random.default_rng(seed), filed()
     found = []
@@ -53,6 +57,9 @@ def drawn(
         commanded = ht.pose_from_coordinates(six, hexapod=hexapod)
         q = hexapod.strokes(hexapod.inverse_kinematics(commanded))
         dT, plate = temperatures(rng, poses)
+        if apart is not None:
+            wave = apart * np.sin(np.arange(poses) / 12.0)
+            dT = dT[:, 2:3] + wave[:, None] * np.array([1.0, -1.0, 0.0, 0.0, 0.0, 0.0])
         air = 3.0 * np.sin(np.linspace(0.0, rng.uniform(2.0, 6.0), poses))
         if cold:
             dT, plate, air = 0.0 * dT, 0.0 * plate, 0.0 * air
@@ -67,6 +74,8 @@ def drawn(
         read = dT.copy()
         if fault.swapped is not None:
             read[:, list(fault.swapped)] = dT[:, list(reversed(fault.swapped))]
+        if misread:
+            read += misread * rng.standard_normal(read.shape)
         found.append((np.full(poses, run), np.arange(poses) * 60.0, commanded,
                       ht.pose_from_coordinates(six_seen, hexapod=hexapod), q, read[..., None], plate, air))  # fmt: skip
     parts = [np.concatenate(part) for part in zip(*found, strict=True)]
@@ -85,6 +94,8 @@ def _measured(
         leg, step = fault.backlash
         moves = np.sign(np.diff(q[:, leg], prepend=q[0, leg]))
         lengths[:, leg] += 0.5 * step * moves
+    if fault.later is not None:
+        lengths[len(q) // 2 :, fault.later[0]] += fault.later[1]
     base, platform = hexapod.base_joints.copy(), hexapod.platform_joints.copy()
     if fault.base_joint is not None:
         base[fault.base_joint[0]] += fault.base_joint[1]

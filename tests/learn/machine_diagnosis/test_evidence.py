@@ -14,7 +14,6 @@ from hexathermal.learn.machine_diagnosis.law_columns import law_columns
 from hexathermal.learn.machine_diagnosis.noise_levels import leg_noise
 from hexathermal.learn.machine_diagnosis.search import candidates_left
 from hexathermal.learn.machine_diagnosis.tables import Levels, run_columns
-from hexathermal.learn.machine_diagnosis.view import smoothed
 from tests.learn.machine_diagnosis.machines import Fault, drawn
 
 
@@ -35,7 +34,7 @@ def test_evidence_is_that_of_the_dense_covariance() -> None:
     same = np.repeat(view.run, 6)[:, None] == np.repeat(view.run, 6)
     V += shared @ shared.T + np.where(same, own @ own.T, 0.0)
     Z = (one.columns * sd).reshape(n, -1)
-    y = case.y.reshape(-1)
+    y = (case.y - law_columns(view).known).reshape(-1)
     scale = 1e6
     dense = [multivariate_normal(cov=scale**2 * C).logpdf(scale * y) for C in (V, V + Z @ Z.T)]
     place = case.tables.places[k]
@@ -63,14 +62,3 @@ def test_threshold_grows_with_what_is_asked() -> None:
 
     assert np.isfinite(threshold)
     assert chance_threshold(replace(case, prior=case.prior + 1.0), S) == pytest.approx(threshold + 1.0)
-
-
-def test_smoothing_leaves_noise_alone() -> None:
-    """What is off the local parabola has the size of white noise, less what eleven rows take of it."""
-    rng = np.random.default_rng(3)
-    t = np.sort(rng.uniform(0.0, 3600.0, 400))
-    course = 5.0 * np.sin(t / 900.0)
-    left = course + 0.02 * rng.standard_normal(400) - smoothed(t, course + 0.02 * rng.standard_normal(400))
-    noisy = course + 0.02 * rng.standard_normal(400)
-    own = noisy - smoothed(t, noisy)
-    assert 0.7 * 0.02 < own.std() < 0.02 < left.std()

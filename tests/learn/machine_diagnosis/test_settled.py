@@ -36,6 +36,14 @@ def test_an_offset_of_a_joint_is_not_lost_in_an_offset_of_the_frame() -> None:
     assert best.odds > step(case, []).threshold
 
 
+def test_a_step_of_one_leg_in_time_is_no_offset_of_its_joint() -> None:
+    """What no cause explains has no name, though a joint of that leg explains half of it."""
+    course = searched(case_of(drawn(18, Fault(later=(2, 1e-6)), runs=3, poses=60)))
+    assert not course.adopted
+    assert course.left is not None
+    assert course.case.candidates[course.left.which].cause == "follows time within a run, in leg3"
+
+
 def test_flicker_that_is_noise_is_taken_off_readings_and_heat_is_kept() -> None:
     """Of smooth temperatures read with noise most of the noise goes; what is fast heat of one leg alone stays."""
     rows, rng = drawn(12, runs=2, poses=100), np.random.default_rng(4)
