@@ -16,7 +16,6 @@ import numpy as np
 
 from hexathermal.errors import ArgumentError
 from hexathermal.learn.hexapod_data import PLATES
-from hexathermal.learn.machine_diagnosis.readings import Readings
 from hexathermal.learn.machine_diagnosis.view import MachineView
 from hexathermal.poses import FloatArray
 
@@ -95,7 +94,9 @@ def law_columns(view: MachineView, laws: str = "kept") -> LawColumns:
                 words.append(part)
         if plate is not None and plate.sensor is not None and plate.expansion != 0.0:
             at = PLATES.index(part)
-            own, told = _errors(view, plate.expansion * view.plate_reach(part), view.plate_readings, (at,))
+            seen = view.plate_readings
+            reach = plate.expansion * view.plate_reach(part)
+            own, told = _errors(view, reach, seen.flicker[:, at], seen.own[:, at])
             parts.append(own)
             known += told
             words += [f"thermometers of the {part}"] * parts[-1].shape[2]
@@ -103,7 +104,7 @@ def law_columns(view: MachineView, laws: str = "kept") -> LawColumns:
         for k in np.flatnonzero(np.abs(view.laws[leg]).sum(axis=0)):
             reach = np.zeros((len(view), 6))
             reach[:, leg] = view.laws[leg, 0, k] * view.retracted[leg] + view.laws[leg, 1, k] * view.q[:, leg]
-            own, told = _errors(view, reach, view.readings, (leg, k))
+            own, told = _errors(view, reach, view.readings.flicker[:, leg, k], view.readings.own[:, leg, k])
             parts.append(own)
             words += [f"thermometers of leg {leg + 1}"] * own.shape[2]
             known += told
@@ -126,7 +127,7 @@ def leg_columns(view: MachineView, leg: int) -> FloatArray:
 
 
 def _errors(
-    view: MachineView, reach: FloatArray, readings: Readings, which: tuple[int, ...]
+    view: MachineView, reach: FloatArray, flicker: FloatArray, own: FloatArray
 ) -> tuple[FloatArray, FloatArray]:
     """Return what errors of a thermometer make, of its readings and of the zeros they count from, and what is known.
 
@@ -135,16 +136,14 @@ def _errors(
     view : MachineView
     reach : array, shape (n, 6) [m/K]
         What a kelvin does to the lengths.
-    readings : Readings
-    which : tuple of int
-        Which thermometer of them.
+    flicker, own : array, shape (n,)
+        Of the thermometer (`hexathermal.learn.machine_diagnosis.readings.Readings`).
 
     Returns
     -------
     columns : array, shape (n, 6, k) [m]
     known : array, shape (n, 6) [m]
     """
-    flicker, own = readings.flicker[:, *which], readings.own[:, *which]
     if not flicker.any():
         return np.zeros((len(view), 6, 0)), np.zeros((len(view), 6))
     noise, parts, known = reading_noise(view), [reach * flicker[:, None]], zero_errors(view, flicker)
