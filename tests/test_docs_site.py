@@ -26,6 +26,9 @@ MAIN = ("index.html", "explanation.html", "limits.html", "diagnosis.html", "form
         "reference/generated/hexathermal.Hexapod.html", "tutorials/index.html", "how-to/index.html",
         "decisions/index.html", "search.html")  # fmt: skip
 
+AXE = {"resultTypes": ["violations"], "preload": False}
+"""Every rule of axe but those that fetch style sheets again."""
+
 SEEN = """(() => {
     const one = document.activeElement, style = getComputedStyle(one), box = one.getBoundingClientRect();
     return [one.tagName, box.width > 0 && box.height > 0, style.outlineStyle != "none" || style.boxShadow != "none"];
@@ -153,7 +156,7 @@ def test_a_page_is_open_to_everybody(name: str, opened: Callable[..., Any]) -> N
     axe = pytest.importorskip("axe_playwright_python.sync_playwright", reason="axe is not installed (extra 'test')")
     for scheme, rules in (("light", {}), ("dark", {"runOnly": ["color-contrast"]})):  # the rest is the same in both
         page = opened(name, scheme=scheme)
-        violations = axe.Axe().run(page, options={"resultTypes": ["violations"], **rules}).response["violations"]
+        violations = axe.Axe().run(page, options={**AXE, **rules}).response["violations"]
         assert violations == [], [(one["id"], [node["html"] for node in one["nodes"]][:5]) for one in violations]
     phone = opened(name, width=360)
     assert phone.evaluate("document.documentElement.scrollWidth") <= 360
