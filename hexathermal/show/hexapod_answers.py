@@ -106,14 +106,15 @@ def identify_answer(arguments: argparse.Namespace, progress: Progress) -> Answer
     if design is not None:
         facts["proposal"] = design_facts(design)
     written: list[Path] = []
+    if arguments.report is not None:
+        progress(0, 0, "drawing")
+        written += _identification_report(found, seen, design, facts, arguments.report)
+    # last: a machine is there only where all else is
     if arguments.out is not None:
         title, own = campaign.title or campaign.folder.name, bench if found.chosen == "bench" else None
         made = found.hexapod(title, own)
         written.append(write_hexapod(made, arguments.out))
-        written.append(write_origin(identified_origin(campaign, found, title), made, written[0]))
-    if arguments.report is not None:
-        progress(0, 0, "drawing")
-        written += _identification_report(found, seen, design, facts, arguments.report)
+        written.append(write_origin(identified_origin(campaign, found, title), made, written[-1]))
     facts["written"] = [str(file) for file in written]
     texts: list[Any] = [_identified(campaign, found), lambda pretty, _: hexapod_laws_table(found, pretty),
                         lambda pretty, _: kinds_table(found, pretty),

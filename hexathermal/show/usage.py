@@ -23,6 +23,8 @@ first steps:
   hexathermal view                       look at a machine and its drift in three dimensions
   hexathermal budget --help              how far off a warm machine is, why, and what correction leaves
   hexathermal accept --help              does a measured machine meet its specification?
+  hexathermal report reference           one page of a machine, a campaign, a budget or a diagnosis
+  hexathermal completion --help          let your shell complete all of this
   hexathermal warm-up                    compile everything now ({COMPILE_TIME}), so that later calls are quick
 
 {EXIT_CODES}"""
