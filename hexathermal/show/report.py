@@ -84,7 +84,7 @@ def subject_of(place: str) -> Subject:
         raise UnknownNameError(f"there is nothing at {place!r}; looked for {LOOKED_FOR}", tuple(bundled_hexapods()))
     if path.is_dir():
         return _of_folder(path)
-    if path.name in KINDS and path.suffix == ".toml":
+    if path.name in KINDS and path.suffix != ".json":
         return Subject(KINDS[path.name], path.resolve().parent)
     if path.is_file() and path.suffix.lower() == ".json":
         return Subject(FORMATS[read_json(path)["format"]], path)

@@ -96,7 +96,7 @@ def live_figure(chart: Chart) -> dict[str, Any]:
         span = [max(0.0, (top - height) / total), min(1.0, top / total)]
         top -= height + GAP_PX
         _panel(panel, k + 1, span, layout, traces, chart.shared and k < len(heights) - 1, chart.shared)
-    found: dict[str, Any] = _plain(graphs.Figure({"data": traces, "layout": layout}).to_plotly_json())
+    found: dict[str, Any] = graphs.Figure(_plain({"data": traces, "layout": layout})).to_plotly_json()
     return found
 
 

@@ -189,12 +189,13 @@ def figure_html(chart: Chart) -> str:
 
 def _numbers(chart: Chart) -> str:
     """Return the numbers of a figure as tables that open; long ones with some rows, evenly."""
-    tables = []
-    for columns in columns_of(chart):
+    tables, found = [], columns_of(chart)
+    for number, columns in enumerate(found, 1):
         shown = columns[:MOST_COLUMNS]
         count = len(columns[0].cells)
         rows = [[cell(column.cells[k]) for column in shown] for k in kept_of(count, MOST_ROWS)]
-        said = f"{chart.title}: {len(rows)} of {count} rows" if len(rows) < count else chart.title
+        said = f"Numbers of {chart.title}" + (f", table {number} of {len(found)}" if len(found) > 1 else "")
+        said += f": {len(rows)} of {count} rows" if len(rows) < count else ""
         if len(shown) < len(columns):
             said += f", {len(shown)} of {len(columns)} columns"
         heads = [column.name + ("" if _texts(column.cells) else ">") for column in shown]

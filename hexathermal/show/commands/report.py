@@ -59,6 +59,7 @@ def add(commands: Any) -> None:
 
 def run(arguments: argparse.Namespace, progress: Progress) -> Answer:
     """Write a report."""
+    from hexathermal.show.outputs import protect
     from hexathermal.show.report import report_of, subject_of
     from hexathermal.show.report_chart import file_name
     from hexathermal.show.report_live import plotly_part
@@ -67,6 +68,7 @@ def run(arguments: argparse.Namespace, progress: Progress) -> Answer:
     plotly_part("offline")  # before any work
     name = subject.place.resolve().name if subject.place.exists() else str(subject.place)
     out = arguments.out or Path(f"{file_name(name.removesuffix('.json'))}-report.html")
+    protect(argparse.Namespace(subject=subject.place, out=out))  # the name that nobody gave, too
     _check(out, arguments)
     progress(0, 0, f"reading {arguments.subject}")
     report = report_of(subject, arguments.law, progress)
