@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Sequence
 
 from rich.table import Table
@@ -37,6 +38,19 @@ def from_table(shown: Table, caption: str = "", *, without: Sequence[int] = (), 
     numbers = [">" if column.justify == "right" else "" for column in kept]
     rows = list(zip(*([str(cell) for cell in column.cells] for column in kept), strict=True))
     for k, (first, *others) in enumerate(rows):
-        if not first and k:  # on a terminal an empty name means the one above
-            rows[k] = (rows[k - 1][0], *others)
+        # on a terminal an empty name means the one above
+        rows[k] = (first or (rows[k - 1][0] if k else ""), *map(_unbroken, others))
     return table(caption or heads[0], [a + b for a, b in zip(heads, numbers, strict=True)], rows, named)
+
+
+def _unbroken(cell: str) -> str:
+    """Return a cell in which an interval stays on one line.
+
+    Examples
+    --------
+    >>> _unbroken("0.1 to 0.2 K") == "0.1\N{NO-BREAK SPACE}to\N{NO-BREAK SPACE}0.2\N{NO-BREAK SPACE}K"
+    True
+    >>> _unbroken("up to 3 rows of the run")
+    'up to 3 rows of the run'
+    """
+    return cell.replace(" ", "\N{NO-BREAK SPACE}") if re.match(r"[-+]?\d\S*( %)? to [-+]?\d\S*( \S+)?$", cell) else cell

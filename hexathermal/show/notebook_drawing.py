@@ -19,12 +19,12 @@ def machine_drawing(hexapod: Hexapod) -> str:
     base, platform = hexapod.base_joints, hexapod.platform_joints @ hexapod.home[:3, :3].T + hexapod.home[:3, 3]
     flat, scale = _flat(np.concatenate([base, platform]))
     feet, heads = flat[:6], flat[6:]
-    legs = []
+    legs, names = "", ""
     for k, (foot, head) in enumerate(zip(feet, heads, strict=True)):
         middle = foot + BODY_SHARE * (head - foot)
-        legs.append(_line(foot, middle, 6.0) + _line(middle, head, 2.5) + _dot(foot) + _dot(head))
+        legs += _line(foot, middle, 6.0) + _line(middle, head, 2.5) + _dot(foot) + _dot(head)
         outward = foot + 12.0 * np.sign(foot[0] - feet[:, 0].mean()) * np.array([1.0, 0.0])
-        legs.append(f'<text x="{outward[0]:.1f}" y="{outward[1] + 4.0:.1f}" text-anchor="middle">{k + 1}</text>')
+        names += f'<text x="{outward[0]:.1f}" y="{outward[1] + 4.0:.1f}" text-anchor="middle">{k + 1}</text>'
     bar = _round_length(0.25 * WIDTH / scale)
     start, end = np.array([MARGIN, HEIGHT - 6.0]), np.array([MARGIN + bar * scale, HEIGHT - 6.0])
     label = f'<text x="{end[0] + 6.0:.1f}" y="{end[1] + 3.0:.1f}">{bar * 1e3:g} mm</text>'
@@ -32,8 +32,8 @@ def machine_drawing(hexapod: Hexapod) -> str:
     return (
         f'<svg role="img" aria-label="{name}" viewBox="0 0 {WIDTH:g} {HEIGHT:g}" width="{WIDTH:g}" height="{HEIGHT:g}" '
         'fill="none" stroke="currentColor" stroke-linecap="round" stroke-linejoin="round">'
-        f"{_plate(feet)}{''.join(legs[::2])}{_plate(heads)}{_line(start, end, 2.0)}"
-        f'<g fill="currentColor" stroke="none" font-size="11">{"".join(legs[1::2])}{label}</g></svg>'
+        f"{_plate(feet)}{legs}{_plate(heads)}{_line(start, end, 2.0)}"
+        f'<g fill="currentColor" stroke="none" font-size="11">{names}{label}</g></svg>'
     )
 
 

@@ -71,7 +71,7 @@ def words(tree: ET.Element) -> str:
 def cells(tree: ET.Element, first: str) -> list[str]:
     """Return the cells of the row that a name heads."""
     return next(
-        ["".join(cell.itertext()) for cell in row.findall("td")]
+        ["".join(cell.itertext()).replace("\N{NO-BREAK SPACE}", " ") for cell in row.findall("td")]
         for row in tree.iter("tr")
         if row.find("th") is not None and "".join(row.find("th").itertext()) == first  # type: ignore[union-attr]
     )
