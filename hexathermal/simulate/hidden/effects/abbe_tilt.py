@@ -32,7 +32,10 @@ def draw(truth: CampaignTruth, generator: np.random.Generator) -> Parameters:
 
 
 def hide(truth: CampaignTruth, parameters: Parameters) -> CampaignTruth:
-    """Tilt the platform: beam k changes by ``angle (radius cos(azimuth_k - direction) + offset)``."""
+    """Tilt the platform: beam k changes by ``angle (radius cos(azimuth_k - direction) + offset)``.
+
+    An offset is one of the beams, not of one tilt: what the platform tilts anyway leaks by it too.
+    """
 
     def source(run: RunTruth) -> FloatArray:
         """Return what tilts the platform, any unit."""
@@ -45,12 +48,15 @@ def hide(truth: CampaignTruth, parameters: Parameters) -> CampaignTruth:
 
     largest = max(float(np.abs(source(run)).max()) for run in truth.runs)
     scale = float(parameters["angle"]) / largest if largest > 0.0 else 0.0
-    lever = RADIUS * np.cos(np.array(AZIMUTHS) - float(parameters["direction"])) + float(parameters["offset"])
-    return truth.changed(
-        runs=tuple(
-            run.changed(beam_effects=run.beam_effects + scale * np.outer(source(run), lever)) for run in truth.runs
-        )
-    )
+    toward = np.cos(np.array(AZIMUTHS) - float(parameters["direction"]))
+
+    def tilted(run: RunTruth) -> FloatArray:
+        """Return the beams' effects [m]: all tilt along the direction leaks."""
+        apart = run.beam_effects + scale * RADIUS * np.outer(source(run), toward)
+        tilt = apart @ toward / (RADIUS * (toward @ toward))
+        return np.asarray(apart + float(parameters["offset"]) * tilt[:, None])
+
+    return truth.changed(runs=tuple(run.changed(beam_effects=tilted(run)) for run in truth.runs))
 
 
 EFFECT = Effect("abbe-tilt", draw, hide, with_beams, "angle", (1e-8, 1e-3))
