@@ -88,7 +88,7 @@ def draw_decision(file: Path) -> None:
         axes.fill_between(x, density, where=x <= limit, color="#0072b2", alpha=0.3, label="inside")
         axes.fill_between(x, density, where=x >= limit, color="#d55e00", alpha=0.8, hatch="///", label="outside")
         axes.axvline(limit, color="black", linestyle="--")
-        axes.set_title(f"u = {u:.2f} µm: {100 * said.probability:.0f} % inside: {said.verdict}")
+        axes.set_title(f"u = {u:.2f} µm: {100 * (said.probability or 0.0):.0f} % inside: {said.verdict}")
         axes.set_xlabel("accuracy AP at P1 [µm]; limit 3 µm dashed")
         axes.set_yticks([])
         axes.legend(loc="upper left", frameon=False)
