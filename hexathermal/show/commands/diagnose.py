@@ -53,9 +53,9 @@ what the tables say:
   as likely     names that these data cannot tell from it: an experiment decides, it stands under "next"
 
 The law's sensors are those of --sensors or --law, else those that 'identify' chooses, exchanged for likelier ones where
-there are such. Its coefficients are always fitted again: an effect biases them. --extend writes the law with what joined
-it; it is used like any other: 'validate', 'apply'. Where nothing joined, the law without terms is written, and stderr
-says so.
+there are such. Its coefficients are always fitted again: an effect biases them. --extend writes the law with what
+joined it; it is used like any other: 'validate', 'apply'. Where nothing joined, the law without terms is written, and
+stderr says so.
 
 files of --report DIR:
   report.html       the whole diagnosis for people: pictures, tables, words; one file, opens without a network
@@ -78,7 +78,8 @@ def add(commands: Any) -> None:
     one = commands.add_parser("diagnose", help="what a law gets wrong on a campaign, and why", description=DIAGNOSE,
                               epilog=EPILOG, **STYLE)  # fmt: skip
     one.add_argument("campaign", type=path, metavar="CAMPAIGN", help="folder with campaign.toml")
-    one.add_argument("--sensors", metavar="NAMES", help="of the law, with commas: T07,T14; default: the likeliest near those of 'identify'")
+    one.add_argument("--sensors", metavar="NAMES",
+                     help="of the law: T07,T14 (default: the likeliest near those of 'identify')")  # fmt: skip
     one.add_argument("--law", type=path, metavar="FILE", help="leg.toml of 'identify': its sensors are taken")
     one.add_argument(
         "--extend", type=path, metavar="FILE", help="write the law with what was found in it: leg.toml, or hexapod.toml"
