@@ -34,7 +34,7 @@ docs: $(VENV)/installed
 docs-check: $(VENV)/installed
 	$(BIN)/python -m sphinx -W --keep-going -q -b linkcheck -d docs/_build/doctrees -D nb_execution_mode=off docs \
 	    docs/_build/links
-	$(BIN)/python -m pytest -q tests/test_docs.py tests/test_docs_commands.py tests/test_docs_site.py tests/test_docs_words.py
+	$(BIN)/python -m pytest -q tests/test_docs.py tests/test_docs_site.py tests/test_docs_words.py
 
 $(VENV)/installed: pyproject.toml
 	$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11) and "Python 3.11 or later is needed")'

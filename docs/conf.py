@@ -25,7 +25,7 @@ extensions = [
 exclude_patterns = ["_build", "_extensions", "_templates"]
 templates_path = ["_templates"]
 source_suffix = {".rst": "restructuredtext", ".md": "myst-nb", ".ipynb": "myst-nb"}  # first: what autosummary writes
-language = "en_GB"
+language = "en"
 smartquotes = False  # `--force` stays two hyphens
 default_role = "py:obj"  # single backticks of docstrings
 

@@ -33,6 +33,8 @@ from sphinx.util.docutils import SphinxDirective
 EXAMPLES = Path(__file__).resolve().parents[2] / "examples"
 NOTEBOOKS = "notebooks"
 HELP_COLUMNS = "98"
+COLON = "\ue000"
+"""Stands for a colon for a while: a letter that no text holds."""
 
 STANDS_FOR = {
     "README.md": "/index.md",
@@ -178,6 +180,17 @@ def mend_dashes(_app: Sphinx, document: nodes.document) -> None:
             text.parent.replace(text, nodes.Text(" – "))
 
 
+def hide_colon(_app: Sphinx, what: str, _name: str, _thing: object, _options: object, lines: list[str]) -> None:
+    """Keep napoleon from taking what stands before a colon in a property's first line for its type."""
+    if what == "property" and lines:
+        lines[0] = lines[0].replace(":", COLON)
+
+
+def show_colon(_app: Sphinx, _what: str, _name: str, _thing: object, _options: object, lines: list[str]) -> None:
+    """Put the colons back."""
+    lines[:] = [line.replace(COLON, ":") for line in lines]
+
+
 def name_handles(_app: Sphinx, _page: str, _template: str, context: dict[str, Any], _document: object) -> None:
     """Name the handles that fold the navigation: the theme draws an arrow alone, which a screen reader cannot read."""
     made = context["generate_toctree_html"]
@@ -197,6 +210,8 @@ def setup(app: Sphinx) -> dict[str, Any]:
     autosummary.WELL_KNOWN_ABBREVIATIONS += ("eq.", "eqs.")  # no ends of a first sentence
     app.connect("builder-inited", bring_notebooks)
     app.connect("source-read", turn_links)
+    app.connect("autodoc-process-docstring", hide_colon, priority=400)  # napoleon has 500
+    app.connect("autodoc-process-docstring", show_colon, priority=600)
     app.connect("doctree-read", mend_dashes)
     app.connect("html-page-context", name_handles, priority=900)  # after the theme
     app.add_directive("command-line", CommandLine)
