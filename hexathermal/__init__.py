@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING, Any
 from hexathermal.errors import HexathermalError
 from hexathermal.kinematics.forward import ForwardResult, ForwardStatus
 from hexathermal.machine import ports as _ports
+from hexathermal.machine import shown as _shown
 from hexathermal.machine.bodies import Bodies, PoseLimits
 from hexathermal.machine.hexapod import Hexapod
 from hexathermal.machine.library import bundled_hexapods, load_hexapod
@@ -54,6 +55,7 @@ if TYPE_CHECKING:
     from hexathermal.predict.sources import Source, Sources
 
 _ports.install(Hexapod, _answers)
+_shown.show_with(lambda value: str(import_module("hexathermal.show.notebook").html_of(value)))
 
 __version__ = "0.1.0"
 
