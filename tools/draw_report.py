@@ -31,7 +31,11 @@ def screenshot(file: Path, figure: str, scheme: str) -> Image.Image:
         page.goto(file.as_uri())
         page.wait_for_function("document.documentElement.dataset.report === 'drawn'")
         if figure:
-            page.evaluate("name => document.getElementById(name).previousElementSibling.scrollIntoView()", figure)
+            page.evaluate(
+                "name => document.getElementById(name).previousElementSibling.scrollIntoView({behavior: 'instant'})",
+                figure,
+            )
+            page.wait_for_timeout(300)
         shot: bytes = page.screenshot()
         browser.close()
     return Image.open(io.BytesIO(shot)).convert("RGB")
@@ -43,7 +47,7 @@ def beside(parts: list[Image.Image], file: Path) -> None:
     for k, part in enumerate(parts):
         sheet.paste(part, (WIDTH * k, 0))
     small = sheet.resize((SHOWN * len(parts), round(HEIGHT * SHOWN / WIDTH)), Image.Resampling.LANCZOS)
-    small.quantize(128).save(file, optimize=True)
+    small.save(file, optimize=True)
     print(f"{file}: {file.stat().st_size / 1e3:.0f} kB")
 
 

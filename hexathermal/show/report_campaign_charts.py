@@ -263,7 +263,7 @@ def front_chart(found: Identification) -> Chart:
     shown, best = tuple(one for one in marks if len(one.x)), ranked.best(1, left_out=False)
     kept = [*front, best, *([chosen] if chosen >= 0 and ranked.sizes[chosen] <= 2 else [])]
     axes = ("largest residual", "RMSE", "µm", "µm")
-    panels = (Panel("Every pair and every single sensor, fitted rows", shown, *axes, height=1.3),
+    panels = (Panel("All sets, fitted rows", shown, *axes, height=1.3),
               Panel("Zoom on the front", shown, *axes, height=1.6, x_range=_about(x[kept]),
                     y_range=_about(y[kept])))  # fmt: skip
     off = ranked.off_front(best)

@@ -24,8 +24,8 @@ from hexathermal.show.report_chart import Bars, Cells, Chart, Curve, Panel, labe
 
 MISSING = "a report needs plotly, which is not installed: pip install 'hexathermal[report]'"
 
-PANEL_PX, BAR_PX, MATRIX_PX, GAP_PX, TOP_PX, BOTTOM_PX = 210, 22, 400, 64, 30, 56
-"""Heights [px]: of a panel, a bar that lies, a matrix, between panels, above the first and below the last."""
+PANEL_PX, BAR_PX, MATRIX_PX, GAP_PX, MATRIX_GAP_PX, TOP_PX, BOTTOM_PX = 210, 22, 400, 64, 96, 30, 56
+"""Heights [px]: of a panel, a bar that lies, a matrix, between panels, matrices, above the first and below the last."""
 
 VEIL = "2E"
 """How much of an interval's colour is seen, as a channel of the colour."""
@@ -83,7 +83,9 @@ def live_figure(chart: Chart) -> dict[str, Any]:
     """
     graphs = plotly_part("graph_objects")
     heights = [_height(panel) for panel in chart.panels]
-    total = sum(heights) + GAP_PX * (len(heights) - 1)
+    # names below a matrix may stand upright
+    gap = MATRIX_GAP_PX if any(isinstance(mark, Cells) for panel in chart.panels for mark in panel.marks) else GAP_PX
+    total = sum(heights) + gap * (len(heights) - 1)
     layout: dict[str, Any] = {
         "template": None, "height": total + TOP_PX + BOTTOM_PX, "showlegend": False, "paper_bgcolor": NOTHING,
         "plot_bgcolor": NOTHING, "font": {"color": BLACK, "size": 12, "family": "system-ui, sans-serif"},
@@ -94,7 +96,7 @@ def live_figure(chart: Chart) -> dict[str, Any]:
     top = float(total)
     for k, (panel, height) in enumerate(zip(chart.panels, heights, strict=True)):
         span = [max(0.0, (top - height) / total), min(1.0, top / total)]
-        top -= height + GAP_PX
+        top -= height + gap
         _panel(panel, k + 1, span, layout, traces, chart.shared and k < len(heights) - 1, chart.shared)
     found: dict[str, Any] = graphs.Figure(_plain({"data": traces, "layout": layout})).to_plotly_json()
     return found
@@ -222,12 +224,21 @@ def _bar(mark: Bars, panel: Panel) -> dict[str, Any]:
     return one | {"type": "bar", "orientation": "h" if panel.across else "v"}
 
 
+def _cividis() -> list[list[Any]]:
+    """Return matplotlib's cividis, in a form of colours that the page does not turn in a dark scheme."""
+    from matplotlib import colormaps
+
+    steps = np.linspace(0.0, 1.0, 17)
+    colours = np.round(255.0 * colormaps["cividis"](steps)[:, :3]).astype(int)
+    return [[float(step), f"rgb({r},{g},{b})"] for step, (r, g, b) in zip(steps, colours.tolist(), strict=True)]
+
+
 def _matrix(mark: Cells, span: list[float]) -> list[dict[str, Any]]:
     """Return a matrix with its scale of colours."""
     names = [list(side) if isinstance(side, tuple) else side for side in (mark.columns, mark.rows)]
     return [{
         "type": "heatmap", "name": _escaped(mark.name), "x": names[0], "y": names[1], "z": mark.values,
-        "zmin": mark.low, "zmax": mark.high, "colorscale": "Cividis", "reversescale": mark.reversed,
+        "zmin": mark.low, "zmax": mark.high, "colorscale": _cividis(), "reversescale": mark.reversed,
         "hovertemplate": f"%{{x}}, %{{y}}: %{{z:.4~g}} {mark.unit}<extra></extra>", "hoverongaps": False,
         "colorbar": {"title": {"text": _escaped(labelled(mark.name, mark.unit)), "side": "right"}, "thickness": 12,
                      "len": span[1] - span[0], "lenmode": "fraction", "y": 0.5 * sum(span), "outlinewidth": 0},
