@@ -26,6 +26,7 @@ pictures: $(VENV)/installed
 	$(BIN)/python tools/draw_models.py
 	$(BIN)/hexathermal demo --out $(VENV)/demo
 	cp $(VENV)/demo/day.png docs/demo.png
+	$(BIN)/python tools/draw_docs.py
 
 docs: $(VENV)/installed
 	$(BIN)/python -m sphinx -W --keep-going -q -b html -d docs/_build/doctrees docs docs/_build/html

@@ -37,6 +37,10 @@ squares, is passed over; at most so many are; and the probability of "none" wher
 LEAST_SHARE = 0.03
 """Every cause after the first must take away this part of the squared residual of runs left out."""
 
+FORESEEN = 10.0
+"""Log likelihood of runs left out from which on a first cause joins although their squares do not fall: squares of few
+runs, whose rows share most of their scatter, tell less; they may not rise by more than their chance, though."""
+
 STANDING, CLEARLY = 0.1, 0.05
 """A target may stand for the leader's if it has this part of its evidence, and takes away so much more."""
 
@@ -168,8 +172,9 @@ def searched(
             decision = decided(step, threshold)
             continue
         stages.append(stage)
-        found.append(Found(leader, decision, share > 0.0, *stage.amplitudes(leader)))
-        if share <= 0.0:
+        joins = share > (0.0 if found or sure < FORESEEN else -_spread(stage, after, leader))
+        found.append(Found(leader, decision, joins, *stage.amplitudes(leader)))
+        if not joins:
             break
         stage = _tolerant(_with_kin(_refined(stage, after, leader, threshold), stage, leader), threshold + LATER)
         said(1 + len(found), MOST_EFFECTS + 2, f"{leader.cause} named; trying what is left")
@@ -266,6 +271,20 @@ def _share(before: Stage, after: Stage, leader: Ranked) -> float:
         return 1.0
     old, new = (min(one.left_squares(leader.levels), one.left_squares(before.plain)) for one in (before, after))
     return 1.0 - new / old
+
+
+def _spread(before: Stage, after: Stage, leader: Ranked) -> float:
+    """Return the standard uncertainty of `_share` by the scatter among runs."""
+    run, rows = before.channel.run, before.channel.rows
+    old, new = (
+        min(
+            (one.left_out(levels)[0] ** 2 for levels in (leader.levels, before.plain)),
+            key=lambda left: (left * rows).sum(),
+        )
+        for one in (before, after)
+    )
+    parts = np.array([((old - new) * rows)[run == k].sum() for k in np.unique(run)])
+    return float(np.sqrt(len(parts)) * parts.std(ddof=1) / (old * rows).sum())
 
 
 def _foresight(before: Stage, after: Stage, leader: Ranked) -> float:

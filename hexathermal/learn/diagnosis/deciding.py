@@ -27,7 +27,7 @@ NONE_AT_MOST = 0.9
 """Most that is said for nothing: of six campaigns in ten with something in them one in ten shows nothing."""
 
 SOUND = 0.98
-"""How often the truth is among the hypotheses as they are drawn; of names given as good as certain so many were right."""
+"""How often the truth is among the hypotheses as they are drawn: so many of the names given as certain were right."""
 
 NAME_LEAD = 1.0
 """A cause may be that far behind something nameless and still be the name: flexible columns imitate any shape."""
@@ -98,8 +98,8 @@ def decided(step: Step, threshold: float) -> Decision:
         best = max(nameless, key=lambda item: item.value, default=best)
     if not best.named:
         share = sum(probabilities[item.cause] for item in nameless)
-        return Decision(best, max(share, SOUND - probabilities[NONE] - max(probabilities[item.cause] for item in named)),
-                        probabilities, ())  # fmt: skip
+        rivals = probabilities[NONE] + max(probabilities[item.cause] for item in named)
+        return Decision(best, max(share, SOUND - rivals), probabilities, ())
     own = probabilities[best.cause]
     alike = tuple(item.cause for item in names if item is not best and probabilities[item.cause] > EQUIVALENT * own)
     return Decision(best, own, probabilities, alike)
