@@ -184,8 +184,16 @@ def _fitted(rows: HexapodRows, names: list[str], origin: Origin | None) -> dict[
     return {name: known[mark] for name, mark in rows.fingerprints.items() if mark in known and name in names}
 
 
-def _temperatures(rows: HexapodRows, model: ThermalModel) -> FloatArray:
-    """Return temperatures that give the law the campaign's dT, shape (n, sensors) [degC]."""
+def law_temperatures(rows: HexapodRows, model: ThermalModel) -> FloatArray:
+    """Return temperatures that give a law what a campaign says since its zero, shape (n, sensors) [degC].
+
+    ``reference + dT``, in the order of the law's thermometers; what exchanged plugs read stays where it was read.
+
+    Parameters
+    ----------
+    rows : HexapodRows
+    model : ThermalModel
+    """
     found = []
     for name in model.sensor_names:
         part, _, sensor = name.partition("_")
@@ -198,7 +206,7 @@ def _temperatures(rows: HexapodRows, model: ThermalModel) -> FloatArray:
 
 def _predicted(rows: HexapodRows, model: ThermalModel) -> FloatArray:
     """Return where the law puts the platform, (n, 4, 4); legs that remember begin anew in each run."""
-    lengths, temps = rows.retracted + rows.q, _temperatures(rows, model)
+    lengths, temps = rows.retracted + rows.q, law_temperatures(rows, model)
     if not model.states:
         return predicted_pose(rows.hexapod, lengths, temps)
     poses = np.empty(rows.measured.shape)

@@ -17,7 +17,7 @@ import numpy as np
 from hexathermal.errors import ArgumentError, KinematicsError
 from hexathermal.learn.campaign import Campaign
 from hexathermal.learn.hexapod_data import HexapodRows
-from hexathermal.learn.machine_diagnosis.candidate import Candidate
+from hexathermal.learn.machine_diagnosis.candidate import Candidate, called
 from hexathermal.learn.machine_diagnosis.causes import all_candidates
 from hexathermal.learn.machine_diagnosis.diagnosing import law_rows
 from hexathermal.learn.machine_diagnosis.noise_levels import leg_noise
@@ -69,17 +69,6 @@ def _questions(found: MachineDiagnosis) -> Iterator[list[str]]:
         yield [called(first.cause, first.target), *[name for name in rivals if name not in named][:1]]
     seen = [one for one in found.limits if np.isfinite(one.strength)]
     yield [called(worst.cause, worst.target) for worst in sorted(seen, key=lambda one: -one.strength)[:1]]
-
-
-def called(cause: str, target: str | None) -> str:
-    """Return a cause with its place, as candidates are called.
-
-    Examples
-    --------
-    >>> called("leg-coefficient", "leg3"), called("payload-compliance", None)
-    ('leg-coefficient of leg3', 'payload-compliance')
-    """
-    return cause if target is None else f"{cause} of {target}"
 
 
 def propose_experiment(

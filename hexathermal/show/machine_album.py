@@ -61,7 +61,8 @@ def _file_names(runs: list[MachineResidual]) -> list[str]:
     """Return a file's name for each run, each once."""
     names: list[str] = []
     for k, run in enumerate(runs):
-        name = f"run-{plain(run.run)}"
+        own = plain(run.run)
+        name = own if own.startswith("run") else f"run-{own}"
         names.append(name if name not in names else f"{name}-{k + 1}")
     return names
 

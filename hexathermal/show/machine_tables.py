@@ -7,7 +7,7 @@ from typing import Any
 from rich.table import Table
 
 from hexathermal.learn.hexapod_data import AXES
-from hexathermal.learn.machine_diagnosis.plan_files import experiment_facts
+from hexathermal.learn.machine_diagnosis.plan_files import planned_facts
 from hexathermal.learn.machine_diagnosis.planning import MachineExperiment
 from hexathermal.learn.machine_diagnosis.result import MachineDiagnosis
 from hexathermal.show.diagnosis_tables import plain, probability
@@ -122,12 +122,5 @@ def machine_facts(found: MachineDiagnosis, plan: MachineExperiment | None) -> di
     """Return a diagnosis as plain values, ready for JSON; with the planned experiment and its poses."""
     told: dict[str, Any] = plain(found.to_json())
     if plan is not None:
-        told["proposal"] = plan_facts(plan)
-    return told
-
-
-def plan_facts(plan: MachineExperiment) -> dict[str, Any]:
-    """Return a plan as plain values, its poses in mm and degrees with it."""
-    told: dict[str, Any] = plain(experiment_facts(plan))
-    told["poses_mm_deg"] = [[round(float(value), 4) for value in pose] for pose in plan.coordinates]
+        told["next_experiment"] = plain(planned_facts(plan))
     return told

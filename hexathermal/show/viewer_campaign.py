@@ -44,7 +44,7 @@ def campaign_course(hexapod: Hexapod, campaign: Campaign, tool: FloatArray, prog
         The campaign lacks a thermometer of the law.
     """
     from hexathermal.kinematics.forward import forward_kinematics
-    from hexathermal.learn.hexapod_validation import validate_hexapod
+    from hexathermal.learn.hexapod_validation import law_temperatures, validate_hexapod
     from hexathermal.predict.pose_errors import moved_poses
 
     refuse_other_kind(campaign)
@@ -61,7 +61,8 @@ def campaign_course(hexapod: Hexapod, campaign: Campaign, tool: FloatArray, prog
         for error in (one.before[kept], one.after[kept]):
             moved = [moved_poses(wanted, own, wanted[:3, 3]) for wanted, own in zip(told, error, strict=True)]
             errors.append(tool_errors(told, np.stack(moved), tool))
-        parts.append((told, np.stack(errors), _legs(rows)[kept], _temps(hexapod, rows)[kept], rows.run[kept] + first))
+        temps = law_temperatures(rows, active_model(hexapod))[kept]
+        parts.append((told, np.stack(errors), _legs(rows)[kept], temps, rows.run[kept] + first))
         labels += [f"{rows.runs[rows.run[k]]} ({role}), {clock(rows.time[k])}" for k in kept]
         notes += [note for note in one.notes if note not in notes and not note.startswith(OF_VERDICTS)]
         first += len(rows.runs)
@@ -101,17 +102,3 @@ def _legs(rows: HexapodRows) -> FloatArray:
     from hexathermal.learn.hexapod_data import heat_of_legs
 
     return np.asarray((rows.heat + heat_of_legs(rows.hexapod, rows.zero_degC)).mean(axis=2))
-
-
-def _temps(hexapod: Hexapod, rows: HexapodRows) -> FloatArray:
-    """Return temperatures that give the law what the campaign says since its zero, shape (n, s) [degC]."""
-    model = active_model(hexapod)
-    rise = np.zeros((len(rows), len(model.sensor_names)))
-    for leg, (law, columns) in enumerate(zip(model.legs, model.columns_of_leg, strict=True)):
-        rise[:, columns] = rows.heat[:, leg, [rows.sensors.index(name) for name in law.sensors]]
-    next_ = sum(len(law.sensors) for law in model.legs)
-    for k, plate in enumerate((model.platform, model.base)):
-        if plate is not None and plate.sensor is not None:
-            rise[:, next_] = rows.plates[:, k]
-            next_ += 1
-    return np.asarray(model.reference_temperature_degC + rise)

@@ -123,12 +123,12 @@ def test_every_file_that_is_named_is_there(ran: Ran) -> None:
 
 def test_the_planned_poses_are_those_of_the_files(ran: Ran) -> None:
     """As many rows as asked for, the same in CSV and JSON, reachable, with the separation that is promised."""
-    plan = ran.facts["proposal"]
+    plan = ran.facts["next_experiment"]
     lines = (ran.files / "report" / "poses-run-1.csv").read_text().splitlines()
     assert lines[0] == "time_s,x_mm,y_mm,z_mm,rx_deg,ry_deg,rz_deg"
     six = np.array([[float(value) for value in line.split(",")[1:]] for line in lines[1:]])
     assert six.shape == (POSES, 6)
-    assert six.tolist() == plan["poses_mm_deg"]
+    assert six.tolist() == plan["runs"][0]["poses_mm_deg"]
     hexapod = ht.load_hexapod(ran.campaign / "hexapod.toml")
     q = hexapod.strokes(hexapod.inverse_kinematics(ht.pose_from_coordinates(six, hexapod=hexapod)))
     assert hexapod.stroke is not None
@@ -263,16 +263,16 @@ def test_two_names_and_the_poses_to_add(
     assert main(["diagnose", str(folder), "--propose", "20", "--json", str(tmp_path / "a.json")]) == 0
     shown = capsys.readouterr().out
     facts = json.loads((tmp_path / "a.json").read_text())
-    plates = {"platform-expansion of platform", "base-expansion of base"}
+    plates = {"platform-expansion", "base-expansion"}
     assert all(name.partition(" of ")[0] in shown.splitlines()[0] for name in plates)
     assert re.search(r"^ *20 +run-1( +-?\d+\.\d{3}){6}$", shown, re.MULTILINE)  # the last pose of the table
-    assert {f"{facts['cause']} of {facts['target']}", *facts["effects"][0]["equivalent_places"]} >= plates
+    assert {facts["cause"], *facts["effects"][0]["equivalent_places"]} >= plates
     assert any("all temperatures follow one course" in one for one in facts["alike"])
-    plan = facts["proposal"]
+    plan = facts["next_experiment"]
     assert set(plan["tells_apart"]) >= plates
     pairs = [one for one in plan["separations"] if {one["true"], one["rival"]} == plates]
     assert all(one["after"] > 6.0 > one["before"] for one in pairs)
-    assert len(plan["poses_mm_deg"]) == 20
+    assert len(plan["runs"][0]["poses_mm_deg"]) == 20
 
 
 @pytest.fixture(scope="module")
@@ -307,9 +307,9 @@ def test_what_is_open_is_asked_in_order(ran: Ran, found: MachineDiagnosis) -> No
     effect = replace(found.effects[0], equivalent_places=("joint-offset of base joint 3",))
     own = "leg-coefficient of leg3"
     joints = "joint-offset of base joint 1, joint-offset of platform joint 1 look alike: few poses"
-    plates = "platform-expansion of platform, base-expansion of base look alike: one course"
+    plates = "platform-expansion, base-expansion look alike: one course"
     assert open_names(replace(found, effects=(effect,), alike=(joints,))) == (own, "joint-offset of base joint 3")
-    assert open_names(replace(found, alike=(joints, plates)))[0] == "platform-expansion of platform"
+    assert open_names(replace(found, alike=(joints, plates)))[0] == "platform-expansion"
     first, rival = open_names(replace(found, alike=()))
     assert first == own
     assert rival not in (own, "")

@@ -55,17 +55,39 @@ class Candidate:
     @property
     def called(self) -> str:
         """Cause and target, which tell a candidate from others; settings may still differ."""
-        return self.cause if self.target is None else f"{self.cause} of {self.target}"
+        return called(self.cause, self.target)
 
     @property
     def legs(self) -> tuple[int, ...]:
         """Legs 0 to 5 that it sits on; empty where it moves all."""
-        if self.target is None:
-            return ()
-        if "joint" in self.target:
-            return (int(self.target.rsplit(" ", 1)[1]) - 1,)
-        parts = self.target.split("+")
-        return tuple(int(part[3:]) - 1 for part in parts) if parts[0].startswith("leg") else ()
+        return legs_of(self.target)
+
+
+def called(cause: str, target: str | None) -> str:
+    """Return a cause with its place, as candidates are called; a cause that names its place already is that alone.
+
+    Examples
+    --------
+    >>> called("leg-coefficient", "leg3"), called("base-expansion", "base"), called("payload-compliance", None)
+    ('leg-coefficient of leg3', 'base-expansion', 'payload-compliance')
+    """
+    return cause if target is None or cause.startswith(f"{target}-") else f"{cause} of {target}"
+
+
+def legs_of(target: str | None) -> tuple[int, ...]:
+    """Return the legs 0 to 5 that a place is on.
+
+    Examples
+    --------
+    >>> legs_of("leg3+leg4"), legs_of("base joint 4"), legs_of("platform"), legs_of(None)
+    ((2, 3), (3,), (), ())
+    """
+    if target is None:
+        return ()
+    if "joint" in target:
+        return (int(target.rsplit(" ", 1)[1]) - 1,)
+    parts = target.split("+")
+    return tuple(int(part[3:]) - 1 for part in parts) if parts[0].startswith("leg") else ()
 
 
 class MachineCauseModule(Protocol):

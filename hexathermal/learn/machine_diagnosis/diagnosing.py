@@ -267,6 +267,15 @@ def _advice(effects: tuple[MachineEffect, ...], ranking: tuple[MachineCandidate,
     return tuple(MachineAdvice(known[name].CAUSE.experiment, (name,)) for name in asked)
 
 
+def _constant(rows: HexapodRows) -> list[str]:
+    """Return what is to be said where no temperature moves."""
+    heats = (rows.dT, np.nan_to_num(rows.plates), np.zeros(1) if rows.air is None else np.nan_to_num(rows.air))
+    if any(np.ptp(heat) > 0.0 for heat in heats):
+        return []
+    return ["no temperature changes in these runs: laws of legs, growth of plates, exchanged plugs and a frame that "
+            "follows the room cannot show; measure while the machine warms or cools by some kelvin"]  # fmt: skip
+
+
 def _notes(course: Course, rows: HexapodRows, seen: MachineObservability, gain: MachineGain | None) -> tuple[str, ...]:
     """Return what a reader must know besides."""
     notes = [*course.notes, *far_poses(rows), *(f"{n} rows were left out: {why}" for why, n in rows.left_out.items())]
@@ -277,6 +286,7 @@ def _notes(course: Course, rows: HexapodRows, seen: MachineObservability, gain: 
         notes.append("the measuring frame is offset in the whole campaign: constant motions are not told")
     if max(levels.slow, levels.leg) >= SLOW_NOTE:
         notes.append("something slow in time is in the poses that no cause explains: drift of the tracker, or heat")
+    notes += _constant(rows)
     notes += list(seen.missing)
     if seen.absent:
         notes.append(f"not looked for, since nothing recorded would show them: {', '.join(seen.absent)}")

@@ -24,7 +24,7 @@ A machine at home whose room warms by 5 K, and it with the room, cannot tell whi
 ...                     plates=np.repeat(rise, 2, axis=1))
 >>> seen = machine_observability(view, Noise(np.array([4e-7] * 3 + [1e-6] * 3)))
 >>> seen.equivalents("platform-expansion", "platform")[0]
-'base-expansion of base'
+'base-expansion'
 """
 
 from __future__ import annotations

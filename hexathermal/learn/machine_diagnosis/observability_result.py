@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from hexathermal.errors import ArgumentError
+from hexathermal.learn.machine_diagnosis.candidate import called
 from hexathermal.poses import FloatArray
 
 
@@ -39,7 +40,7 @@ class DetectionLimit:
     @property
     def name(self) -> str:
         """Cause and target in words."""
-        return self.cause if self.target is None else f"{self.cause} of {self.target}"
+        return called(self.cause, self.target)
 
     @property
     def seen(self) -> bool:
@@ -126,7 +127,7 @@ class MachineObservability:
             if (one.cause, one.target) == (cause, target):
                 return one
         names = ", ".join(one.name for one in self.limits)
-        asked = cause if target is None else f"{cause} of {target}"
+        asked = called(cause, target)
         raise ArgumentError(f"{asked} was not among the candidates: {names}")
 
     def equivalents(self, cause: str, target: str | None = None) -> tuple[str, ...]:

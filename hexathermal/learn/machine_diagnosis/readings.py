@@ -9,6 +9,7 @@ out best, ``sum (f_i / (1 - h_i))^2`` (Allen, Technometrics 16 (1974) 125): wide
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 import numpy.typing as npt
@@ -66,7 +67,7 @@ def flickering(time: FloatArray, run: npt.NDArray[np.int64], values: FloatArray)
         for rows in parts:
             fitting = max((one for one in WIDTHS if one <= width and one < len(rows)), default=0)
             if fitting:
-                smooth, h = _smoothed(time[rows], flat[rows], fitting)
+                smooth, h = _smoothed(np.ascontiguousarray(time[rows], dtype=np.float64), flat[rows], fitting)
                 off[rows], kept[rows] = flat[rows] - smooth, h[:, None]
         left_out = np.divide(off, 1.0 - kept, out=np.zeros_like(off), where=kept < 1.0)
         score = (left_out**2).sum(axis=0)
@@ -78,6 +79,14 @@ def flickering(time: FloatArray, run: npt.NDArray[np.int64], values: FloatArray)
 
 def _smoothed(time: FloatArray, values: FloatArray, width: int) -> tuple[FloatArray, FloatArray]:
     """Return values (n, m) by the parabola through the `width` rows about each, and each row's own part, (n,)."""
+    window, weights, own = _parabolas(time.tobytes(), width)
+    return np.asarray(np.einsum("nk,nkm->nm", weights, values[window])), own
+
+
+@lru_cache(maxsize=64)
+def _parabolas(times: bytes, width: int) -> tuple[npt.NDArray[np.int64], FloatArray, FloatArray]:
+    """Return windows (n, width) of rows, their weights (n, width), and each row's own weight (n,); plans ask often."""
+    time = np.frombuffer(times)
     n = len(time)
     first = np.clip(np.arange(n) - width // 2, 0, n - width)
     window = first[:, None] + np.arange(width)
@@ -87,5 +96,4 @@ def _smoothed(time: FloatArray, values: FloatArray, width: int) -> tuple[FloatAr
     # rows of one and the same time carry no slope: the pseudo-inverse leaves it 0
     inverse = np.linalg.pinv(np.swapaxes(V, 1, 2) @ V, hermitian=True)
     weights = np.einsum("nj,nkj->nk", inverse[:, 0], V)
-    own = weights[np.arange(n), np.arange(n) - first]
-    return np.asarray(np.einsum("nk,nkm->nm", weights, values[window])), own
+    return window, weights, weights[np.arange(n), np.arange(n) - first]

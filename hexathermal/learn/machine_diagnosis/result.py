@@ -11,6 +11,7 @@ import numpy as np
 from hexathermal.learn.diagnosis.result import FORMAT, Quantity
 from hexathermal.learn.hexapod_data import AXES
 from hexathermal.learn.hexapod_scores import PoseScore
+from hexathermal.learn.machine_diagnosis.candidate import legs_of
 from hexathermal.learn.machine_diagnosis.gain import MachineGain, MachineResidual
 from hexathermal.learn.machine_diagnosis.plan_files import planned_facts
 from hexathermal.learn.machine_diagnosis.planning import MachineExperiment
@@ -203,6 +204,7 @@ class MachineDiagnosis(Shown):
             "verdict": self.verdict,
             "cause": self.cause,
             "target": None if first is None else first.target,
+            "legs": [] if first is None else _legs(first),
             "equivalent": [] if first is None else list(first.equivalent),
             "probability": self.probability,
             "parameters": {} if first is None else _parameters(first),
@@ -230,6 +232,11 @@ def _plain(settings: Mapping[str, Any]) -> dict[str, Any]:
     return {name: list(value) if isinstance(value, tuple) else value for name, value in settings.items()}
 
 
+def _legs(effect: MachineEffect) -> list[str]:
+    """Return the legs that a cause sits on: of a joint, its leg, whichever end of it these data leave open."""
+    return [f"leg{leg + 1}" for leg in legs_of(effect.target)]
+
+
 def _parameters(effect: MachineEffect) -> dict[str, Any]:
     """Return parameters as the format has them."""
     return {
@@ -241,7 +248,8 @@ def _parameters(effect: MachineEffect) -> dict[str, Any]:
 def _effect(one: MachineEffect) -> dict[str, Any]:
     """Return a named cause."""
     return {
-        "cause": one.cause, "target": one.target, "probability": one.probability, "equivalent": list(one.equivalent),
+        "cause": one.cause, "target": one.target, "legs": _legs(one), "probability": one.probability,
+        "equivalent": list(one.equivalent),
         "equivalent_places": list(one.equivalent_places), "parameters": _parameters(one),
         "settings": _plain(one.settings), "translation_rms_um": one.translation * UM,
         "rotation_rms_urad": one.rotation * UM, "strength": one.strength, "pays_on_runs_left_out": list(one.pays),

@@ -21,7 +21,7 @@ from tests.learn.hexapods import NOISE, machine
 
 FRAME = 100.0
 SIZES = np.geomspace(1e-3, 30.0, 30)
-PLATFORM, BASE = "platform-expansion of platform", "base-expansion of base"
+PLATFORM, BASE = "platform-expansion", "base-expansion"
 
 
 def lawful() -> ht.Hexapod:

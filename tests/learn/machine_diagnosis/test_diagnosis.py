@@ -11,6 +11,7 @@ import pytest
 import hexathermal as ht
 from hexathermal.errors import ArgumentError, ThermalModelError
 from hexathermal.learn.hexapod_data import UnusableRowsError
+from hexathermal.learn.machine_diagnosis.candidate import called
 from hexathermal.learn.machine_diagnosis.diagnosing import diagnosed
 from hexathermal.learn.machine_diagnosis.result import MachineDiagnosis
 from hexathermal.machine.files import read_hexapod
@@ -84,7 +85,7 @@ def test_places_that_poses_cannot_tell_apart_are_both_named() -> None:
     found = diagnosed(drawn(6, Fault(base_joint=(2, (4e-6, 4e-6, -6e-6))), share=0.002))
     first = found.effects[0]
     assert first.cause == "joint-offset"
-    names = {f"{first.cause} of {first.target}", *first.equivalent_places}
+    names = {called(first.cause, first.target), *first.equivalent_places}
     assert {"joint-offset of base joint 3", "joint-offset of platform joint 3"} <= names
 
 

@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 
 import hexathermal as ht
+from hexathermal.learn.machine_diagnosis.candidate import called
 from hexathermal.learn.machine_diagnosis.diagnosing import diagnose_machine
 from hexathermal.learn.machine_diagnosis.planner import joined
 from hexathermal.learn.machine_diagnosis.planning import next_experiment
@@ -81,7 +82,7 @@ def test_the_plan_names_the_plate_that_random_choices_leave_open(rng: np.random.
     for part, name in enumerate(PARTS):
         both, where = joined([known, plan.view]), np.concatenate([six, plan.coordinates])
         found = diagnosed(tmp_path / f"plan-{part}", both, where, part, rng)
-        assert (found.verdict, f"{found.cause} of {found.effects[0].target}") == ("effect", name)
+        assert (found.verdict, called(str(found.cause), found.effects[0].target)) == ("effect", name)
         assert not found.effects[0].equivalent
         others = []
         for draw in range(2):
