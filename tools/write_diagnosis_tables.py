@@ -39,8 +39,8 @@ CONSTANTS = {
         "SOUND",
         "EQUIVALENT",
     ),
-    "course": ("MOST_EFFECTS", "LATER", "LEAST_SHARE", "FEWEST_WINDOWS", "FEWEST_RUNS"),
-    "stage": ("LARGEST",),
+    "course": ("MOST_EFFECTS", "LATER", "UNSEEN", "FORESEEN", "LEAST_SHARE", "FEWEST_WINDOWS", "FEWEST_RUNS"),
+    "stage": ("LARGEST", "TAKEN_BACK"),
     "limits": ("CLOSE",),
 }
 """Numbers of the method that a reader may want to know, by their module."""

@@ -26,6 +26,9 @@ MOST_EFFECTS = 6
 LATER = 2.0
 """Every cause after the first needs so much more evidence: it may mop up what the first one's shape left."""
 
+UNSEEN = 12.0
+"""So much more where no run left out can tell: a later step of the zero in one run."""
+
 LATER_SURE = 0.6
 """Least probability of a later name."""
 
@@ -157,6 +160,8 @@ def searched(
     while len(found) < MOST_EFFECTS:
         leader = _leader(stage, decision, threshold + LATER * bool(found), first=not found)
         if leader is None or (found and decision.probability < LATER_SURE):
+            break
+        if found and leader.cause == "zero-jump" and leader.gated < threshold + UNSEEN:
             break
         after = stage.with_effect(leader.best)
         share, sure = _share(stage, after, leader), _foresight(stage, after, leader)

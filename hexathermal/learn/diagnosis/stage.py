@@ -19,6 +19,9 @@ from hexathermal.learn.signals import RunRows
 from hexathermal.machine.leg_repairs import SensorRepair, repaired
 from hexathermal.poses import FloatArray
 
+TAKEN_BACK = 0.5e-6
+"""What a step of a beam that cleaning took back may be wrong by in the mean of the beams [m]."""
+
 LARGEST = 3.0
 """RMS of the largest effect thought possible, over that of the drift."""
 
@@ -93,6 +96,8 @@ class Stage:
             if model is not None:
                 base = base.extended(span * model.innovation, np.full(2, size))
             base = base.extended(span * self.view.quick(sensor), np.full(3, size))
+        steps = self.view.taken_back
+        base = base.extended(steps, np.full(steps.shape[1], TAKEN_BACK))
         for item in self.tolerated:
             base = base.extended(item.trial.columns, item.size)
         return base

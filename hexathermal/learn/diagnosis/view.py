@@ -11,6 +11,7 @@ import numpy as np
 import numpy.typing as npt
 from scipy import signal
 
+from hexathermal.learn.cleaning_record import REPAIRED
 from hexathermal.learn.diagnosis.channels import Channel
 from hexathermal.learn.signals import RunRows
 from hexathermal.machine.leg_signals import LegSignals, Memory
@@ -263,6 +264,19 @@ class View:
             longer = [smoothed(signals.time, raw[:, None], over)[:, 0] for over in LONGER_S]
             bands.append([raw - once, once - longer[0], longer[0] - longer[1]])
         return np.column_stack([self.windows_zeroed([band[k] for band in bands]) for k in range(3)])
+
+    @cached_property
+    def taken_back(self) -> FloatArray:
+        """Return steps where cleaning took back the step of a beam, shape (n, k): it may have been tilt, or less."""
+        run = self.channel.run
+        found = [
+            ((run == k) & (self.time >= step.first_time)) | ((run > k) & (not self.zeroed_by_run))
+            for k, rows in enumerate(self.runs)
+            for step in rows.record.steps
+            if step.action == REPAIRED and step.step == "beam step"
+        ]
+        table = np.array(found, dtype=float).reshape(-1, len(run)).T
+        return np.asarray(table[:, np.ptp(table, axis=0) > 0.0])
 
     def base_of(self, temperatures: Sequence[FloatArray]) -> FloatArray:
         """Return the law's columns of temperatures in windows."""
