@@ -12,6 +12,8 @@ import pytest
 from hypothesis import settings
 
 import hexathermal as ht
+from tests.browser import chromium as chromium
+from tests.browser import window as window
 
 settings.register_profile("house", deadline=None, max_examples=60, derandomize=True, print_blob=True)
 settings.load_profile("house")

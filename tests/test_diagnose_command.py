@@ -2,13 +2,10 @@
 
 from __future__ import annotations
 
-import contextlib
-import io
 import json
 import re
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from pathlib import Path
-from typing import Any
 
 import pytest
 
@@ -17,38 +14,22 @@ from hexathermal.cli import main
 from hexathermal.learn.diagnosis.result import Diagnosis
 from hexathermal.simulate.hidden.drawing import campaign_of
 from hexathermal.simulate.hidden.writing import write_campaign
+from tests.diagnosed import Ran, diagnosed
 from tests.learn.campaign_folders import component_campaign, leg_campaign
 from tests.show.drawn_diagnoses import drawn
 
 SEED = 5
 
 
-@dataclass
-class Ran:
-    """The command on a leg with backlash: where its campaign and files are, and what it said."""
-
-    campaign: Path
-    files: Path
-    out: str
-    err: str
-    facts: dict[str, Any]
-
-
 @pytest.fixture(scope="module")
 def ran(tmp_path_factory: pytest.TempPathFactory) -> Ran:
-    """The command, run once with every option that writes."""
+    """The command on a leg with backlash, run once with every option that writes."""
     place = tmp_path_factory.mktemp("diagnose")
     truth, answer = campaign_of("rough", SEED, causes=("backlash",), strength=1.5)
     roles = {role: [run for run in truth.runs if run.role == role] for role in ("identification", "validation")}
     truth = replace(truth, runs=(*roles["identification"][:5], *roles["validation"][:2]))
     write_campaign(place / "campaign", truth, answer)
-    out, err = io.StringIO(), io.StringIO()
-    words = ["diagnose", str(place / "campaign"), "--sensors", ",".join(answer.base)]
-    for option, name in (("--report", "report"), ("--extend", "extended.toml"), ("--json", "a.json")):
-        words += [option, str(place / name)]
-    with contextlib.redirect_stdout(out), contextlib.redirect_stderr(err):
-        assert main(words) == 0
-    return Ran(place / "campaign", place, out.getvalue(), err.getvalue(), json.loads((place / "a.json").read_text()))
+    return diagnosed(place / "campaign", place, "extended.toml", "--sensors", ",".join(answer.base))
 
 
 def test_the_finding_is_the_first_line(ran: Ran) -> None:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import shutil
 import threading
 from collections.abc import Callable, Iterator
 from functools import partial
@@ -107,20 +106,6 @@ def test_pages_are_in_order_and_pictures_have_words(pages: dict[Path, Page]) -> 
 
 
 @pytest.fixture(scope="module")
-def chromium() -> Iterator[Any]:
-    """A browser."""
-    playwright = pytest.importorskip("playwright.sync_api", reason="playwright is not installed (extra 'test')")
-    place = next((shutil.which(name) for name in ("chromium", "google-chrome", "chrome") if shutil.which(name)), None)
-    with playwright.sync_playwright() as play:
-        try:
-            browser = play.chromium.launch(executable_path=place, args=["--no-sandbox"])
-        except playwright.Error as error:
-            pytest.skip(f"there is no browser: {str(error).splitlines()[0]}")
-        yield browser
-        browser.close()
-
-
-@pytest.fixture(scope="module")
 def address(site: Path) -> Iterator[str]:
     """Where the site is served, to this computer alone."""
     with ThreadingHTTPServer(("127.0.0.1", 0), partial(Quiet, directory=str(site))) as server:
@@ -130,24 +115,9 @@ def address(site: Path) -> Iterator[str]:
 
 
 @pytest.fixture
-def opened(chromium: Any, address: str) -> Iterator[Callable[..., Any]]:
-    """Open a page of the site; in the end nothing was complained of, nothing missing, nothing asked for elsewhere."""
-    contexts, said = [], list[str]()
-
-    def open_page(name: str, width: int = 1300, scheme: str = "light") -> Any:
-        view = {"width": width, "height": 900}
-        contexts.append(chromium.new_context(viewport=view, color_scheme=scheme))
-        page = contexts[-1].new_page()
-        page.on("console", lambda message: said.append(message.text) if message.type == "error" else None)
-        page.on("pageerror", lambda error: said.append(str(error)))
-        page.on("request", lambda request: request.url.startswith((address, "data:")) or said.append(request.url))
-        page.goto(address + name)
-        return page
-
-    yield open_page
-    for context in contexts:
-        context.close()
-    assert said == []
+def opened(window: Callable[..., Any], address: str) -> Callable[..., Any]:
+    """Open a page of the site by its name."""
+    return lambda name, width=1300, scheme="light": window(address + name, width, scheme, 900)
 
 
 @pytest.mark.parametrize("name", MAIN)

@@ -6,12 +6,10 @@ Needs playwright and pillow, as the viewer's picture does.
 from __future__ import annotations
 
 import io
-import shutil
 import tempfile
-from importlib import import_module
 from pathlib import Path
-from typing import Any
 
+from chromium import chromium
 from PIL import Image
 
 from hexathermal.cli import main as hexathermal
@@ -23,10 +21,7 @@ WIDTH, HEIGHT, SHOWN = 900, 620, 640
 
 def screenshot(file: Path, figure: str, scheme: str) -> Image.Image:
     """Return what a page shows from one of its figures on, as a picture."""
-    playwright: Any = import_module("playwright.sync_api")
-    found = next((shutil.which(name) for name in ("chromium", "google-chrome", "chrome") if shutil.which(name)), None)
-    with playwright.sync_playwright() as play:
-        browser = play.chromium.launch(executable_path=found, args=["--no-sandbox"])
+    with chromium() as browser:
         page = browser.new_page(viewport={"width": WIDTH, "height": HEIGHT}, color_scheme=scheme)
         page.goto(file.as_uri())
         page.wait_for_function("document.documentElement.dataset.report === 'drawn'")
@@ -37,7 +32,6 @@ def screenshot(file: Path, figure: str, scheme: str) -> Image.Image:
             )
             page.wait_for_timeout(300)
         shot: bytes = page.screenshot()
-        browser.close()
     return Image.open(io.BytesIO(shot)).convert("RGB")
 
 

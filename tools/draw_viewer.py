@@ -3,13 +3,11 @@
 from __future__ import annotations
 
 import io
-import shutil
 import tempfile
-from importlib import import_module
 from pathlib import Path
-from typing import Any
 
 import numpy as np
+from chromium import chromium
 from PIL import Image
 
 import hexathermal as ht
@@ -17,22 +15,17 @@ from hexathermal.show.viewer import viewer_page
 from hexathermal.show.viewer_day import day_course
 
 OUT = Path(__file__).resolve().parent.parent / "docs" / "viewer.png"
-WEBGL = ["--no-sandbox", "--use-gl=angle", "--use-angle=swiftshader", "--enable-unsafe-swiftshader"]
 
 
 def screenshot(html: str) -> bytes:
     """Return the page at desk width as PNG."""
-    playwright: Any = import_module("playwright.sync_api")
-    found = next((shutil.which(name) for name in ("chromium", "google-chrome", "chrome") if shutil.which(name)), None)
-    with tempfile.TemporaryDirectory() as folder, playwright.sync_playwright() as play:
+    with tempfile.TemporaryDirectory() as folder, chromium() as browser:
         file = Path(folder) / "page.html"
         file.write_text(html, encoding="utf-8")
-        browser = play.chromium.launch(executable_path=found, args=WEBGL)
         page = browser.new_page(viewport={"width": 1280, "height": 760}, color_scheme="light")
         page.goto(file.as_uri())
         page.wait_for_timeout(1500)
         shot: bytes = page.screenshot()
-        browser.close()
     return shot
 
 

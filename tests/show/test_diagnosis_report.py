@@ -6,7 +6,7 @@ import base64
 import json
 import re
 import shutil
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from html.parser import HTMLParser
 from itertools import pairwise
 from pathlib import Path
@@ -21,7 +21,7 @@ from hexathermal.show.diagnosis_pictures import BLACK, DARK, PAPER, WIDE_IN, the
 from hexathermal.show.diagnosis_report import report_page, write_report
 from hexathermal.show.diagnosis_run_figures import binned, runs_figure
 from hexathermal.show.diagnosis_tables import diagnosis_facts
-from tests.show.browser import refuse_complaints
+from tests.browser import refuse_complaints
 from tests.show.drawn_diagnoses import drawn
 
 CASES: dict[str, Any] = {
@@ -206,6 +206,6 @@ def test_means_of_parts_hold_what_they_should(rng: np.random.Generator) -> None:
     assert binned(direction, np.zeros(600))[2] == 0.0
 
 
-def test_a_browser_shows_it_without_a_word_of_complaint(report: Path) -> None:
+def test_a_browser_shows_it_without_a_word_of_complaint(report: Path, window: Callable[..., Any]) -> None:
     """Chromium at desk and phone width, light and dark: nothing is missing, nothing runs over the edge."""
-    refuse_complaints(report / "report.html")
+    refuse_complaints(window, report / "report.html")

@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-import contextlib
 import html
-import io
 import json
 import re
-from dataclasses import dataclass, replace
+from collections.abc import Callable
+from dataclasses import replace
 from itertools import pairwise
 from pathlib import Path
 from typing import Any
@@ -31,8 +30,9 @@ from hexathermal.show.machine_figures import plan_figure, promise_figure
 from hexathermal.show.machine_report import machine_page
 from hexathermal.show.machine_signals import pooled, share
 from hexathermal.show.machine_words import sentences
+from tests.browser import refuse_complaints
+from tests.diagnosed import Ran, diagnosed
 from tests.learn.campaign_folders import component_campaign
-from tests.show.browser import refuse_complaints
 from tests.show.machine_campaigns import SMALL, WIDE, growing, moved, other_leg, written
 from tests.show.test_diagnosis_report import Page
 
@@ -40,31 +40,14 @@ POSES = 12
 LEG, CHANGE = 2, 1.2e-6
 
 
-@dataclass
-class Ran:
-    """The command on a machine with a leg that is not as its law says: its files, and what it said."""
-
-    campaign: Path
-    files: Path
-    out: str
-    err: str
-    facts: dict[str, Any]
-
-
 @pytest.fixture(scope="module")
 def ran(tmp_path_factory: pytest.TempPathFactory) -> Ran:
-    """The command, run once with every option that writes."""
+    """The command on a machine with a leg that is not as its law says, run once with every option that writes."""
     place = tmp_path_factory.mktemp("machine")
     rng = np.random.default_rng(11)
     view, six = moved(rng, WIDE, 4, alike=False)
     campaign = written(place / "campaign", rng, view, six, other_leg(LEG, CHANGE), held=1)
-    words = ["diagnose", str(campaign), "--propose", str(POSES)]
-    for option, name in (("--report", "report"), ("--extend", "extended/hexapod.toml"), ("--json", "a.json")):
-        words += [option, str(place / name)]
-    out, err = io.StringIO(), io.StringIO()
-    with contextlib.redirect_stdout(out), contextlib.redirect_stderr(err):
-        assert main(words) == 0
-    return Ran(campaign, place, out.getvalue(), err.getvalue(), json.loads((place / "a.json").read_text()))
+    return diagnosed(campaign, place, "extended/hexapod.toml", "--propose", str(POSES))
 
 
 @pytest.fixture(scope="module")
@@ -395,6 +378,6 @@ def test_a_share_is_none_by_chance_and_whole_of_a_step(rng: np.random.Generator)
     assert share(np.full(200, np.nan), side) == 0.0
 
 
-def test_a_browser_shows_it_without_a_word_of_complaint(ran: Ran) -> None:
+def test_a_browser_shows_it_without_a_word_of_complaint(ran: Ran, window: Callable[..., Any]) -> None:
     """Chromium at desk and phone width, light and dark: nothing is missing, nothing runs over the edge."""
-    refuse_complaints(ran.files / "report" / "report.html")
+    refuse_complaints(window, ran.files / "report" / "report.html")

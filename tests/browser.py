@@ -1,0 +1,71 @@
+"""Pages in a real browser, where there is one: whatever a test opens must not complain, nor ask for anything else."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from contextlib import ExitStack
+from pathlib import Path
+from typing import Any
+from urllib.parse import urlsplit
+
+import pytest
+
+from tools.chromium import PATIENCE_MS
+from tools.chromium import chromium as started
+
+OWN = ("file:", "data:", "blob:")
+"""What a page that is one file may ask for."""
+
+
+@pytest.fixture(scope="module")
+def chromium() -> Iterator[Any]:
+    """A browser; without one the test is left out."""
+    playwright = pytest.importorskip("playwright.sync_api", reason="playwright is not installed (extra 'test')")
+    with ExitStack() as stack:
+        try:
+            browser = stack.enter_context(started())
+        except playwright.Error as error:
+            pytest.skip(f"there is no browser: {str(error).splitlines()[0]}")
+        yield browser
+
+
+@pytest.fixture
+def window(chromium: Any) -> Iterator[Callable[..., Any]]:
+    """Open a page; in the end nothing was complained of, nothing is missing, and nothing was asked for elsewhere.
+
+    A file is opened offline.
+    """
+    contexts, said = list[Any](), list[str]()
+
+    def open_page(address: str, width: int = 1000, scheme: str = "light", height: int = 800, **more: Any) -> Any:
+        alone = address.startswith("file:")
+        own = OWN if alone else ("data:", "{0.scheme}://{0.netloc}/".format(urlsplit(address)))
+        view = chromium.new_context(
+            viewport={"width": width, "height": height}, color_scheme=scheme, offline=alone, **more
+        )
+        contexts.append(view)
+        view.set_default_timeout(PATIENCE_MS)
+        page = view.new_page()
+        # a page drawn by software is slow, and Chromium says so
+        page.on("console", lambda message: "GPU stall" in message.text or said.append(message.text))
+        page.on("pageerror", lambda error: said.append(str(error)))
+        page.on("request", lambda request: request.url.startswith(own) or said.append(f"asks for {request.url[:80]}"))
+        page.on("requestfailed", lambda request: said.append(f"does not get {request.url[:80]}"))
+        page.goto(address)
+        return page
+
+    yield open_page
+    for view in contexts:
+        view.close()
+    assert said == []
+
+
+def refuse_complaints(window: Callable[..., Any], file: Path) -> None:
+    """Open a page at desk and phone width, light and dark: no picture is missing, nothing runs over the edge."""
+    for width in (1200, 360):
+        for scheme in ("light", "dark"):
+            page = window(file.as_uri(), width, scheme)
+            assert page.evaluate("document.documentElement.scrollWidth") <= width
+            assert page.evaluate("[...document.images].every(one => one.complete && one.naturalWidth > 300)")
+            shown = page.evaluate("getComputedStyle(document.body).backgroundColor")
+            assert shown == ("rgb(255, 255, 255)" if scheme == "light" else "rgb(23, 27, 33)")
