@@ -40,6 +40,9 @@ CAUSE = Cause(
 MOST_MOMENTS = 63
 """Evenly in all runs together."""
 
+LAST = 0.98
+"""Part of a run in which it may happen: what is lost near the end still shows in later runs."""
+
 SCANNED, CLOSER, PROMISING = 360, 3, 10
 """Moments at which the parity is asked where it breaks, the best of them that are looked at more closely, and so many
 of the best that are tried besides."""
@@ -73,7 +76,8 @@ def _even_moments(model: SensorModel, each: int) -> list[tuple[int, float]]:
     found = []
     for k, signals in enumerate(model.view.signals):
         begin, end = float(signals.time[0]), float(signals.time[-1])
-        found += [(k, float(moment)) for moment in np.linspace(begin, begin + 0.9 * (end - begin), max(2, each))]
+        last = begin + LAST * (end - begin)
+        found += [(k, float(moment)) for moment in np.linspace(begin, last, max(2, each))]
     return found[1:]
 
 
@@ -98,7 +102,7 @@ def _promising_moments(model: SensorModel) -> list[tuple[int, float]]:
     for k, moment in best:
         signals = model.view.signals[k]
         begin, end = float(signals.time[0]), float(signals.time[-1])
-        step = 0.9 * (end - begin) / (SCANNED // len(model.view.runs) - 1)
+        step = LAST * (end - begin) / (SCANNED // len(model.view.runs) - 1)
         near = np.clip(moment + step * np.array([-0.75, -0.5, -0.25, 0.25, 0.5, 0.75]), begin, end)
         scan((k, float(one)) for one in near)
     return scan(())[:PROMISING]
