@@ -26,7 +26,6 @@ LOOSE = 3.0
 """Prior of a coefficient that is fitted anew, over its value."""
 
 LEAST_PER_K = 1e-6
-NOISE_AT_MOST = 3.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -149,7 +148,7 @@ def _errors(
     noise, parts, known = reading_noise(view), [reach * flicker[:, None]], zero_errors(view, flicker)
     for shared in view.zeros:
         first = int(np.flatnonzero(shared)[0])
-        unsure = noise * np.sqrt(own[first]) if known[first] else noise
+        unsure = noise * np.sqrt(1.0 - _noise_in_beginnings(view) * (1.0 - own[first])) if known[first] else noise
         parts.append(np.where(shared[:, None], reach * unsure, 0.0))
     return np.stack(parts, axis=2), reach * known[:, None]
 
@@ -157,8 +156,8 @@ def _errors(
 def zero_errors(view: MachineView, flicker: FloatArray) -> FloatArray:
     """Return the errors of the zeros, as far as the readings that they were tell them, shape (n, ...) [K].
 
-    What such a reading is off its parabola it is off itself, and all that count from it are too small by that; what is
-    further off than `NOISE_AT_MOST` times the noise is fast heat, and tells nothing.
+    What such a reading is off its parabola it is off itself, as far as that is noise, and all that count from it are too
+    small by that.
 
     Parameters
     ----------
@@ -166,13 +165,19 @@ def zero_errors(view: MachineView, flicker: FloatArray) -> FloatArray:
     flicker : array, shape (n, ...) [K]
         Of thermometers.
     """
-    errors, most = np.zeros(flicker.shape), NOISE_AT_MOST * reading_noise(view)
+    errors = np.zeros(flicker.shape)
     for shared in view.zeros:
         first = int(np.flatnonzero(shared)[0])
         # the zero must be a reading of these rows, and no other zero stand for it
         if (len(view.zeros) == 1 or not shared.all()) and not view.dT[first].any():
-            errors[shared] += np.where(np.abs(flicker[first]) <= most, flicker[first], 0.0)
+            errors[shared] += _noise_in_beginnings(view) * flicker[first]
     return errors
+
+
+def _noise_in_beginnings(view: MachineView) -> float:
+    """Return the part l of the flicker where runs begin that is noise (`readings`)."""
+    size = view.readings.beginning
+    return min((reading_noise(view) / size) ** 2, 1.0) if size > 0.0 else 0.0
 
 
 def reading_noise(view: MachineView) -> float:

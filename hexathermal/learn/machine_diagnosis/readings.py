@@ -4,6 +4,10 @@ A parabola that fits the rows about row i best is ``sum_j w_ij x_j``; a reading 
 white noise of variance s^2, ``x_i - sum_j w_ij x_j`` keeps ``(1 - h_i) s^2``, and once that difference f is known, the
 reading's own error is f, give or take ``s sqrt(h_i)``. The width of the parabola is that which foretells readings left
 out best, ``sum (f_i / (1 - h_i))^2`` (Allen, Technometrics 16 (1974) 125): wide over slow heat, narrow over fast.
+
+Where a run begins a parabola has rows on one side alone and follows heat worse, so the width is chosen for these rows
+by themselves, and what f holds besides noise is seen in its size, ``r^2 = mean f^2 / (1 - h)``. With ``l = s^2 / r^2``
+a reading's own error is ``l f`` there, give or take ``s sqrt(1 - l (1 - h))``: the best linear estimate.
 """
 
 from __future__ import annotations
@@ -19,6 +23,9 @@ from hexathermal.poses import FloatArray
 WIDTHS = (11, 21, 41)
 """Rows of which a parabola of time is made; shorter runs tell nothing of noise."""
 
+BEGINNING = 3
+"""Rows with which a run begins."""
+
 
 @dataclass(frozen=True, eq=False)
 class Readings:
@@ -30,10 +37,13 @@ class Readings:
         What of each reading is off its parabola; 0 in runs too short to tell.
     own : array, shape (n, ...)
         Part h of a reading in its parabola; 1 in runs too short to tell.
+    beginning : float [K]
+        Size r of all thermometers' flicker where runs begin, as noise; 0 where it cannot be told.
     """
 
     flicker: FloatArray
     own: FloatArray
+    beginning: float = 0.0
 
     @property
     def noise(self) -> FloatArray:
@@ -60,21 +70,37 @@ def flickering(time: FloatArray, run: npt.NDArray[np.int64], values: FloatArray)
     """
     flat = values.reshape(len(values), -1)
     parts = [np.flatnonzero(run == k) for k in np.unique(run)]
-    best = np.full(flat.shape[1], np.inf)
+    first = np.zeros(len(flat), dtype=bool)
+    first[np.concatenate([rows[:BEGINNING] for rows in parts])] = True
+    best, least = np.full(flat.shape[1], np.inf), np.inf
     flicker, own = np.zeros(flat.shape), np.ones(flat.shape)
     for width in WIDTHS:
-        off, kept = np.zeros(flat.shape), np.ones(flat.shape)
-        for rows in parts:
-            fitting = max((one for one in WIDTHS if one <= width and one < len(rows)), default=0)
-            if fitting:
-                smooth, h = _smoothed(np.ascontiguousarray(time[rows], dtype=np.float64), flat[rows], fitting)
-                off[rows], kept[rows] = flat[rows] - smooth, h[:, None]
-        left_out = np.divide(off, 1.0 - kept, out=np.zeros_like(off), where=kept < 1.0)
-        score = (left_out**2).sum(axis=0)
-        better = score < best
-        best[better] = score[better]
-        flicker[:, better], own[:, better] = off[:, better], kept[:, better]
-    return Readings(flicker.reshape(values.shape), own.reshape(values.shape))
+        off, kept = _off(time, parts, flat, width)
+        left_out = np.square(np.divide(off, 1.0 - kept, out=np.zeros_like(off), where=kept < 1.0))
+        better = left_out[~first].sum(axis=0) < best
+        best = np.where(better, left_out[~first].sum(axis=0), best)
+        chosen = ~first[:, None] & better
+        if left_out[first].sum() < least:
+            least = float(left_out[first].sum())
+            chosen |= first[:, None]
+        flicker[chosen], own[chosen] = off[chosen], kept[chosen]
+    told = own[first] < 1.0
+    size = float(np.sqrt((flicker[first][told] ** 2 / (1.0 - own[first][told])).mean())) if told.any() else 0.0
+    return Readings(flicker.reshape(values.shape), own.reshape(values.shape), size)
+
+
+def _off(
+    time: FloatArray, parts: list[npt.NDArray[np.int64]], values: FloatArray, width: int
+) -> tuple[FloatArray, FloatArray]:
+    """Return what values (n, m) are off parabolas of a width, narrower in short runs, and each one's own part."""
+    off, kept = np.zeros(values.shape), np.ones(values.shape)
+    for rows in parts:
+        fitting = max((one for one in WIDTHS if one <= width and one < len(rows)), default=0)
+        if fitting:
+            at = np.ascontiguousarray(time[rows], dtype=np.float64)
+            smooth, h = _smoothed(at, values[rows], fitting)
+            off[rows], kept[rows] = values[rows] - smooth, h[:, None]
+    return off, kept
 
 
 def _smoothed(time: FloatArray, values: FloatArray, width: int) -> tuple[FloatArray, FloatArray]:

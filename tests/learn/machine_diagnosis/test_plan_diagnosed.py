@@ -67,7 +67,7 @@ def diagnosed(
 
 def lead(found: MachineDiagnosis, part: int) -> float:
     """By how much log evidence the true plate leads every other cause of the ranking."""
-    own = [one.evidence for one in found.candidates if one.target == PARTS[part].rsplit(" ", 1)[1]]
+    own = [one.evidence for one in found.candidates if one.target == PARTS[part].partition("-")[0]]
     other = [one.evidence for one in found.candidates if one.cause not in PARTS[part]]
     return max(own, default=0.0) - max([0.0, *other])
 
