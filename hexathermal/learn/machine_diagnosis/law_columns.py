@@ -156,8 +156,8 @@ def _errors(
 def zero_errors(view: MachineView, flicker: FloatArray) -> FloatArray:
     """Return the errors of the zeros, as far as the readings that they were tell them, shape (n, ...) [K].
 
-    What such a reading is off its parabola it is off itself, as far as that is noise, and all that count from it are too
-    small by that.
+    What such a reading is off its parabola it is off itself, as far as that is noise, and all that count from it are
+    too small by that.
 
     Parameters
     ----------
