@@ -1,9 +1,8 @@
-"""Every example in README and docs runs and prints what it says; every link leads somewhere; examples run."""
+"""Every example in README and docs runs and prints what it says; every link leads somewhere."""
 
 from __future__ import annotations
 
 import doctest
-import runpy
 from pathlib import Path
 
 import pytest
@@ -20,7 +19,6 @@ PAGES = sorted(
 )
 WALKS = ("README.md", "docs/tour.md", "docs/tutorials/*.md", "docs/how-to/*.md")
 WALKED = sorted(page for place in WALKS for page in ROOT.glob(place) if page.name != "index.md")
-EXAMPLES = sorted(file for file in ROOT.glob("examples/*.py") if file.name != "__init__.py")
 
 
 def name(page: Path) -> str:
@@ -62,11 +60,3 @@ def test_the_machine_of_the_formats_page_loads(tmp_path: Path) -> None:
     hexapod = ht.load_hexapod(file)
     assert len(hexapod.sensor_names) == 13
     assert hexapod.corrected_leg_lengths(hexapod.home, [22.0] * 13).shape == (6,)
-
-
-@pytest.mark.parametrize("example", EXAMPLES, ids=lambda file: file.stem)
-def test_example_runs_and_is_short(example: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Each example runs in an empty folder and stays under 80 lines."""
-    monkeypatch.chdir(tmp_path)
-    runpy.run_path(str(example), run_name="__main__")
-    assert len(example.read_text().splitlines()) < 80

@@ -6,8 +6,9 @@ import base64
 import html
 import json
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from importlib.resources import files
+from itertools import count
 from typing import Any
 
 from rich.table import Table
@@ -75,10 +76,25 @@ class Report:
     notes: tuple[str, ...] = ()
     facts: dict[str, Any] = field(default_factory=dict)
 
+    def __post_init__(self) -> None:
+        """Number the figures whose names are alike: files and anchors are called after them."""
+        taken: set[str] = set()
+        apart = (replace(one, parts=tuple(_named_apart(part, taken) for part in one.parts)) for one in self.sections)
+        object.__setattr__(self, "sections", tuple(apart))
+
     @property
     def charts(self) -> tuple[Chart, ...]:
         """All figures, in their order."""
         return tuple(part for one in self.sections for part in one.parts if isinstance(part, Chart))
+
+
+def _named_apart(part: str | Chart, taken: set[str]) -> str | Chart:
+    """Return a part of a section; a figure whose name is taken with a number behind it, as ``run-1-2``."""
+    if isinstance(part, str):
+        return part
+    name = next(name for n in count(1) if (name := f"{part.name}-{n}" if n > 1 else part.name) not in taken)
+    taken.add(name)
+    return part if name == part.name else replace(part, name=name)
 
 
 def table_html(shown: Table, caption: str) -> str:
