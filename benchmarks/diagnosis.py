@@ -7,22 +7,19 @@ first draws again with each ingredient of the method off in turn.
 from __future__ import annotations
 
 import argparse
-import json
-import os
 import platform
-import secrets
 import sys
-from collections.abc import Iterator, Sequence
-from multiprocessing import get_context
+from collections.abc import Sequence
 from pathlib import Path
+from typing import Any
 
 from rich.console import Console
-from rich.progress import track
 
 from benchmarks import hidden_rates as rates
 from benchmarks.ablation import SWITCHES, without
 from benchmarks.hidden_effects import BENCHES, CLEAN, HELD_OUT, ONE, OUTSIDE, Outcome, outcome_of, plan
 from benchmarks.hidden_timing import Timed, timed
+from benchmarks.recording import judged, opened
 
 WHOLE = next(iter(SWITCHES))
 Job = tuple[str, str, int]
@@ -51,31 +48,15 @@ def _judged(job: Job) -> tuple[str, Outcome]:
         return name, outcome_of(bench, seed)
 
 
-def recorded(file: Path) -> tuple[int | None, dict[Job, Outcome]]:
-    """Return the seed and the outcomes of a records' file; a last line that was cut off is left out."""
-    seed, found = None, {}
-    for line in file.read_text(encoding="utf-8").splitlines() if file.exists() else ():
-        try:
-            data = json.loads(line)
-        except ValueError:
-            continue
-        if "seed_of_all" in data:
-            seed = int(data["seed_of_all"])
-            continue
-        outcome = Outcome(**data["outcome"])
-        found[(str(data["without"]), outcome.bench, outcome.seed)] = outcome
-    return seed, found
+def _job(found: tuple[str, Outcome]) -> tuple[Job, Outcome]:
+    """Return an outcome with the job that it is of."""
+    name, outcome = found
+    return (name, outcome.bench, outcome.seed), outcome
 
 
-def _run(jobs: Sequence[Job], processes: int, file: Path, console: Console) -> Iterator[tuple[Job, Outcome]]:
-    """Diagnose draws that are not recorded yet, writing each as it comes."""
-    os.environ["OMP_NUM_THREADS"] = "1"
-    with get_context("spawn").Pool(processes) as pool, file.open("a", encoding="utf-8") as log:
-        told = track(pool.imap_unordered(_judged, jobs), "draws", len(jobs), console=console)
-        for name, outcome in told:
-            log.write(json.dumps({"without": name, "outcome": outcome.to_dict()}) + "\n")
-            log.flush()
-            yield (name, outcome.bench, outcome.seed), outcome
+def _line(found: tuple[str, Outcome]) -> dict[str, Any]:
+    """Return an outcome as a line of the records."""
+    return {"without": found[0], "outcome": found[1].to_dict()}
 
 
 def ablated(found: dict[Job, Outcome], count: int, draws: Sequence[tuple[str, int]]) -> str:
@@ -148,18 +129,16 @@ def main(arguments: Sequence[str] | None = None) -> int:
     """Run the draws that are missing, and write the page."""
     options = _options(arguments)
     console = Console(stderr=True)
-    options.records.parent.mkdir(parents=True, exist_ok=True)
-    known, found = recorded(options.records)
-    seed = next(one for one in (options.seed, known, secrets.randbits(32)) if one is not None)
-    if known is not None and seed != known:
-        console.print(f"{options.records} holds draws of seed {known}: name another file, or take it away")
+    begun = opened(options.records, options.seed, console)
+    if begun is None:
         return 1
-    if known is None:
-        options.records.write_text(json.dumps({"seed_of_all": seed}) + "\n", encoding="utf-8")
+    seed, lines = begun
+    found = dict(map(_job, ((str(line["without"]), Outcome(**line["outcome"])) for line in lines)))
     draws = plan(options.draws, seed, options.bench or BENCHES)
     jobs: list[Job] = [(WHOLE, *draw) for draw in draws]
     jobs += [(name, *draw) for draw in draws[: options.ablation] for name in SWITCHES if name != WHOLE]
-    found |= dict(_run([job for job in jobs if job not in found], options.processes, options.records, console))
+    missing = [job for job in jobs if job not in found]
+    found |= dict(map(_job, judged(_judged, missing, _line, options.processes, options.records, console)))
     outcomes = [found[(WHOLE, *draw)] for draw in draws]
     table = ablated(found, options.ablation, draws) if options.ablation else ""
     text = page(outcomes, seed, table, () if options.no_timing else timed())

@@ -6,19 +6,15 @@ Each draw is a line of the records' file; a run that was stopped goes on where i
 from __future__ import annotations
 
 import argparse
-import json
-import os
-import secrets
 import sys
-from collections.abc import Iterator, Sequence
-from multiprocessing import get_context
+from collections.abc import Sequence
 from pathlib import Path
 
 from rich.console import Console
-from rich.progress import track
 
 from benchmarks import machine_rates as rates
-from benchmarks.hidden_machines import MachineDraw, MachineOutcome, outcome_of, plan
+from benchmarks.hidden_machines import MachineOutcome, outcome_of, plan
+from benchmarks.recording import judged, opened
 
 ABOUT = """\
 # The diagnosis of a machine on hidden effects, measured
@@ -68,47 +64,19 @@ def _options(arguments: Sequence[str] | None) -> argparse.Namespace:
     return parser.parse_args(arguments)
 
 
-def recorded(file: Path) -> tuple[int | None, dict[int, MachineOutcome]]:
-    """Return the seed and, by their seeds, the outcomes of a records' file; a line that was cut off is left out."""
-    seed, found = None, {}
-    for line in file.read_text(encoding="utf-8").splitlines() if file.exists() else ():
-        try:
-            data = json.loads(line)
-        except ValueError:
-            continue
-        if "seed_of_all" in data:
-            seed = int(data["seed_of_all"])
-            continue
-        outcome = MachineOutcome(**data)
-        found[outcome.seed] = outcome
-    return seed, found
-
-
-def _run(draws: Sequence[MachineDraw], processes: int, file: Path, console: Console) -> Iterator[MachineOutcome]:
-    """Diagnose draws that are not recorded yet, writing each as it comes."""
-    os.environ["OMP_NUM_THREADS"] = "1"
-    with get_context("spawn").Pool(processes) as pool, file.open("a", encoding="utf-8") as log:
-        for outcome in track(pool.imap_unordered(outcome_of, draws), "draws", len(draws), console=console):
-            log.write(json.dumps(outcome.to_dict()) + "\n")
-            log.flush()
-            yield outcome
-
-
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run the draws that are missing, and write the page."""
     options = _options(arguments)
     console = Console(stderr=True)
-    options.records.parent.mkdir(parents=True, exist_ok=True)
-    known, found = recorded(options.records)
-    seed = next(one for one in (options.seed, known, secrets.randbits(32)) if one is not None)
-    if known is not None and seed != known:
-        console.print(f"{options.records} holds draws of seed {known}: name another file, or take it away")
+    begun = opened(options.records, options.seed, console)
+    if begun is None:
         return 1
-    if known is None:
-        options.records.write_text(json.dumps({"seed_of_all": seed}) + "\n", encoding="utf-8")
+    seed, lines = begun
+    found = {one.seed: one for one in (MachineOutcome(**line) for line in lines)}
     draws = plan(options.draws, seed, options.measure)
     missing = [draw for draw in draws if draw.seed not in found]
-    found |= {one.seed: one for one in _run(missing, options.processes, options.records, console)}
+    made = judged(outcome_of, missing, MachineOutcome.to_dict, options.processes, options.records, console)
+    found |= {one.seed: one for one in made}
     outcomes = [found[draw.seed] for draw in draws]
     text = page(outcomes, seed, options.measure)
     if options.page:
