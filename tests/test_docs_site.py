@@ -117,19 +117,21 @@ def address(site: Path) -> Iterator[str]:
 @pytest.fixture
 def opened(window: Callable[..., Any], address: str) -> Callable[..., Any]:
     """Open a page of the site by its name."""
-    return lambda name, width=1300, scheme="light": window(address + name, width, scheme, 900)
+    return lambda name: window(address + name, 1300, height=900)
 
 
 @pytest.mark.parametrize("name", MAIN)
 def test_a_page_is_open_to_everybody(name: str, opened: Callable[..., Any]) -> None:
     """axe finds nothing at a desk, light and dark; on a telephone nothing runs over the edge."""
     axe = pytest.importorskip("axe_playwright_python.sync_playwright", reason="axe is not installed (extra 'test')")
+    page = opened(name)
     for scheme, rules in (("light", {}), ("dark", {"runOnly": ["color-contrast"]})):  # the rest is the same in both
-        page = opened(name, scheme=scheme)
+        page.emulate_media(color_scheme=scheme)
+        page.wait_for_function("scheme => document.documentElement.dataset.theme === scheme", arg=scheme)
         violations = axe.Axe().run(page, options={**AXE, **rules}).response["violations"]
         assert violations == [], [(one["id"], [node["html"] for node in one["nodes"]][:5]) for one in violations]
-    phone = opened(name, width=360)
-    assert phone.evaluate("document.documentElement.scrollWidth") <= 360
+    page.set_viewport_size({"width": 360, "height": 900})
+    assert page.evaluate("document.documentElement.scrollWidth") <= 360
 
 
 def test_the_site_is_walked_by_keys(opened: Callable[..., Any]) -> None:

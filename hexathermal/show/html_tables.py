@@ -35,6 +35,7 @@ def from_table(shown: Table, caption: str = "", *, without: Sequence[int] = (), 
     heads = [" ".join(str(column.header).split()) for column in kept]
     if len(heads) == 2 and not heads[1]:
         caption, heads = caption or heads[0], ["what", "value"]
+    heads = [head or "value" for head in heads]
     numbers = [">" if column.justify == "right" else "" for column in kept]
     rows = list(zip(*([str(cell) for cell in column.cells] for column in kept), strict=True))
     for k, (first, *others) in enumerate(rows):

@@ -18,8 +18,9 @@ from hexathermal.learn.validation import Validation
 from hexathermal.show import campaign_tables, identification_tables
 from hexathermal.show import report_campaign_charts as charts
 from hexathermal.show.diagnosis_page import paragraph, table
+from hexathermal.show.html_tables import from_table
 from hexathermal.show.report_chart import Chart
-from hexathermal.show.report_page import Report, Section, table_html
+from hexathermal.show.report_page import Report, Section
 
 MOST_RUNS = 12
 """Runs that have a figure of their own."""
@@ -160,7 +161,7 @@ def _measured(check: CampaignCheck) -> Section:
         parts.append(paragraph("Inputs: " + "; ".join(
             one.name + (f", {one.description}" if one.description else "") for one in campaign.inputs
         ) + "."))  # fmt: skip
-    parts.append(table_html(campaign_tables.runs_table(check, False), "Runs"))
+    parts.append(from_table(campaign_tables.runs_table(check, False), "Runs"))
     if rows:
         parts.append(table("Thermocouples", ("name", "part", "along the leg, mm>"), rows))
     first = next((run for run in check.runs if run.run.role == "identification"), check.runs[0])
@@ -190,9 +191,9 @@ def _quality(check: CampaignCheck) -> Section:
     return Section(
         "quality", "Check", "What the data are worth",
         (words, text_lines(campaign_tables.remarks(check)),
-         table_html(campaign_tables.cleaning_table(check, False), "What was left out, and why"),
-         table_html(campaign_tables.sensors_table(check, False), "Noise, range and likeness of each thermocouple"),
-         table_html(campaign_tables.apart_table(check, False), "What can be told apart"),
+         from_table(campaign_tables.cleaning_table(check, False), "What was left out, and why"),
+         from_table(campaign_tables.sensors_table(check, False), "Noise, range and likeness of each thermocouple"),
+         from_table(campaign_tables.apart_table(check, False), "What can be told apart"),
          *(one for one in drawn if one is not None)),
     )  # fmt: skip
 
@@ -207,7 +208,7 @@ def _sensors(found: Identification) -> Section:
         "sensors", "Which sensors", "Which thermocouples foretell the drift",
         (paragraph(f"{len(ranked.names)} sets of sensors were fitted to the runs for identification, and judged on "
                    f"runs left out. Chosen: {' + '.join(found.choice.sensors)}. Why: {found.choice.reason}."),
-         table_html(identification_tables.sets_table(found, False), "The best sets"), *drawn),
+         from_table(identification_tables.sets_table(found, False), "The best sets"), *drawn),
     )  # fmt: skip
 
 
@@ -245,7 +246,7 @@ def _proof(proof: Validation, law: IdentifiedLaw) -> Section:
     parts: list[str | Chart] = [
         paragraph("Runs for validation: what the law predicts, and what was measured."),
         *(paragraph(one, "note") for one in fitted),
-        table_html(identification_tables.validation_table(proof, False), "What the law leaves, with 95 % intervals"),
+        from_table(identification_tables.validation_table(proof, False), "What the law leaves, with 95 % intervals"),
         *(paragraph(f"Note: {note.rstrip('.')}.", "note") for note in proof.notes),
     ]  # fmt: skip
     if len(proof.curves) > MOST_RUNS:

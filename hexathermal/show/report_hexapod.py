@@ -16,11 +16,13 @@ from hexathermal.show import campaign_figures, hexapod_figures, hexapod_tables
 from hexathermal.show import campaign_hexapod as tables
 from hexathermal.show.diagnosis_page import paragraph
 from hexathermal.show.figures import BLACK, BLUE, VERMILION
+from hexathermal.show.hexapod_answers import law_origin
+from hexathermal.show.html_tables import from_table
 from hexathermal.show.options import machine
 from hexathermal.show.report_campaign import MOST_RUNS, text_lines
 from hexathermal.show.report_campaign_charts import HOUR_S, collinearity_chart, hex_colour, noise_chart, run_words
 from hexathermal.show.report_chart import Bars, Chart, Curve, Panel, file_name, kept_of, thinned_words
-from hexathermal.show.report_page import Report, Section, table_html
+from hexathermal.show.report_page import Report, Section
 
 Progress = Callable[[int, int, str], None]
 LOOKS = (("µm", "shift", slice(0, 3)), ("µrad", "turn", slice(3, 6)))
@@ -70,14 +72,19 @@ def _validated(campaign: Campaign, law: str | None, notes: list[str], progress: 
         notes.append(f"machine {hexapod.name!r} of the campaign has no thermal law; --law names a machine that has one")
         return None
     progress(0, 0, "validating (the first run compiles)")
+    origin, why = law_origin(name, hexapod)
     try:
-        found = validate_hexapod(hexapod, campaign)
+        found = validate_hexapod(hexapod, campaign, origin=origin)
     except ArgumentError as error:
         if law is not None:
             raise
         notes.append(f"the machine's law could not be validated: {error}")
         return None
     notes.extend(found.notes)
+    if origin is None:
+        notes.append(f"whether these runs were fitted cannot be told: {why}")
+    notes.extend(f"run {run} was fitted: the law was identified on its rows, then named {before}; it proves nothing"
+                 for run, before in found.fitted.items())  # fmt: skip
     return found
 
 
@@ -113,7 +120,7 @@ def _pairs(check: HexapodCheck, proof: HexapodValidation | None) -> tuple[tuple[
 
 def _measured(check: HexapodCheck) -> Section:
     """Return what was measured."""
-    parts = [paragraph(tables.overview(check).replace("\n", " ")), table_html(tables.runs_table(check, False), "Runs")]
+    parts = [paragraph(tables.overview(check).replace("\n", " ")), from_table(tables.runs_table(check, False), "Runs")]
     return Section("measured", "Measured", "What was measured", tuple(parts))
 
 
@@ -159,17 +166,17 @@ def _quality(check: HexapodCheck) -> Section:
     told = hexapod_warnings(check)
     words = "".join(paragraph(f"Warning: {one}.", "note") for one in told) or paragraph("The check warns of nothing.")
     parts: list[str | Chart] = [words, text_lines(tables.remarks(check)),
-                                table_html(tables.coordinates_table(check, False), "Measured coordinates")]  # fmt: skip
+                                from_table(tables.coordinates_table(check, False), "Measured coordinates")]  # fmt: skip
     sensors = check.campaign.sensors
     if sensors:
-        parts.append(table_html(tables.thermometers_table(check, False), "Thermometers"))
+        parts.append(from_table(tables.thermometers_table(check, False), "Thermometers"))
         drawn = [noise_chart(sensors, check.sensor_noise, check.sensor_slow),
                  collinearity_chart(sensors, check.correlation)]  # fmt: skip
         parts += [one for one in drawn if one is not None]
     if check.observability is not None:
         parts.append(observability_chart(check.observability))
         parts.append(
-            table_html(hexapod_tables.observability_table(check.observability, False), "What can be told apart")
+            from_table(hexapod_tables.observability_table(check.observability, False), "What can be told apart")
         )
     else:
         parts.append(paragraph(f"What can be told apart is not known: {check.why_not or 'no reason told'}."))
@@ -205,7 +212,7 @@ def _proof(proof: HexapodValidation) -> Section:
              for name, one in proof.verdict.items()]  # fmt: skip
     parts: list[str | Chart] = [
         paragraph("Errors of the platform before and after the machine's law, axis by axis. " + " ".join(lines)),
-        table_html(hexapod_tables.hexapod_validation_table(proof, False), "Before and after, with 95 % intervals"),
+        from_table(hexapod_tables.hexapod_validation_table(proof, False), "Before and after, with 95 % intervals"),
         *(validation_chart(proof, run) for run in shown),
     ]  # fmt: skip
     if len(shown) < len(proof.runs):

@@ -16,9 +16,10 @@ from hexathermal.predict.budget_plates import Plates
 from hexathermal.show import report_machine_charts as charts
 from hexathermal.show.budget_tables import bias_table, contributions_table
 from hexathermal.show.diagnosis_page import paragraph, table
+from hexathermal.show.html_tables import from_table
 from hexathermal.show.report_budget_charts import contributions_chart
 from hexathermal.show.report_chart import Chart
-from hexathermal.show.report_page import Report, Section, table_html
+from hexathermal.show.report_page import Report, Section
 from hexathermal.show.tables import day_table, machine_facts, machine_file, machine_tables, percent, singular_at_home
 from hexathermal.simulate.demonstration import Demonstration, demonstrate, summary
 
@@ -82,8 +83,8 @@ def _geometry(hexapod: Hexapod, facts: dict[str, Any]) -> Section:
     overview, joints = machine_tables(facts, False)[:2]
     return Section(
         "geometry", "Geometry", "Geometry",
-        (charts.drawing_chart(hexapod), table_html(overview, "The machine"),
-         table_html(joints, "Joints of the legs, base frame and platform frame")),
+        (charts.drawing_chart(hexapod), from_table(overview, "The machine"),
+         from_table(joints, "Joints of the legs, base frame and platform frame")),
     )  # fmt: skip
 
 
@@ -117,7 +118,7 @@ def _workspace(hexapod: Hexapod, told: dict[str, Any], notes: list[str], progres
 def _thermal(hexapod: Hexapod, facts: dict[str, Any]) -> Section:
     """Return the thermal law with its uncertainty."""
     names = ("Thermal law", "Coefficients of the legs", "Terms that extend the laws")
-    shown = [table_html(one, name) for one, name in zip(machine_tables(facts, False)[2:], names, strict=False)]
+    shown = [from_table(one, name) for one, name in zip(machine_tables(facts, False)[2:], names, strict=False)]
     drawn = charts.law_chart(hexapod)
     words = (
         "drift of a leg = Σ over its sensors of A q0 ΔT + B q ΔT; what a leg corrects is commanded with the other "
@@ -148,7 +149,7 @@ def _warm_day(day: Demonstration, numbers: dict[str, Any]) -> Section:
     )
     return Section("day", "A warm day", "A warm day, with and without correction",
                    (paragraph(words), charts.day_chart(day),
-                    table_html(day_table(day, False), "The day, hour by hour")))  # fmt: skip
+                    from_table(day_table(day, False), "The day, hour by hour")))  # fmt: skip
 
 
 def _budget(hexapod: Hexapod, day: Demonstration, told: dict[str, Any], notes: list[str]) -> Section:
@@ -170,8 +171,8 @@ def _budget(hexapod: Hexapod, day: Demonstration, told: dict[str, Any], notes: l
     )
     parts: list[str | Chart] = [paragraph(words), contributions_chart(pairs, budget.uncertainty * 1e6,
                                                                       budget.remaining * 1e6)]  # fmt: skip
-    parts += [table_html(bias_table(budget, 0.95, False), "Bias and uncertainty"),
-              table_html(contributions_table(budget, False), "Contributions, largest first")]  # fmt: skip
+    parts += [from_table(bias_table(budget, 0.95, False), "Bias and uncertainty"),
+              from_table(contributions_table(budget, False), "Contributions, largest first")]  # fmt: skip
     if assumed:
         parts.append(paragraph(
             f"Engineering values, to be replaced by what is known of the machine: {', '.join(assumed)}.", "note"

@@ -11,8 +11,6 @@ from importlib.resources import files
 from itertools import count
 from typing import Any
 
-from rich.table import Table
-
 from hexathermal.show.diagnosis_page import facts, page, paragraph, section, table
 from hexathermal.show.diagnosis_pictures import themed_svg
 from hexathermal.show.report_chart import Chart, cell, columns_of, csv_text, kept_of
@@ -95,23 +93,6 @@ def _named_apart(part: str | Chart, taken: set[str]) -> str | Chart:
     name = next(name for n in count(1) if (name := f"{part.name}-{n}" if n > 1 else part.name) not in taken)
     taken.add(name)
     return part if name == part.name else replace(part, name=name)
-
-
-def table_html(shown: Table, caption: str) -> str:
-    """Return a table of the command line as one of a page.
-
-    Examples
-    --------
-    >>> shown = Table("run", "rows")
-    >>> shown.add_row("warm up", "12")
-    >>> '<th scope="row">warm up</th><td>12</td>' in table_html(shown, "Runs")
-    True
-    """
-    columns = [list(column.cells) for column in shown.columns]
-    heads = [str(column.header).replace("\n", " ") + (">" if column.justify == "right" else "")
-             for column in shown.columns]  # fmt: skip
-    heads = [head if head.strip(">") else "value" for head in heads]
-    return table(caption, heads, [[str(one) for one in row] for row in zip(*columns, strict=True)])
 
 
 def report_page(report: Report, progress: Callable[[int, int, str], None] = lambda *_told: None) -> str:

@@ -2,19 +2,13 @@
 
 from __future__ import annotations
 
-import pkgutil
 from functools import cache
-from importlib import import_module
-from typing import cast
 
+from hexathermal.learn.cause_files import causes_in
 from hexathermal.learn.diagnosis.trials import CauseModule
 
 
 @cache
 def catalogue() -> dict[str, CauseModule]:
     """Return the causes by their names, sorted."""
-    found = {}
-    for item in pkgutil.iter_modules(__path__):
-        module = cast(CauseModule, import_module(f"{__name__}.{item.name}"))
-        found[module.CAUSE.name] = module
-    return dict(sorted(found.items()))
+    return causes_in(__name__, __path__)

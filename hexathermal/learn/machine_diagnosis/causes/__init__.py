@@ -2,11 +2,9 @@
 
 from __future__ import annotations
 
-import pkgutil
 from functools import cache
-from importlib import import_module
-from typing import cast
 
+from hexathermal.learn.cause_files import causes_in
 from hexathermal.learn.machine_diagnosis.candidate import Candidate, MachineCauseModule
 from hexathermal.learn.machine_diagnosis.view import MachineView
 
@@ -14,11 +12,7 @@ from hexathermal.learn.machine_diagnosis.view import MachineView
 @cache
 def catalogue() -> dict[str, MachineCauseModule]:
     """Return the causes by their names, sorted."""
-    found = {}
-    for item in pkgutil.iter_modules(__path__):
-        module = cast(MachineCauseModule, import_module(f"{__name__}.{item.name}"))
-        found[module.CAUSE.name] = module
-    return dict(sorted(found.items()))
+    return causes_in(__name__, __path__)
 
 
 def all_candidates(view: MachineView) -> list[Candidate]:
