@@ -308,7 +308,7 @@ def validate_answer(arguments: argparse.Namespace, progress: Progress) -> Answer
 
     name = str(arguments.law)
     hexapod = machine(name)
-    origin, why = _origin(name, hexapod)
+    origin, why = law_origin(name, hexapod)
     campaign = load_campaign(arguments.campaign, needed=("validation",), progress=progress)
     progress(0, 0, "validating (the first run compiles)")
     found = validate_hexapod(hexapod, campaign, origin=origin)
@@ -326,8 +326,8 @@ def validate_answer(arguments: argparse.Namespace, progress: Progress) -> Answer
     return Answer(tuple(texts), facts, warnings)
 
 
-def _origin(name: str, hexapod: Hexapod) -> tuple[Origin | None, str]:
-    """Return where the law of a machine comes from, or why that is not known."""
+def law_origin(name: str, hexapod: Hexapod) -> tuple[Origin | None, str]:
+    """Return where the law of a machine comes from, or why that is not known; by its name or path."""
     from hexathermal.learn.hexapod_origin import read_origin
     from hexathermal.machine.library import bundled_hexapods
 

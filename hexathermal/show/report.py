@@ -175,5 +175,17 @@ def _campaign(place: Path, law: Path | str | None, progress: Progress) -> Report
 
     campaign = load_campaign(place, progress=progress)
     if campaign.kind == "hexapod":
+        _refuse_leg_law(law)
         return hexapod_report(campaign, None if law is None else str(law), progress)
     return campaign_report(campaign, None if law is None else read_leg_law(Path(law)), progress)
+
+
+def _refuse_leg_law(law: Path | str | None) -> None:
+    """Refuse the law of one leg where the law of a machine is wanted."""
+    if law is None or not Path(law).is_file():
+        return
+    if b"hexathermal-leg/" in Path(law).read_bytes()[:200]:
+        raise ArgumentError(
+            f"{law} is the law of a leg; a campaign of a whole hexapod takes a machine: "
+            f"'hexathermal apply {law} --machine NAME --out DIR' makes one, then --law DIR"
+        )

@@ -77,6 +77,17 @@ def thinned(run: RunCheck, most: int = MOST_POINTS) -> RunCheck:
     return replace(run, trace=Trace(one.time[rows], one.dT[rows], one.drift[rows], q, one.inputs[rows]))
 
 
+def _spikes(run: RunCheck, columns: set[str], beside: FloatArray, scale: float) -> tuple[Curve, ...]:
+    """Return readings left out as spikes as marks; those farther off than the rest is wide would flatten the plot."""
+    found = [marks for name, marks in run.spikes.items() if name in columns]
+    if not found:
+        return ()
+    seconds, values = np.concatenate(found).T * np.array([[1.0], [scale]])
+    low, high = span_of(beside)
+    near = (values >= 2.0 * low - high) & (values <= 2.0 * high - low)
+    return (Curve("left out", seconds[near] / HOUR_S, values[near], BLACK, "rings"),) if near.any() else ()
+
+
 def run_chart(check: CampaignCheck, run: RunCheck) -> Chart:
     """Return one run: temperatures, drift, and displacement or inputs against time."""
     shown = thinned(run)
@@ -89,9 +100,11 @@ def run_chart(check: CampaignCheck, run: RunCheck) -> Chart:
     ):
         curves.append(Curve(item.name, *drawn.broken(hours, values), hex_colour(colour), looks[style]))
     drift = Curve("drift", *drawn.broken(hours, trace.drift * 1e6), VERMILION)
+    names = {f"{name}_degC" for name in check.campaign.sensors}
+    hot, cold = _spikes(run, names, heat, 1.0), _spikes(run, {"drift"}, trace.drift * 1e6, 1e6)
     panels = [
-        Panel("Temperatures", tuple(curves), "time", "temperature", "h", "°C", height=1.5),
-        Panel("Drift", (drift,), "time", "drift", "h", "µm"),
+        Panel("Temperatures", (*curves, *hot), "time", "temperature", "h", "°C", height=1.5),
+        Panel("Drift", (drift, *cold), "time", "drift", "h", "µm"),
     ]
     if trace.q is not None:
         panels.append(Panel("Displacement of the rod", (Curve("q", hours, trace.q * 1e3, BLACK, "dots"),), "time", "q",
@@ -106,7 +119,9 @@ def run_chart(check: CampaignCheck, run: RunCheck) -> Chart:
     left, most = (value * 1e6 for value in span_of(trace.drift))
     spikes = sum(len(one) for one in run.spikes.values())
     said = f"{run.record.used} of {run.record.rows} rows usable."
-    said += f" {spikes} readings were left out as spikes; the still picture marks them." if spikes else ""
+    marked = sum(len(one.x) for one in (*hot, *cold))
+    said += f" {spikes} readings were left out as spikes (rings)." if spikes else ""
+    said += f" {spikes - marked} of them lie far off the plot and are not drawn." if marked < spikes else ""
     return Chart(
         file_name(run_words(name)), f"{run_words(name)} ({run.run.role})",
         f"{run_words(name)}: over {hours[-1]:.1f} hours the thermocouples read {low:.1f} to {high:.1f} °C and the "

@@ -24,7 +24,7 @@ from hexathermal.show.report_chart import Bars, Cells, Chart, Curve, Panel, labe
 
 MISSING = "a report needs plotly, which is not installed: pip install 'hexathermal[report]'"
 
-PANEL_PX, BAR_PX, MATRIX_PX, GAP_PX, MATRIX_GAP_PX, TOP_PX, BOTTOM_PX = 210, 22, 400, 64, 96, 30, 56
+PANEL_PX, BAR_PX, MATRIX_PX, GAP_PX, MATRIX_GAP_PX, TOP_PX, BOTTOM_PX = 210, 22, 400, 76, 96, 30, 56
 """Heights [px]: of a panel, a bar that lies, a matrix, between panels, matrices, above the first and below the last."""
 
 VEIL = "2E"

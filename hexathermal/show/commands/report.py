@@ -103,12 +103,17 @@ def _check_figures(report: Report, arguments: argparse.Namespace) -> None:
 
 
 def _written(report: Report, out: Path, arguments: argparse.Namespace, progress: Progress) -> Answer:
-    """Return the answer: the page is written with it, the figures are."""
+    """Return the answer; where there are figures, they and the page are written here, all or none."""
+    from hexathermal.predict.table_writing import written_whole
     from hexathermal.show.report_files import write_figures
     from hexathermal.show.report_page import report_page
 
     page = report_page(report, progress).encode()
-    figures = [] if arguments.figures is None else write_figures(report, arguments.figures, progress)
+    figures = []
+    if arguments.figures is not None:
+        with written_whole(out) as part:
+            part.write_bytes(page)
+            figures = write_figures(report, arguments.figures, progress)
     size = len(page) / 1e6
     lines = [report.finding, *(f"{what}: {value} ({beside})" for what, value, beside in report.pairs),
              *(f"note: {note}" for note in report.notes), f"Written:\n  {out} ({size:.1f} MB)"]  # fmt: skip
@@ -120,4 +125,4 @@ def _written(report: Report, out: Path, arguments: argparse.Namespace, progress:
         "notes": list(report.notes), **report.facts,
         "written": [str(out), *(str(file) for file in figures)],
     }  # fmt: skip
-    return Answer(("\n".join(lines),), data, files={out: page})
+    return Answer(("\n".join(lines),), data, files={} if figures else {out: page})
