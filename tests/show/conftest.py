@@ -14,6 +14,12 @@ from tests.show.reports import silent
 
 
 @pytest.fixture(scope="session")
+def plotly() -> None:
+    """Leave out tests of plots where plotly is not installed."""
+    pytest.importorskip("plotly.graph_objects", reason="plotly is not installed (extra 'report')")
+
+
+@pytest.fixture(scope="session")
 def leg(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A small campaign of a leg on the virtual bench."""
     folder = tmp_path_factory.mktemp("bench") / "leg"

@@ -100,6 +100,7 @@ def test_thinning_keeps_both_ends_and_is_even() -> None:
         assert len(set(np.diff(kept)[:-1])) <= 1
 
 
+@pytest.mark.usefixtures("plotly")
 def test_still_and_interactive_show_the_same(chart: Chart) -> None:
     """The still picture's lines and bars, and the plot's traces, hold the chart's numbers."""
     axes = still_figure(chart).axes

@@ -17,7 +17,7 @@ Said = pytest.CaptureFixture[str]
 
 
 @pytest.fixture
-def quick(monkeypatch: pytest.MonkeyPatch) -> None:
+def quick(plotly: None, monkeypatch: pytest.MonkeyPatch) -> None:
     """Leave plotly's program out of the page: what is tested here does not need it."""
     monkeypatch.setattr("hexathermal.show.report_page.program", lambda: "")
 
@@ -44,6 +44,7 @@ def test_the_command_writes_and_never_overwrites(tmp_path: Path, capsys: Said) -
     assert out.read_text(encoding="utf-8").startswith("<!DOCTYPE html>")
 
 
+@pytest.mark.usefixtures("plotly")
 def test_nothing_is_written_into_what_is_read(
     leg: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: Said
 ) -> None:
@@ -56,6 +57,7 @@ def test_nothing_is_written_into_what_is_read(
     assert sorted(leg.iterdir()) == before
 
 
+@pytest.mark.usefixtures("plotly")
 @pytest.mark.parametrize(
     ("words", "code", "said"),
     [

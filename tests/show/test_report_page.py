@@ -30,7 +30,7 @@ def short(leg_report: Report) -> Report:
 
 
 @pytest.fixture(scope="module")
-def page(short: Report) -> str:
+def page(plotly: None, short: Report) -> str:
     return report_page(short)
 
 
