@@ -18,4 +18,3 @@ def test_a_neighbour_gives_way_to_the_thermometer_that_the_leg_follows(bench: st
     arrived = {likelier_sensors(replace(view, base=(name,))) for name in (others[0], others[-1])}
     arrived.add(likelier_sensors(replace(view, base=answer.base)))
     assert arrived == {answer.base}
-
