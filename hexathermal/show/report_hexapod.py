@@ -83,8 +83,9 @@ def _validated(campaign: Campaign, law: str | None, notes: list[str], progress: 
     notes.extend(found.notes)
     if origin is None:
         notes.append(f"whether these runs were fitted cannot be told: {why}")
-    notes.extend(f"run {run} was fitted: the law was identified on its rows, then named {before}; it proves nothing"
-                 for run, before in found.fitted.items())  # fmt: skip
+    if len(found.fitted) == len(found.runs):  # else the validation says which are left out
+        notes.extend(f"run {run} was fitted: the law was identified on its rows, then named {before}; it proves nothing"
+                     for run, before in found.fitted.items())  # fmt: skip
     return found
 
 
