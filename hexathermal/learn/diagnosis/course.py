@@ -13,7 +13,7 @@ from hexathermal.learn.campaign import Campaign
 from hexathermal.learn.campaign_laws import identify_campaign
 from hexathermal.learn.diagnosis.base_choice import FEWEST_WINDOWS, likelier_sensors
 from hexathermal.learn.diagnosis.chance import chance_threshold
-from hexathermal.learn.diagnosis.deciding import LEAST, Decision, decided
+from hexathermal.learn.diagnosis.deciding import LEAST, Decision, decided, together
 from hexathermal.learn.diagnosis.evidence import Scored, beside, screened, stacked_columns
 from hexathermal.learn.diagnosis.search import REPEATED, Ranked, Step
 from hexathermal.learn.diagnosis.stage import Stage, view_of
@@ -25,6 +25,9 @@ from hexathermal.poses import FloatArray
 MOST_EFFECTS = 6
 LATER = 2.0
 """Every cause after the first needs so much more evidence: it may mop up what the first one's shape left."""
+
+TWO_LEAD = 5.0
+"""Log evidence by which two names must beat what is nameless."""
 
 UNSEEN = 12.0
 """So much more where no run left out can tell: a later step of the zero in one run."""
@@ -156,7 +159,7 @@ def searched(
     stage = _tolerant(stage, threshold)
     step = stage.step
     steps, found, stages, refused = [step], list[Found](), list[Stage](), list[Ranked]()
-    decision = decided(step, threshold)
+    decision = _two_for(stage, decided(step, threshold), threshold)
     while len(found) < MOST_EFFECTS:
         leader = _leader(stage, decision, threshold + LATER * bool(found), first=not found)
         if leader is None or (found and decision.probability < LATER_SURE):
@@ -199,6 +202,25 @@ def _tolerant(stage: Stage, threshold: float) -> Stage:
             break
         stage = replace(stage, tolerated=(*stage.tolerated, top.best))
     return stage
+
+
+def _two_for(stage: Stage, decision: Decision, threshold: float) -> Decision:
+    """Return a decision for the best name where it and another one explain more than something nameless that leads.
+
+    What is nameless imitates two causes at once. Two names in its place leave nothing, and beat it by `TWO_LEAD`.
+    """
+    alone = decision.leader
+    names = [item for item in stage.step.ranking if item.named and item.gated >= threshold]
+    if alone is None or alone.named or not names:
+        return decision
+    after = stage.with_effect(names[0].best)
+    next_best = decided(after.step, threshold + LATER)
+    second = next_best.leader
+    if second is None or not next_best.named or names[0].value + second.value < alone.value + TWO_LEAD:
+        return decision
+    if decided(after.with_effect(second.best).step, threshold + LATER).leader is not None:
+        return decision
+    return replace(decision, leader=names[0], probability=together(names[0], second, alone))
 
 
 def _kin(stage: Stage, leader: Ranked) -> list[Trial]:

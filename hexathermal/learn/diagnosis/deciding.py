@@ -33,6 +33,9 @@ NAME_LEAD = 1.0
 """A cause may be that far behind something nameless and still be the name: flexible columns imitate any shape."""
 
 NAME_SHARE = 0.03
+IMITATED = 0.6
+"""Part of what is nameless that counts for a name which is given although something nameless fits as well."""
+
 ALIKE = 0.7
 """Names with this share of the first one's probability are as good: the larger effect is the first."""
 
@@ -100,9 +103,19 @@ def decided(step: Step, threshold: float) -> Decision:
         share = sum(probabilities[item.cause] for item in nameless)
         rivals = probabilities[NONE] + max(probabilities[item.cause] for item in named)
         return Decision(best, max(share, SOUND - rivals), probabilities, ())
-    own = probabilities[best.cause]
-    alike = tuple(item.cause for item in names if item is not best and probabilities[item.cause] > EQUIVALENT * own)
+    own = probabilities[best.cause] + IMITATED * sum(probabilities[item.cause] for item in nameless)
+    alike = tuple(
+        item.cause
+        for item in names
+        if item is not best and probabilities[item.cause] > EQUIVALENT * probabilities[best.cause]
+    )
     return Decision(best, own, probabilities, alike)
+
+
+def together(first: Ranked, second: Ranked, alone: Ranked) -> float:
+    """Return the probability of two causes, one over the other, against something that explains both alone."""
+    lead = (first.value + second.value - alone.value) / (1.0 + SHAPE_ERROR * max(alone.value, 0.0))
+    return float(SOUND / (1.0 + np.exp(-lead)))
 
 
 def _tempered(step: Step, threshold: float, named: int, nameless: int) -> dict[str, float]:
