@@ -12,7 +12,7 @@ from scipy.stats import binom, multivariate_normal
 from hexathermal.learn.diagnosis import chance
 from hexathermal.learn.diagnosis.chance import FALSE_ALARMS, chance_threshold
 from hexathermal.learn.diagnosis.channels import Channel, Levels
-from hexathermal.learn.diagnosis.deciding import LEAST, decided
+from hexathermal.learn.diagnosis.deciding import LEAST, SOUND, decided
 from hexathermal.learn.diagnosis.evidence import (
     RHO,
     TOLERATED,
@@ -190,9 +190,9 @@ def test_a_trifle_is_not_named_for_many_rows() -> None:
 
 
 def test_probabilities_sum_to_one_and_equivalents_are_close() -> None:
-    """Hypotheses share one; a second cause with nearly the same evidence is stated, one far behind is not."""
+    """Hypotheses share what is believed of them; a second cause with nearly the same evidence is stated, one far behind is not."""
     decision = decided(step(ranked("creep", 80.0), ranked("backlash", 79.0), ranked("zero-drift", 5.0)), LEAST)
-    assert sum(decision.probabilities.values()) == pytest.approx(1.0)
+    assert sum(decision.probabilities.values()) == pytest.approx(SOUND)
     assert decision.leader is not None
     assert decision.leader.cause == "creep"
     assert decision.equivalent == ("backlash",)
