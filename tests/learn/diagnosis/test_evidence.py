@@ -190,7 +190,7 @@ def test_a_trifle_is_not_named_for_many_rows() -> None:
 
 
 def test_probabilities_sum_to_one_and_equivalents_are_close() -> None:
-    """Hypotheses share what is believed of them; a cause with nearly the same evidence is stated, one far behind is not."""
+    """Hypotheses share what is believed of them; a cause nearly as likely is stated, one far behind is not."""
     decision = decided(step(ranked("creep", 80.0), ranked("backlash", 79.0), ranked("zero-drift", 5.0)), LEAST)
     assert sum(decision.probabilities.values()) == pytest.approx(SOUND)
     assert decision.leader is not None
