@@ -87,11 +87,11 @@ def test_records_go_on_where_they_stopped(tmp_path: Path, monkeypatch: pytest.Mo
     file.write_text("\n".join(lines) + '\n{"without": "the wh', encoding="utf-8")
     asked: list[diagnosis.Job] = []
 
-    def instead(jobs: list[diagnosis.Job], *_rest: object) -> list[tuple[diagnosis.Job, Outcome]]:
+    def instead(_judge: object, jobs: list[diagnosis.Job], *_rest: object) -> list[tuple[str, Outcome]]:
         asked.extend(jobs)
-        return [(job, replace(CREEP, bench=job[1], seed=job[2])) for job in jobs]
+        return [(job[0], replace(CREEP, bench=job[1], seed=job[2])) for job in jobs]
 
-    monkeypatch.setattr(diagnosis, "_run", instead)
+    monkeypatch.setattr(diagnosis, "judged", instead)
     words = ["--draws", "4", "--records", str(file), "--page", str(page), "--no-timing"]
     assert diagnosis.main(words) == 0
     assert [job[1:] for job in asked] == draws[2:]

@@ -27,7 +27,7 @@ def probabilities(case: Case, found: Step) -> dict[str, float]:
     made = {NONE: float(weight[0])}
     for one, value in zip(found.ranking, weight[1:], strict=True):
         cause = case.candidates[one.which].cause
-        made[cause] = made.get(cause, 0.0) + float(value)
+        made[cause] = min(made.get(cause, 0.0) + float(value), 1.0)  # a sum may round to more
     return made
 
 
