@@ -15,7 +15,7 @@ import numpy.typing as npt
 from hexathermal.learn.campaign_columns import BEAMS
 from hexathermal.learn.cleaning_beam_scales import BeamScales, against_others, jumps, measured, resting
 from hexathermal.learn.cleaning_channels import PIECE_ROWS, near_moves
-from hexathermal.learn.cleaning_record import NOTED, REPAIRED, ROW, Ledger
+from hexathermal.learn.cleaning_record import BEAM_STEP, NOTED, REPAIRED, ROW, Ledger
 from hexathermal.learn.cleaning_rules import (
     MARGIN,
     SPIKE_NOISES,
@@ -93,7 +93,7 @@ class BeamRules:
             offsets = np.tile(self.offset, (own.stop - own.start, 1))
             for step in steps_in(sheet, own, self.scales):
                 flags = np.arange(len(sheet)) == step.row
-                name, action, reason = "beam step", REPAIRED, STEP_RULE
+                name, action, reason = BEAM_STEP, REPAIRED, STEP_RULE
                 if step.kept:
                     name, action, reason = "tilt or step", NOTED, step.kept
                 else:

@@ -13,6 +13,8 @@ from hexathermal.poses import FloatArray
 ROW, VALUE, REPAIRED, NOTED = "row left out", "value left out", "value repaired", "noted"
 """What a step did."""
 
+BEAM_STEP = "beam step"
+"""The step that takes back what one beam stepped by."""
 
 MOST_MARKS = 500
 """Readings left out of a channel that are kept with their time and value, for plots."""

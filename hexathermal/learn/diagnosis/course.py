@@ -164,7 +164,7 @@ def searched(
         leader = _leader(stage, decision, threshold + LATER * bool(found), first=not found)
         if leader is None or (found and decision.probability < LATER_SURE):
             break
-        if found and leader.cause == "zero-jump" and leader.gated < threshold + UNSEEN:
+        if found and _of_one_run(leader) and leader.gated < threshold + UNSEEN:
             break
         after = stage.with_effect(leader.best)
         share, sure = _share(stage, after, leader), _foresight(stage, after, leader)
@@ -292,31 +292,39 @@ def _leader(stage: Stage, decision: Decision, threshold: float, *, first: bool) 
     return replace(leader, best=targets[best], value=targets[best].value)
 
 
+def _of_one_run(leader: Ranked) -> bool:
+    """Whether a cause belongs to one run, so that no run left out can tell of it."""
+    return leader.cause == "zero-jump"
+
+
+def _left(before: Stage, after: Stage, leader: Ranked) -> list[FloatArray]:
+    """Return the mean squares of both stages in a row, by the run left out; each at the kinder of two noises."""
+    found = []
+    for stage in (before, after):
+        run, rows = stage.channel.run, stage.channel.rows
+        tables = [rows * stage.left_out(levels)[0] ** 2 / rows.sum() for levels in (leader.levels, before.plain)]
+        kinder = min(tables, key=lambda table: float(table.sum()))
+        found.append(np.array([kinder[run == k].sum() for k in np.unique(run)]))
+    return found
+
+
 def _share(before: Stage, after: Stage, leader: Ranked) -> float:
-    """Return by which part a stage leaves less, squared, of runs left out; a step of the zero has no such test."""
-    if leader.cause == "zero-jump":
+    """Return by which part a stage leaves less, squared, of runs left out."""
+    if _of_one_run(leader):
         return 1.0
-    old, new = (min(one.left_squares(leader.levels), one.left_squares(before.plain)) for one in (before, after))
-    return 1.0 - new / old
+    old, new = _left(before, after, leader)
+    return float(1.0 - new.sum() / old.sum())
 
 
 def _spread(before: Stage, after: Stage, leader: Ranked) -> float:
     """Return the standard uncertainty of `_share` by the scatter among runs."""
-    run, rows = before.channel.run, before.channel.rows
-    old, new = (
-        min(
-            (one.left_out(levels)[0] ** 2 for levels in (leader.levels, before.plain)),
-            key=lambda left: (left * rows).sum(),
-        )
-        for one in (before, after)
-    )
-    parts = np.array([((old - new) * rows)[run == k].sum() for k in np.unique(run)])
-    return float(np.sqrt(len(parts)) * parts.std(ddof=1) / (old * rows).sum())
+    old, new = _left(before, after, leader)
+    return float(np.sqrt(len(old)) * (old - new).std(ddof=1) / old.sum())
 
 
 def _foresight(before: Stage, after: Stage, leader: Ranked) -> float:
-    """Return by how much runs left out become more likely, at the noise of the null (log); a step has no such test."""
-    if leader.cause == "zero-jump":
+    """Return by how much runs left out become more likely, at the noise of the null (log)."""
+    if _of_one_run(leader):
         return np.inf
     old, new = before.left_out(before.step.levels)[1], after.left_out(before.step.levels)[1]
     return 0.5 * float((old**2).sum() - (new**2).sum())

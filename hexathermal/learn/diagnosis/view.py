@@ -11,7 +11,7 @@ import numpy as np
 import numpy.typing as npt
 from scipy import signal
 
-from hexathermal.learn.cleaning_record import REPAIRED
+from hexathermal.learn.cleaning_record import BEAM_STEP
 from hexathermal.learn.diagnosis.channels import Channel
 from hexathermal.learn.signals import RunRows
 from hexathermal.machine.leg_signals import LegSignals, Memory
@@ -273,7 +273,7 @@ class View:
             ((run == k) & (self.time >= step.first_time)) | ((run > k) & (not self.zeroed_by_run))
             for k, rows in enumerate(self.runs)
             for step in rows.record.steps
-            if step.action == REPAIRED and step.step == "beam step"
+            if step.step == BEAM_STEP
         ]
         table = np.array(found, dtype=float).reshape(-1, len(run)).T
         return np.asarray(table[:, np.ptp(table, axis=0) > 0.0])
