@@ -7,12 +7,14 @@ from __future__ import annotations
 
 import json
 import os
+import re
 import signal
 import sys
 import tempfile
 import threading
 import time
 import traceback
+import warnings
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass
@@ -43,6 +45,9 @@ PLAIN_WIDTH = 100_000
 """Columns of a table that goes to a file or a pipe: lines are never folded there."""
 
 TRACEBACK = "HEXATHERMAL_TRACEBACK"
+
+_NO_GLYPH = re.compile(r"Glyph (\d+) ")
+"""How matplotlib begins to warn of a letter that its font lacks."""
 
 _XDG = (("XDG_CONFIG_HOME", ".config"), ("XDG_CACHE_HOME", ".cache"))
 
@@ -133,13 +138,15 @@ def _run(argv: list[str]) -> int:
         refuse_no_folder(Path(target))
     began = time.perf_counter()
     voice = Voice(getattr(arguments, "quiet", False), getattr(arguments, "verbose", False))
-    with _bar(arguments.command, voice) as progress, _place_for_fonts():
+    with _plain_warnings(voice), _bar(arguments.command, voice) as progress, _place_for_fonts():
         answer = found()[arguments.command].run(arguments, progress)
     _finish(answer, arguments.command, target, voice)
     if voice.verbose:
         _say(f"{time.perf_counter() - began:7.1f} s  done, exit code {answer.code}")
     if answer.then is not None:
-        answer.then()
+        last = answer.then()
+        if not voice.quiet:
+            _say(last)
     return answer.code
 
 
@@ -242,6 +249,28 @@ class Voice:
 
     quiet: bool = False
     verbose: bool = False
+
+
+@contextmanager
+def _plain_warnings(voice: Voice) -> Iterator[None]:
+    """Say what libraries warn of in one line each, at the end, without places in their code."""
+    found: dict[str, str] = {}
+
+    def keep(message: Warning | str, category: type[Warning], *_place: Any) -> None:
+        found.setdefault(str(message).strip(), category.__name__)
+
+    before, warnings.showwarning = warnings.showwarning, keep
+    try:
+        yield
+    finally:
+        warnings.showwarning = before
+        missing = {int(number[1]): text for text in found if (number := _NO_GLYPH.match(text))}
+        if missing and not voice.quiet:
+            letters = "".join(map(chr, missing))
+            _say(f"note: pictures show boxes for {letters}: no font that they use has these letters; words do")
+        for text, kind in found.items():
+            if text not in missing.values():
+                _say(f"warning: {text} ({kind})")
 
 
 @contextmanager

@@ -44,7 +44,7 @@ def chance(p: float | None) -> str:
         return "not known"
     if p > 1.0 - ALMOST:
         return "above 99.99 %"
-    return f"{100.0 * p:.2f} %" if p >= ALMOST else "below 0.01 %"
+    return f"{100.0 * p:z.2f} %" if p >= ALMOST else "below 0.01 %"
 
 
 def _between(bounds: tuple[float, float]) -> str:
@@ -64,7 +64,7 @@ def micro(value: float | None) -> float | None:
 def _number(value: float | None) -> str:
     """Return a length or a turn as text."""
     shown = micro(value)
-    return "" if shown is None else f"{shown:.4f}" if abs(shown) < 1e3 else f"{shown:.1f}"
+    return "" if shown is None else f"{shown:z.4f}" if abs(shown) < 1e3 else f"{shown:z.1f}"
 
 
 def _zone(result: Result) -> str:

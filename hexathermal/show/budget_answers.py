@@ -119,7 +119,7 @@ class Report:
             elif plate.sensor is None:
                 plates_given = self.place[2]
                 told = getattr(plates_given, f"{part}_degC")
-                warm = "the legs' mean temperature" if told is None else f"{told:.2f} degC"
+                warm = "the legs' mean temperature" if told is None else f"{told:z.2f} degC"
                 lines.append(f"No thermometer on the {part}: taken at {warm}; its expansion is not corrected.")
         return "\n".join(lines)
 
@@ -211,7 +211,7 @@ class Report:
         for measure, unit in (("shift", "um"), ("turn", "urad")):
             worst = found.worst(measure)
             place = place_text(found, worst.index, coordinates, time_s)
-            lines.append(f"Worst {measure}: {worst.value * 1e6:.3f} {unit} at {place}: {worst.reason}.")
+            lines.append(f"Worst {measure}: {worst.value * 1e6:z.3f} {unit} at {place}: {worst.reason}.")
             worst_of[measure] = {
                 "place": place, "coordinates": coordinates[worst.index].tolist(), "axis": worst.axis,
                 f"worst_case_{unit}": worst.value * 1e6, "reason": worst.reason, "source": worst.source,

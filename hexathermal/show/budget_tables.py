@@ -19,7 +19,7 @@ HEADS = tuple(f"{axis}\n{unit}>" for axis, unit in zip(AXES, UNITS, strict=True)
 
 def _cells(values: FloatArray) -> list[str]:
     """Return six numbers in um and urad."""
-    return [f"{value * 1e6:.3f}" for value in values]
+    return [f"{value * 1e6:z.3f}" for value in values]
 
 
 def bias_table(budget: Budget, probability: float, pretty: bool) -> Table:
@@ -32,7 +32,7 @@ def bias_table(budget: Budget, probability: float, pretty: bool) -> Table:
     for name, part in zip(budget.causes, budget.cause_parts, strict=True):
         table.add_row(f"  of it {name}", *_cells(part))
     table.add_row("standard uncertainty", *_cells(budget.uncertainty))
-    table.add_row("effective degrees of freedom", *("inf" if np.isinf(nu) else f"{nu:.1f}" for nu in budget.dof))
+    table.add_row("effective degrees of freedom", *("inf" if np.isinf(nu) else f"{nu:z.1f}" for nu in budget.dof))
     table.add_row(f"expanded, {100 * probability:g} %", *_cells(budget.expanded(probability)))
     table.add_row("worst case: |bias| + expanded", *_cells(budget.worst_case(probability)))
     return table
@@ -80,7 +80,7 @@ def map_table(found: BudgetMap, pretty: bool) -> Table:
             values = found.size(what, measure) * 1e6
             values = values[np.isfinite(values)]
             cells = (values.min(), np.median(values), values.max()) if values.size else (np.nan,) * 3
-            table.add_row(f"{name}, {measure}", *(f"{value:.3f}" for value in cells), unit)
+            table.add_row(f"{name}, {measure}", *(f"{value:z.3f}" for value in cells), unit)
     return table
 
 
@@ -128,7 +128,7 @@ def place_text(found: BudgetMap, index: int, coordinates: FloatArray, time_s: Fl
     """Return where a place of a map is, for people."""
     six = ", ".join(f"{value:g}" for value in np.round(coordinates[index], 6))
     place = f"pose ({six}) mm, deg"
-    return place if time_s is None else f"{time_s[index] / 3600.0:.2f} h, {place}"
+    return place if time_s is None else f"{time_s[index] / 3600.0:z.2f} h, {place}"
 
 
 def coordinates_of(found: BudgetMap, convention: str, hexapod: Any) -> FloatArray:

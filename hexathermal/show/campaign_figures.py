@@ -21,6 +21,9 @@ STYLES = ("-", "--", "-.", ":")
 MOST_LABELS = 26
 """So many sensors are named at their lines; more in a legend."""
 
+NARROWEST_MM = 1.0
+"""A rod that stood still is drawn on an axis at least so long: its last digits are noise of the scale."""
+
 GAP_STEPS = 5.0
 """A curve is broken where the step in time is more than so many usual ones."""
 
@@ -204,6 +207,18 @@ def collinearity_figure(sensors: tuple[str, ...], correlation: FloatArray) -> Fi
     return figure
 
 
+def room_about(ends: tuple[float, float]) -> tuple[float, float]:
+    """Return ends of an axis of displacements [mm] that are no nearer than `NARROWEST_MM`, about the same middle.
+
+    Examples
+    --------
+    >>> room_about((124.9999, 125.0001)), room_about((0.0, 250.0))
+    ((124.5, 125.5), (0.0, 250.0))
+    """
+    middle, half = 0.5 * (ends[0] + ends[1]), max(0.5 * (ends[1] - ends[0]), 0.5 * NARROWEST_MM)
+    return middle - half, middle + half
+
+
 def coverage_figure(check: CampaignCheck) -> Figure | None:
     """Return where each run was in `q` and `dT` of the sensor that best tells `A` from `B`; None without a stroke."""
     import matplotlib as mpl
@@ -223,6 +238,7 @@ def coverage_figure(check: CampaignCheck) -> Figure | None:
                 q = np.concatenate([run.trace.q for run in runs if run.trace.q is not None]) * 1e3
                 heat = np.concatenate([run.trace.dT[:, best] for run in runs])
                 axes.plot(q, heat, mark, color=colour, ms=2.5, mew=0.7, alpha=0.6, label=role)
+        axes.set_xlim(*room_about(axes.get_xlim()))
         axes.axvline(item.warm_q * 1e3, color=GREY, lw=1.0, ls="--")
         axes.axhline(0.0, color=GREY, lw=0.6)
         axes.set_xlabel("displacement of the rod q (mm)")

@@ -30,7 +30,7 @@ def overview(check: HexapodCheck) -> str:
     rows, used = sum(one.rows for one in check.runs), sum(len(one.time) for one in check.runs)
     return "\n".join([
         f"{campaign.title or 'Campaign without a title'} (kind hexapod): {len(check.runs)} runs, {roles};",
-        f"{hours:.1f} h, {rows} rows, {used} of them usable, {len(campaign.sensors)} thermometers.",
+        f"{hours:z.1f} h, {rows} rows, {used} of them usable, {len(campaign.sensors)} thermometers.",
         f"Temperatures count from the first row of {'each run' if campaign.zero == 'run' else 'the first run'}.",
     ])  # fmt: skip
 
@@ -42,12 +42,12 @@ def runs_table(check: HexapodCheck, pretty: bool) -> Table:
     for one in check.runs:
         span = shift = turn = "-"
         if np.isfinite(one.heat).any():
-            span = f"{np.nanmin(one.heat):.1f} to {np.nanmax(one.heat):.1f}"
+            span = f"{np.nanmin(one.heat):z.1f} to {np.nanmax(one.heat):z.1f}"
         if len(one.time):
             largest = [np.linalg.norm(part, axis=1).max() * 1e6 for part in np.split(one.deviation, 2, axis=1)]
-            shift, turn = (f"{value:.2f}" for value in largest)
+            shift, turn = (f"{value:z.2f}" for value in largest)
         why = "; ".join(f"{count} {reason}" for reason, count in one.left_out.items()) or "-"
-        table.add_row(one.run.name, one.run.role, f"{one.clock.duration / 3600.0:.2f}", str(one.rows),
+        table.add_row(one.run.name, one.run.role, f"{one.clock.duration / 3600.0:z.2f}", str(one.rows),
                       str(len(one.time)), str(one.poses), span, shift, turn, why)  # fmt: skip
     return table
 
@@ -86,7 +86,7 @@ def remarks(check: HexapodCheck) -> str:
     """Return what is to be said of likeness and of what can be told apart."""
     lines = []
     if np.isfinite(check.condition):
-        lines.append(f"All thermometers together: condition number {check.condition:.0f} (1: independent).")
+        lines.append(f"All thermometers together: condition number {check.condition:z.0f} (1: independent).")
     if check.observability is not None:
         lines.append("Laws of each leg and plate with a thermometer, by the runs for identification:")
         lines += [f"  {text}" for text in check.observability.words]

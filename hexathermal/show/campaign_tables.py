@@ -16,7 +16,7 @@ def number(value: float, digits: int) -> str:
     """Return a number with its digits; a dash where it is not known."""
     if np.isnan(value):
         return "-"
-    return f"{value:.{digits}f}" if np.isfinite(value) else "inf"
+    return f"{value:z.{digits}f}" if np.isfinite(value) else "inf"
 
 
 def overview(check: CampaignCheck) -> str:
@@ -30,7 +30,7 @@ def overview(check: CampaignCheck) -> str:
     )
     lines = [
         f"{campaign.title or 'Campaign without a title'} (kind {campaign.kind}): {len(check.runs)} runs, {roles};",
-        f"{np.nansum(durations):.1f} h, one row every {steps}, {rows} rows, {used} of them usable, "
+        f"{np.nansum(durations):z.1f} h, one row every {steps}, {rows} rows, {used} of them usable, "
         f"{len(campaign.sensors)} thermocouples.",
         f"Temperatures and drift count from the first row of "
         f"{'each run' if campaign.zero == 'run' else 'the first run'}.",
@@ -47,13 +47,13 @@ def runs_table(check: CampaignCheck, pretty: bool) -> Table:
     table = framed(pretty, *columns)
     for run, duration in zip(check.runs, hours(check), strict=True):
         empty = not run.record.used
-        heat = "-" if empty else f"{np.nanmin(run.lowest_dT):+.1f} to {np.nanmax(run.highest_dT):+.1f}"
-        drift = "-" if empty else f"{run.drift[0] * 1e6:+.2f} to {run.drift[1] * 1e6:+.2f}"
+        heat = "-" if empty else f"{np.nanmin(run.lowest_dT):+z.1f} to {np.nanmax(run.highest_dT):+z.1f}"
+        drift = "-" if empty else f"{run.drift[0] * 1e6:+z.2f} to {run.drift[1] * 1e6:+z.2f}"
         cells = [run.run.name, run.run.role, number(duration, 2), str(run.record.rows), str(run.record.used),
                  str(run.landings), heat, drift, number(run.drift_noise * 1e6, 3)]  # fmt: skip
         if stroke:
             cells.append(number(run.landing_noise * 1e6, 3))
-            cells.append("-" if run.q is None else f"{run.q[0] * 1e3:.0f} to {run.q[1] * 1e3:.0f}")
+            cells.append("-" if run.q is None else f"{run.q[0] * 1e3:z.0f} to {run.q[1] * 1e3:z.0f}")
         table.add_row(*cells)
     return table
 
@@ -79,7 +79,7 @@ def most_like(sensors: tuple[str, ...], correlation: FloatArray, k: int) -> str:
     if not np.isfinite(others).any():
         return "-"
     best = int(np.nanargmax(np.abs(others)))
-    return f"{sensors[best]} {others[best]:.4f}"
+    return f"{sensors[best]} {others[best]:z.4f}"
 
 
 def ranges_table(check: CampaignCheck, pretty: bool) -> Table:
@@ -87,7 +87,7 @@ def ranges_table(check: CampaignCheck, pretty: bool) -> Table:
     table = framed(pretty, "sensor", *(f"{run.run.name}\ndegC>" for run in check.runs))
     for k, sensor in enumerate(check.campaign.sensors):
         spans = [(run.lowest_degC[k], run.highest_degC[k]) for run in check.runs]
-        table.add_row(sensor, *("-" if np.isnan(low) else f"{low:.1f}-{high:.1f}" for low, high in spans))
+        table.add_row(sensor, *("-" if np.isnan(low) else f"{low:z.1f}-{high:z.1f}" for low, high in spans))
     return table
 
 
@@ -127,9 +127,9 @@ def remarks(check: CampaignCheck) -> str:
     """Return what is to be said of collinearity, cycles and weather."""
     lines = []
     if np.isfinite(check.condition):
-        lines.append(f"All sensors together: condition number {check.condition:.0f} (1: independent, 30: collinear).")
+        lines.append(f"All sensors together: condition number {check.condition:z.0f} (1: independent, 30: collinear).")
     lines += [
-        f"{item.sensor} swings with a period of {item.period / 60.0:.0f} min and +-{item.amplitude:.2f} K in "
+        f"{item.sensor} swings with a period of {item.period / 60.0:z.0f} min and +-{item.amplitude:z.2f} K in "
         f"{item.runs} of {len(check.runs)} runs: {item.cause}."
         for item in cycles(check)
     ]
@@ -137,13 +137,13 @@ def remarks(check: CampaignCheck) -> str:
         (t_low, p_low, h_low), (t_high, p_high, h_high) = check.weather
         compensated = check.campaign.beams is not None and check.campaign.beams.index_compensated
         lines.append(
-            f"Air: {t_low:.1f} to {t_high:.1f} degC, {p_low / 100.0:.1f} to {p_high / 100.0:.1f} hPa, "
-            f"{h_low * 100.0:.0f} to {h_high * 100.0:.0f} %."
+            f"Air: {t_low:z.1f} to {t_high:z.1f} degC, {p_low / 100.0:z.1f} to {p_high / 100.0:z.1f} hPa, "
+            f"{h_low * 100.0:z.0f} to {h_high * 100.0:z.0f} %."
         )
         if np.isfinite(check.weather_effect):
             done = "the laser's electronics took it off" if compensated else "it is taken off by the weather"
             lines.append(
-                f"Without correction for the index of air that span is worth {check.weather_effect * 1e6:.1f} um on "
+                f"Without correction for the index of air that span is worth {check.weather_effect * 1e6:z.1f} um on "
                 f"the longest path; {done}."
             )
     return "\n".join(lines)

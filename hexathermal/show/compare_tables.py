@@ -22,9 +22,9 @@ def differences_table(found: Comparison, pretty: bool) -> Table:
                    "not told apart from", "may stand for")  # fmt: skip
     for one in found.differences:
         name = f"{one.name} {one.target}".strip()
-        same = ", ".join(f"{other} ({value:.2f})" for other, value in one.equivalent) or "-"
+        same = ", ".join(f"{other} ({value:z.2f})" for other, value in one.equivalent) or "-"
         better = f"{one.runs_better[0]} of {one.runs_better[1]}" if one.runs_better[1] else "-"
-        table.add_row(name, f"{one.value:.3f}", f"{one.low:.3f} to {one.high:.3f}", f"{one.probability:.3f}", better,
+        table.add_row(name, f"{one.value:z.3f}", f"{one.low:z.3f} to {one.high:z.3f}", f"{one.probability:.3f}", better,
                       same, one.meaning)  # fmt: skip
     return table
 
@@ -39,9 +39,9 @@ def scores_table(found: Comparison, pretty: bool) -> Table:
         gain = one.reduction
         same = not found.differences
         table.add_row(
-            one.channel, one.part or "-", "-" if one.position is None else f"{one.position * 1e3:.1f}", unit,
-            *(f"{value * factor:.3f}" for value in numbers), "-" if same else f"{100.0 * gain.value:.0f} %",
-            "-" if same else f"{100.0 * gain.low:.0f} to {100.0 * gain.high:.0f} %",
+            one.channel, one.part or "-", "-" if one.position is None else f"{one.position * 1e3:z.1f}", unit,
+            *(f"{value * factor:z.3f}" for value in numbers), "-" if same else f"{100.0 * gain.value:z.0f} %",
+            "-" if same else f"{100.0 * gain.low:z.0f} to {100.0 * gain.high:z.0f} %",
         )  # fmt: skip
     return table
 
@@ -54,7 +54,7 @@ def parameters_table(found: Comparison, pretty: bool) -> Table:
         if one.target and not one.named and not -1.0 < one.log_evidence:
             continue
         alike = ", ".join(name for name, _value in one.alike) or "-"
-        table.add_row(f"{one.name} {one.target}".strip(), f"{one.value:.3f}", f"{one.low:.3f} to {one.high:.3f}",
+        table.add_row(f"{one.name} {one.target}".strip(), f"{one.value:z.3f}", f"{one.low:z.3f} to {one.high:z.3f}",
                       "yes" if one.named else "", limit_words(one), alike)  # fmt: skip
     return table
 
@@ -62,10 +62,10 @@ def parameters_table(found: Comparison, pretty: bool) -> Table:
 def limit_words(one: ParameterFound) -> str:
     """Return from where on a number would have been named."""
     if one.target:
-        return f"above {one.limit_high:.2f}"
+        return f"above {one.limit_high:z.2f}"
     if one.limit_low <= 0.0 or not np.isfinite(one.limit_high):
         return "never by these data"
-    return f"below {one.limit_low:.2f} or above {one.limit_high:.2f}"
+    return f"below {one.limit_low:z.2f} or above {one.limit_high:z.2f}"
 
 
 def scale_of(one: ChannelScore) -> tuple[float, str]:

@@ -67,15 +67,26 @@ h2,h3,h2+p{break-after:avoid}figure,tr,.card,.note{break-inside:avoid}
 """The page's style: one column, the reader's colour scheme, paper."""
 
 
+LETTERS = (
+    (r"(?<!-)\bu(m|rad)\b", r"µ\1"),
+    (r"\bK\^2\b", "K²"),
+    (r"(?<![-\w])degC\b", "°C"),
+    (r"\+-(?=\s?\d)", "±"),
+)
+"""What words written for a terminal become where people read."""
+
+
 def text(words: str) -> str:
     """Return words as they stand on a page: escaped, with the letters that a plain terminal lacks.
 
     Examples
     --------
-    >>> text("0.2 um < 1 um/m/K")
-    '0.2 µm &lt; 1 µm/m/K'
+    >>> text("0.2 um < 1 um/m/K"), text("21 degC +-0.09 K: column T1_degC")
+    ('0.2 µm &lt; 1 µm/m/K', '21 °C ±0.09 K: column T1_degC')
     """
-    return html.escape(re.sub(r"\bK\^2\b", "K²", re.sub(r"\bu(m|rad)\b", r"µ\1", words)))
+    for pattern, letters in LETTERS:
+        words = re.sub(pattern, letters, words)
+    return html.escape(words)
 
 
 def paragraph(words: str, kind: str = "") -> str:

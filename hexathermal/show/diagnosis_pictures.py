@@ -6,7 +6,6 @@ dark schemes sets anew. Letters are drawn as curves, so that a page looks alike 
 
 from __future__ import annotations
 
-import base64
 import html
 import io
 import re
@@ -16,6 +15,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from hexathermal.show.figures import BLACK, BLUE, GREEN, GREY, PURPLE, STYLE, VERMILION, draw
+from hexathermal.show.svg_size import compact_svg, svg_address
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -72,10 +72,10 @@ class Picture:
     def drawn(self, png: Path) -> str:
         """Write the picture as PNG and return it as a figure of a page, with both widths inside."""
         figure = self.drawing(WIDE_IN)
-        wide = _uri(themed_svg(figure, self.name))
+        wide = svg_address(compact_svg(themed_svg(figure, self.name)))
         figure.set_layout_engine("none")  # as it stands: laid out once
         draw(figure, png, "png")
-        narrow = _uri(themed_svg(self.drawing(NARROW_IN), self.name))
+        narrow = svg_address(compact_svg(themed_svg(self.drawing(NARROW_IN), self.name)))
         return (
             f'<figure id="{self.name}"><picture><source media="(max-width: 40rem)" srcset="{narrow}">'
             f'<img src="{wide}" alt="{html.escape(self.alt, quote=True)}"></picture>'
@@ -122,8 +122,3 @@ def _smaller(text: str) -> str:
     short = re.compile(r"-?\d+\.\d{3,}")
     return re.sub(r'(?<= )(?:d|x|y)="[^"]*"',
                   lambda part: short.sub(lambda number: f"{float(number[0]):.2f}", part[0]), text)  # fmt: skip
-
-
-def _uri(svg: str) -> str:
-    """Return an SVG text as an address that holds it."""
-    return f"data:image/svg+xml;base64,{base64.b64encode(svg.encode()).decode()}"

@@ -30,7 +30,7 @@ def ranking_table(found: Diagnosis, pretty: bool) -> Table:
     )
     for k, one in enumerate(found.candidates):
         named = "yes" if k < len(found.effects) else ""
-        table.add_row(one.cause, named, one.target or "-", visible_words(found, k), f"{one.evidence:.1f}",
+        table.add_row(one.cause, named, one.target or "-", visible_words(found, k), f"{one.evidence:z.1f}",
                       probability(one.probability), settings_words(one.settings) or "-")  # fmt: skip
     return table
 
@@ -51,7 +51,7 @@ def probability(value: float) -> str:
     >>> probability(0.99999), probability(0.974), probability(0.0001)
     ('>0.999', '0.974', '<0.001')
     """
-    return ">0.999" if value > 0.999 else "<0.001" if value < 0.001 else f"{value:.3f}"
+    return ">0.999" if value > 0.999 else "<0.001" if value < 0.001 else f"{value:z.3f}"
 
 
 def effects_table(found: Diagnosis, pretty: bool) -> Table:
@@ -79,7 +79,7 @@ def confusions_table(found: Diagnosis, pretty: bool) -> Table:
     """Return the pairs of causes that this campaign would confuse."""
     table = framed(pretty, "these data confuse", "with", "evidence apart\nlog>", "told apart")
     for one in found.confusions:
-        table.add_row(*one.causes, f"{max(one.separation, 0.0):.1f}", how_apart(one.separation))
+        table.add_row(*one.causes, f"{max(one.separation, 0.0):z.1f}", how_apart(one.separation))
     return table
 
 
@@ -88,7 +88,7 @@ def experiments_table(found: Diagnosis, pretty: bool) -> Table:
     table = framed(pretty, "next", "experiment", "tells apart", "promised\nlog>", "odds")
     for k, one in enumerate(found.experiments):
         table.add_row(
-            f"{k + 1}", one.words, ", ".join(dict.fromkeys(one.causes)), f"{one.separation:.1f}", odds(one.separation)
+            f"{k + 1}", one.words, ", ".join(dict.fromkeys(one.causes)), f"{one.separation:z.1f}", odds(one.separation)
         )
     return table
 
@@ -97,7 +97,7 @@ def noise_table(found: Diagnosis, pretty: bool) -> Table:
     """Return the noise that is left in the end."""
     table = framed(pretty, "noise", "standard deviation\num>", "what it is")
     for name, value, words in noise_rows(found):
-        table.add_row(name, f"{value * 1e6:.3f}", words)
+        table.add_row(name, f"{value * 1e6:z.3f}", words)
     return table
 
 

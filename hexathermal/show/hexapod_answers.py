@@ -263,9 +263,9 @@ def _identified(campaign: Campaign, found: HexapodIdentification) -> str:
         f"{''.join(f', {part}' for part, have in zip(PLATES, rows.recorded_plates, strict=True) if have)}.",
         f"Chosen: {'one law for all legs' if found.chosen == 'common' else found.chosen + ' laws'} - {found.reason}.",
         f"Noise of the measured coordinates ({'as given' if found.noise_given else 'found in the residuals'}): "
-        f"x y z {', '.join(f'{value:.2f}' for value in noise[:3])} um, "
-        f"rx ry rz {', '.join(f'{value:.2f}' for value in noise[3:])} urad"
-        f"{f'; {found.leg_noise * 1e6:.2f} um more in each leg' if found.leg_noise else ''}.",
+        f"x y z {', '.join(f'{value:z.2f}' for value in noise[:3])} um, "
+        f"rx ry rz {', '.join(f'{value:z.2f}' for value in noise[3:])} urad"
+        f"{f'; {found.leg_noise * 1e6:z.2f} um more in each leg' if found.leg_noise else ''}.",
     ]
     return "\n".join([*lines, *(f"note: {note}" for note in found.notes)])
 
@@ -292,7 +292,7 @@ def _identification_report(
         files += save_both(observability_figure(seen), part, "observability")
         if design is not None:
             lines = ["x_mm,y_mm,z_mm,rx_deg,ry_deg,rz_deg"]
-            lines += [",".join(f"{value:.4f}" for value in pose) for pose in design.coordinates]
+            lines += [",".join(f"{value:z.4f}" for value in pose) for pose in design.coordinates]
             files.append(part / "poses.csv")
             files[-1].write_text("\n".join(lines) + "\n", encoding="utf-8")
         files.append(part / "identification.json")
@@ -344,14 +344,14 @@ def _validated(found: HexapodValidation, notes: list[str]) -> str:
         one, verdict = found.total[name], found.verdict[name]
         what = f"{'the law ' if verdict.name in ('BETTER', 'WORSE') else ''}{verdict.value}"
         lines.append(
-            f"Verdict on {name}: {what}; RMS {one.before.value * 1e6:.2f} -> {one.after.value * 1e6:.2f} {unit}, "
-            f"largest {one.largest_before * 1e6:.2f} -> {one.largest_after * 1e6:.2f} {unit}."
+            f"Verdict on {name}: {what}; RMS {one.before.value * 1e6:z.2f} -> {one.after.value * 1e6:z.2f} {unit}, "
+            f"largest {one.largest_before * 1e6:z.2f} -> {one.largest_after * 1e6:z.2f} {unit}."
         )
     (near, turned), (left, turn) = found.framed_before, found.framed
     lines.append(
         "Without each run's mean motion (frame of the positioning system, a calibration at other temperatures than the "
-        f"zero, offsets that are not heat): RMS {near * 1e6:.2f} -> {left * 1e6:.2f} um and {turned * 1e6:.2f} -> "
-        f"{turn * 1e6:.2f} urad."
+        f"zero, offsets that are not heat): RMS {near * 1e6:z.2f} -> {left * 1e6:z.2f} um and {turned * 1e6:z.2f} -> "
+        f"{turn * 1e6:z.2f} urad."
     )
     return "\n".join([*lines, *(f"note: {note}" for note in notes)])
 

@@ -33,8 +33,8 @@ def hexapod_laws_table(found: HexapodIdentification, pretty: bool) -> Table:
         value = fit.theta[k] * 1e6
         runs = fit.by_runs[k] * 1e6
         half = FACTOR * u[k]
-        table.add_row(word, f"{value:.4f}", f"{u[k]:.4f}", f"{value - half:.4f} to {value + half:.4f}",
-                      f"{fit.by_rows[k] * 1e6:.4f}", f"{runs:.4f}" if np.isfinite(runs) else "-")  # fmt: skip
+        table.add_row(word, f"{value:z.4f}", f"{u[k]:z.4f}", f"{value - half:z.4f} to {value + half:z.4f}",
+                      f"{fit.by_rows[k] * 1e6:z.4f}", f"{runs:z.4f}" if np.isfinite(runs) else "-")  # fmt: skip
     if not fit.model.words:
         table.add_row("none is free: laws as given", "", "", "", "", "")
     return table
@@ -46,11 +46,11 @@ def kinds_table(found: HexapodIdentification, pretty: bool) -> Table:
                    "fitted:\ntranslation um>", "rotation\nurad>", "weighted RMS\nleft out>")  # fmt: skip
     for name, fit in found.fits.items():
         free = sum(not word.startswith("frame ") for word in fit.model.words)
-        pairs = [f"{value * 1e6:.3f}" if np.isfinite(value) else "-"
+        pairs = [f"{value * 1e6:z.3f}" if np.isfinite(value) else "-"
                  for pair in (found.left_out_rmse[name], found.fit_rmse[name]) for value in pair]  # fmt: skip
         weights = np.array([run.freedom for run in found.equations.runs])
         known = np.isfinite(fit.left_out).all()
-        weighted = f"{np.sqrt(weights @ fit.left_out / weights.sum()):.3f}" if known else "-"
+        weighted = f"{np.sqrt(weights @ fit.left_out / weights.sum()):z.3f}" if known else "-"
         table.add_row(name, "yes" if name == found.chosen else "", str(free), *pairs, weighted)
     return table
 
@@ -71,7 +71,7 @@ def design_table(found: PoseDesign, pretty: bool) -> Table:
     """Return what designed poses gain over random ones."""
     table = framed(pretty, "coefficient", "proposed poses\num/m/K>", "random poses\num/m/K>", "ratio>")
     for word, u, random in zip(found.words, found.uncertainty, found.random, strict=True):
-        table.add_row(word, f"{u * 1e6:.4f}", f"{random * 1e6:.4f}", f"{u / random:.2f}")
+        table.add_row(word, f"{u * 1e6:z.4f}", f"{random * 1e6:z.4f}", f"{u / random:z.2f}")
     return table
 
 
@@ -83,9 +83,9 @@ def hexapod_validation_table(found: HexapodValidation, pretty: bool) -> Table:
     def row(run: str, name: str, one: PoseScore) -> None:
         """Add a quantity."""
         part = one.reduction
-        table.add_row(run, name, f"{one.before.value * 1e6:.2f}", f"{one.after.value * 1e6:.2f}",
-                      _interval(one.after, 1e6, 2), f"{one.largest_before * 1e6:.2f}",
-                      f"{one.largest_after * 1e6:.2f}", f"{100.0 * part.value:.1f} %",
+        table.add_row(run, name, f"{one.before.value * 1e6:z.2f}", f"{one.after.value * 1e6:z.2f}",
+                      _interval(one.after, 1e6, 2), f"{one.largest_before * 1e6:z.2f}",
+                      f"{one.largest_after * 1e6:z.2f}", f"{100.0 * part.value:z.1f} %",
                       f"{_interval(part, 100.0, 1)} %", unit_of(name))  # fmt: skip
 
     some = 0 < len(found.fitted) < len(found.runs)
@@ -101,7 +101,7 @@ def _interval(one: Figure, scale: float, digits: int) -> str:
     """Return an interval in words; a dash where there are too few rows for one."""
     if not np.isfinite(one.low) or not np.isfinite(one.high):
         return "-"
-    return f"{one.low * scale:.{digits}f} to {one.high * scale:.{digits}f}"
+    return f"{one.low * scale:z.{digits}f} to {one.high * scale:z.{digits}f}"
 
 
 def unit_of(quantity: str) -> str:

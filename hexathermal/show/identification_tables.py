@@ -23,12 +23,12 @@ SHOWN_SETS = 6
 
 def _um(value: float, digits: int = 3) -> str:
     """Return metres as micrometres."""
-    return f"{value * 1e6:.{digits}f}" if np.isfinite(value) else "-"
+    return f"{value * 1e6:z.{digits}f}" if np.isfinite(value) else "-"
 
 
 def _part(value: float) -> str:
     """Return a part in percent."""
-    return f"{100.0 * value:.1f} %" if np.isfinite(value) else "-"
+    return f"{100.0 * value:z.1f} %" if np.isfinite(value) else "-"
 
 
 def coefficient_rows(law: IdentifiedLaw) -> list[tuple[str, float, float, str]]:
@@ -46,8 +46,8 @@ def law_table(found: Identification, pretty: bool) -> Table:
                    "robust>", "unit")  # fmt: skip
     fit = found.fit
     for k, (name, value, u, unit) in enumerate(coefficient_rows(found.law)):
-        table.add_row(name, f"{value:.4f}", f"{u:.4f}", f"{value - 1.96 * u:.4f} to {value + 1.96 * u:.4f}",
-                      f"{fit.least_squares[k] * 1e6:.4f}", f"{fit.robust[k] * 1e6:.4f}", unit)  # fmt: skip
+        table.add_row(name, f"{value:z.4f}", f"{u:z.4f}", f"{value - 1.96 * u:z.4f} to {value + 1.96 * u:z.4f}",
+                      f"{fit.least_squares[k] * 1e6:z.4f}", f"{fit.robust[k] * 1e6:z.4f}", unit)  # fmt: skip
     return table
 
 
@@ -68,7 +68,7 @@ def sets_table(found: Identification, pretty: bool) -> Table:
         table.add_row(
             " + ".join(ranked.names[k]), "yes" if k == found.chosen else "", _um(ranked.fit.rmse[k]),
             _um(ranked.left_out.rmse[k]), _um(ranked.left_out.linf[k], 2), _part(judged.mean_reduction[k]),
-            _part(judged.largest_reduction[k]), f"{ranked.condition[k]:.1f}",
+            _part(judged.largest_reduction[k]), f"{ranked.condition[k]:z.1f}",
         )  # fmt: skip
     return table
 

@@ -41,7 +41,7 @@ def ranking_rows(found: MachineDiagnosis) -> list[tuple[str, ...]]:
         effect = found.effects[k] if k < len(found.effects) else None
         size = (amplitude(effect), amplitude(effect, rotation=True)) if effect is not None else ("-", "-")
         chance = one.probability if effect is None else effect.probability
-        rows.append((one.cause, one.target or "-", *size, f"{one.strength:.3f}", f"{one.evidence:.1f}",
+        rows.append((one.cause, one.target or "-", *size, f"{one.strength:z.3f}", f"{one.evidence:z.1f}",
                      probability(chance), settings_words(one.settings) or "-"))  # fmt: skip
     return rows
 
@@ -94,7 +94,7 @@ def promises_table(plan: MachineExperiment, pretty: bool) -> Table:
     """Return by how much log evidence a plan tells names apart."""
     table = framed(pretty, "if true", "told from", "without it\nlog>", "with it\nlog>", "then")
     for one in plan.promises:
-        table.add_row(one.true, one.rival, f"{one.before:.1f}", f"{one.after:.1f}", apart(one.after))
+        table.add_row(one.true, one.rival, f"{one.before:z.1f}", f"{one.after:z.1f}", apart(one.after))
     return table
 
 
@@ -114,7 +114,7 @@ def poses_table(plan: MachineExperiment, pretty: bool) -> Table:
     units = ("mm",) * 3 + ("deg",) * 3
     table = framed(pretty, "pose>", "run", *(f"{axis}\n{unit}>" for axis, unit in zip(AXES, units, strict=True)))
     for k, pose in enumerate(plan.coordinates[:MOST_POSES]):
-        table.add_row(f"{k + 1}", plan.view.runs[int(plan.view.run[k])], *(f"{value:.3f}" for value in pose))
+        table.add_row(f"{k + 1}", plan.view.runs[int(plan.view.run[k])], *(f"{value:z.3f}" for value in pose))
     return table
 
 

@@ -16,6 +16,10 @@ OUTPUTS = ("out", "json", "report", "plots", "netcdf", "truth", "junit", "extend
 OWN_FOLDERS = ("campaign.toml", "hexapod.toml")
 """A folder with one of these files is one thing: nothing is written into it."""
 
+CAMPAIGN = OWN_FOLDERS[0]
+MAKING = ("out",)
+"""Options that may name a campaign itself: a command that makes one puts it there."""
+
 
 def protect(arguments: argparse.Namespace) -> None:
     """Refuse results that would replace a file that is read, or go into a folder that is read.
@@ -23,8 +27,8 @@ def protect(arguments: argparse.Namespace) -> None:
     Raises
     ------
     ArgumentError
-        A result has the name of a file that is read, or lies inside a campaign or a machine that is read; or the file
-        of ``--json`` exists and is no earlier answer.
+        A result has the name of a file that is read, or lies inside a campaign or a machine that is read, or inside any
+        other campaign; or the file of ``--json`` exists and is no earlier answer.
     """
     given = {name: list(_paths(value)) for name, value in vars(arguments).items()}
     read = [path for name, paths in given.items() if name not in OUTPUTS for path in paths if path.exists()]
@@ -32,6 +36,7 @@ def protect(arguments: argparse.Namespace) -> None:
         for path in given.get(name, []):
             if str(path) != "-":
                 _check(f"--{name}", path, read)
+                _check_campaigns(name, path)
     if given.get("json") and not getattr(arguments, "force", False):
         _check_answer(given["json"][0])
 
@@ -57,6 +62,18 @@ def _check(option: str, path: Path, read: list[Path]) -> None:
             continue
         if target == folder or folder in target.parents:
             raise ArgumentError(f"{option} {path} lies inside {folder.name}, which is read; give another place")
+
+
+def _check_campaigns(option: str, path: Path) -> None:
+    """Refuse a result inside a folder of measurements, also where nothing of it is read."""
+    target = path.resolve()
+    around = target.parents if option in MAKING else (target, *target.parents)
+    folder = next((one for one in around if (one / CAMPAIGN).is_file()), None)
+    if folder is not None:
+        raise ArgumentError(
+            f"--{option} {path} lies inside {folder.name}, which holds {CAMPAIGN}: measurements stay as they are; give "
+            f"a place outside of {folder}"
+        )
 
 
 def _check_answer(path: Path) -> None:

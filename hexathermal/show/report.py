@@ -124,8 +124,8 @@ def read_json(file: Path) -> dict[str, Any]:
     told = found.get("format") if isinstance(found, dict) else None
     if told not in FORMATS:
         raise FileFormatError(str(file), (Problem(1, 1, (
-            f"the format is {told!r}; a report is made of {' or '.join(FORMATS)}: what 'budget --json' or "
-            "'diagnose --json' writes"
+            f"{'it names no format' if told is None else f'the format is {told!r}'}; a report is made of "
+            f"{' or '.join(FORMATS)}: what 'budget --json' or 'diagnose --json' writes"
         )),))  # fmt: skip
     answer: dict[str, Any] = found
     return answer

@@ -164,7 +164,7 @@ def _places(kind: str, columns: Sequence[str], rows: Sequence[Sequence[Any]], wo
     at = list(columns).index("refused")
     refused = tuple(dict.fromkeys(str(row[at]) for row in rows if row[at]))
     words = tuple(
-        f"Worst {name}: {one.get('worst_case_um', one.get('worst_case_urad')):.3f} "
+        f"Worst {name}: {one.get('worst_case_um', one.get('worst_case_urad')):z.3f} "
         f"{'um' if name == 'shift' else 'urad'} at {one['place']}: {one['reason']}."
         for name, one in worst.items()
     )
@@ -203,14 +203,14 @@ def budget_report(found: WrittenBudget, place: Path) -> Report:
                    for name in ("drift, uncorrected", "bias that remains"))  # fmt: skip
     kept = "bias that remains" in found.biases
     finding = (
-        f"The warm machine is off by {drift:.2f} um in shift"
-        + (f"; correction leaves {left:.2f} um of it" if kept else "")
-        + f", known to {shift:.2f} um (standard uncertainty), mostly by {top}."
+        f"The warm machine is off by {drift:z.2f} um in shift"
+        + (f"; correction leaves {left:z.2f} um of it" if kept else "")
+        + f", known to {shift:z.2f} um (standard uncertainty), mostly by {top}."
     )
     pairs = [
-        ("Drift, uncorrected", f"{drift:.2f} µm", "length of the shift"),
-        *([("Bias that remains", f"{left:.2f} µm", "length of the shift")] if kept else []),
-        ("Standard uncertainty", f"{shift:.2f} µm", f"{turn:.2f} µrad in turn; roots of the sums of squares"),
+        ("Drift, uncorrected", f"{drift:z.2f} µm", "length of the shift"),
+        *([("Bias that remains", f"{left:z.2f} µm", "length of the shift")] if kept else []),
+        ("Standard uncertainty", f"{shift:z.2f} µm", f"{turn:z.2f} µrad in turn; roots of the sums of squares"),
         ("Largest contribution", top, f"{len(found.sources)} sources"),
     ]
     sections = [_balance(found), _contributions(found), *(_along(one) for one in found.places)]
@@ -227,7 +227,7 @@ def budget_report(found: WrittenBudget, place: Path) -> Report:
 
 def _cells(values: FloatArray) -> list[str]:
     """Return six numbers; a negative zero loses its sign."""
-    return [f"{value:.3f}".replace("-0.000", "0.000") for value in values]
+    return [f"{value:z.3f}".replace("-0.000", "0.000") for value in values]
 
 
 def _balance(found: WrittenBudget) -> Section:
@@ -275,7 +275,7 @@ def _along(places: Places) -> Section:
             known = places.size(key, unit)
             known = known[np.isfinite(known)]
             cells = (known.min(), np.median(known), known.max()) if known.size else (np.nan,) * 3
-            rows.append((f"{name}, {what}", *(f"{value:.3f}" for value in cells), unit))
+            rows.append((f"{name}, {what}", *(f"{value:z.3f}" for value in cells), unit))
     parts.append(table("Over all places", ("quantity", "smallest>", "median>", "largest>", "unit"), rows))
     if reached:
         parts += places_charts(places)

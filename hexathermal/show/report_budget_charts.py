@@ -11,7 +11,8 @@ from hexathermal.poses import FloatArray
 from hexathermal.predict.budget import AXES
 from hexathermal.show.budget_figures import COLOURS, OTHERS, SHOWN
 from hexathermal.show.figures import BLACK, BLUE, GREEN, GREY, PURPLE, VERMILION
-from hexathermal.show.report_chart import Bars, Cells, Chart, Curve, Panel, kept_of, thinned_words
+from hexathermal.show.report_chart import Bars, Cells, Chart, Curve, Panel
+from hexathermal.show.report_thinning import MOST_POINTS, kept_of, thinned_words
 
 COORDINATES = {"x_mm": "mm", "y_mm": "mm", "z_mm": "mm", "rx_deg": "°", "ry_deg": "°", "rz_deg": "°"}
 PANELS = (("Shift of the point", "um", "µm", slice(0, 3)), ("Turn of the platform", "urad", "µrad", slice(3, 6)))
@@ -108,7 +109,8 @@ def _curves(places: Mapped, moved: list[str]) -> Chart:
         x, name, unit = columns[moved[0]], moved[0].rpartition("_")[0], COORDINATES[moved[0]]
     else:
         x, name, unit = np.arange(1.0, len(columns["x_mm"]) + 1.0), "place", ""
-    rows = kept_of(len(x))
+    drawn = [np.stack([places.size(what, own) for what, *_look in FOUR], axis=1) for _title, own, *_unit in PANELS]
+    rows = kept_of(len(x), MOST_POINTS, *drawn)
     sensors = [column for column in columns if column.endswith("_degC")]
     panels, words = [], []
     heat = [columns[column] for column in sensors]
@@ -124,5 +126,5 @@ def _curves(places: Mapped, moved: list[str]) -> Chart:
     return Chart(
         places.kind, {"map": "Over the grid", "path": "Along the path", "day": "Over the day"}[places.kind],
         f"Drift, bias, uncertainty and worst case of {len(x)} places against {name}: {'; '.join(words)}.",
-        f"Worst case: |bias| + expanded uncertainty.{thinned_words(len(x))}", tuple(panels), shared=True,
+        f"Worst case: |bias| + expanded uncertainty.{thinned_words(len(rows), len(x))}", tuple(panels), shared=True,
     )  # fmt: skip

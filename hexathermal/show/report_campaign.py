@@ -99,14 +99,14 @@ def _finding(check: CampaignCheck, proof: Validation | None, law: IdentifiedLaw 
     """Return the sentence that stands first."""
     largest = max((max(map(abs, run.drift)) for run in check.runs if run.record.used), default=0.0) * 1e6
     if proof is None or law is None:
-        return f"The measured drift reaches {largest:.2f} µm; how much of it a law foretells is not known."
+        return f"The measured drift reaches {largest:z.2f} µm; how much of it a law foretells is not known."
     total = proof.total
     which, verdict = " + ".join(law.sensors), proof.verdict
     told = f"the law of {which} {verdict.value}" if verdict.name in ("BETTER", "WORSE") else \
         f"law of {which}, {verdict.value}"  # fmt: skip
     return (
-        f"On runs for validation, {told}: the drift reaches {total.drift_largest * 1e6:.2f} µm, what is left of it at "
-        f"most {total.linf.value * 1e6:.2f} µm."
+        f"On runs for validation, {told}: the drift reaches {total.drift_largest * 1e6:z.2f} µm, what is left of it at "
+        f"most {total.linf.value * 1e6:z.2f} µm."
     )
 
 
@@ -117,7 +117,7 @@ def _pairs(check: CampaignCheck, proof: Validation | None) -> tuple[tuple[str, s
     roles = ", ".join(f"{len(campaign.runs_of(role))} for {role}" for role in ("identification", "validation"))
     pairs = [
         ("Runs", str(len(check.runs)), roles),
-        ("Duration", f"{np.nansum(hours(check)):.1f} h", f"{used} of {rows} rows usable"),
+        ("Duration", f"{np.nansum(hours(check)):z.1f} h", f"{used} of {rows} rows usable"),
         ("Thermocouples", str(len(campaign.sensors)), "condition number "
          f"{campaign_tables.number(check.condition, 0)}"),
     ]  # fmt: skip
@@ -125,11 +125,11 @@ def _pairs(check: CampaignCheck, proof: Validation | None) -> tuple[tuple[str, s
         total = proof.total
         mean, less = total.mean_reduction, total.rmse
         pairs += [
-            ("RMSE, for validation", f"{total.drift_rms * 1e6:.2f} → {less.value * 1e6:.3f} µm",
-             f"95 %: {less.low * 1e6:.3f} to {less.high * 1e6:.3f} µm"),
-            ("Mean drift less by", f"{100.0 * mean.value:.1f} %",
-             f"95 %: {100.0 * mean.low:.1f} to {100.0 * mean.high:.1f} %"),
-            ("Inside 95 % interval", f"{100.0 * proof.coverage:.1f} %", f"of {proof.rows} rows"),
+            ("RMSE, for validation", f"{total.drift_rms * 1e6:z.2f} → {less.value * 1e6:z.3f} µm",
+             f"95 %: {less.low * 1e6:z.3f} to {less.high * 1e6:z.3f} µm"),
+            ("Mean drift less by", f"{100.0 * mean.value:z.1f} %",
+             f"95 %: {100.0 * mean.low:z.1f} to {100.0 * mean.high:z.1f} %"),
+            ("Inside 95 % interval", f"{100.0 * proof.coverage:z.1f} %", f"of {proof.rows} rows"),
         ]  # fmt: skip
     return tuple(pairs)
 
@@ -142,8 +142,6 @@ def text_lines(words: str) -> str:
 def _measured(check: CampaignCheck) -> Section:
     """Return what was measured."""
     campaign = check.campaign
-    rows = [(item.name, item.part or "-", "-" if item.position is None else f"{item.position * 1e3:g}")
-            for item in campaign.thermocouples]  # fmt: skip
     parts = [paragraph(campaign_tables.overview(check).replace("\n", " "))]
     if campaign.leg is not None:
         low, high = (value * 1e3 for value in campaign.leg.stroke)
@@ -162,11 +160,26 @@ def _measured(check: CampaignCheck) -> Section:
             one.name + (f", {one.description}" if one.description else "") for one in campaign.inputs
         ) + "."))  # fmt: skip
     parts.append(from_table(campaign_tables.runs_table(check, False), "Runs"))
-    if rows:
-        parts.append(table("Thermocouples", ("name", "part", "along the leg, mm>"), rows))
+    if campaign.thermocouples:
+        parts.append(_thermocouples(campaign))
     first = next((run for run in check.runs if run.run.role == "identification"), check.runs[0])
     scenario = charts.scenario_chart(first)
     return Section("measured", "Measured", "What was measured", (*parts, *([] if scenario is None else [scenario])))
+
+
+def _thermocouples(campaign: Campaign) -> str:
+    """Return what is known of the thermocouples: a table, or their names alone where nothing else is said."""
+    sensors = campaign.thermocouples
+    columns = [("name", [item.name for item in sensors])]
+    if any(item.part for item in sensors):
+        columns.append(("part", [item.part or "-" for item in sensors]))
+    if any(item.position is not None for item in sensors):
+        places = ["-" if item.position is None else f"{item.position * 1e3:g}" for item in sensors]
+        columns.append(("along the leg, mm>", places))
+    heads, cells = zip(*columns, strict=True)
+    if len(columns) == 1:
+        return paragraph(f"Thermocouples: {', '.join(cells[0])}; the campaign does not say where they sit.")
+    return table("Thermocouples", heads, list(zip(*cells, strict=True)))
 
 
 def _runs(check: CampaignCheck) -> Section:
@@ -221,7 +234,7 @@ def _law(law: IdentifiedLaw, found: Identification | None, given: bool) -> Secti
     )
     causes = dict.fromkeys([term.cause for term in law.terms] + [one.cause for one in law.repairs])
     more = f" It is extended by {', '.join(causes)}." if causes else ""
-    rows = [(name, f"{value:.4f}", f"{u:.4f}", f"{value - 1.96 * u:.4f} to {value + 1.96 * u:.4f}", unit)
+    rows = [(name, f"{value:z.4f}", f"{u:z.4f}", f"{value - 1.96 * u:z.4f} to {value + 1.96 * u:z.4f}", unit)
             for name, value, u, unit in identification_tables.coefficient_rows(law)]  # fmt: skip
     parts = [
         paragraph(f"{whose}: drift = {form} over {', '.join(law.sensors)}.{more}"),
@@ -232,8 +245,8 @@ def _law(law: IdentifiedLaw, found: Identification | None, given: bool) -> Secti
         if found.check is not None:
             like = ", ".join(found.check.like) or "no common material"
             parts.append(paragraph(
-                f"Effective expansion of the fixed part: {found.check.expansion * 1e6:.2f} ± "
-                f"{1.96 * found.check.expansion_uncertainty * 1e6:.2f} um/m/K (95 %), like {like}."
+                f"Effective expansion of the fixed part: {found.check.expansion * 1e6:z.2f} ± "
+                f"{1.96 * found.check.expansion_uncertainty * 1e6:z.2f} um/m/K (95 %), like {like}."
             ))  # fmt: skip
     return Section("law", "The law", "The law, with its uncertainty", tuple(parts))
 

@@ -23,18 +23,9 @@ from hexathermal.show import campaign_figures as drawn
 from hexathermal.show import identification_figures as paper
 from hexathermal.show.figures import BLACK, BLUE, GREEN, PURPLE, VERMILION
 from hexathermal.show.identification_tables import matrix_of
-from hexathermal.show.report_chart import (
-    MOST_POINTS,
-    Bars,
-    Cells,
-    Chart,
-    Curve,
-    Panel,
-    file_name,
-    kept_of,
-    thinned_words,
-)
+from hexathermal.show.report_chart import Bars, Cells, Chart, Curve, Panel, file_name
 from hexathermal.show.report_live import span_of
+from hexathermal.show.report_thinning import MOST_POINTS, Rows, kept_of, thinned_words
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -72,9 +63,15 @@ def run_words(name: str) -> str:
 def thinned(run: RunCheck, most: int = MOST_POINTS) -> RunCheck:
     """Return a run whose trace has no more rows than are drawn."""
     one = run.trace
-    rows = kept_of(len(one.time), most)
+    rows = _drawn_rows(one, most)
     q = None if one.q is None else one.q[rows]
     return replace(run, trace=Trace(one.time[rows], one.dT[rows], one.drift[rows], q, one.inputs[rows]))
+
+
+def _drawn_rows(one: Trace, most: int) -> Rows:
+    """Return which rows of a trace are drawn."""
+    inputs = (one.inputs[:, k] for k in range(one.inputs.shape[1]))
+    return kept_of(len(one.time), most, one.dT, one.drift, *([] if one.q is None else [one.q]), *inputs)
 
 
 def _spikes(run: RunCheck, columns: set[str], beside: FloatArray, scale: float) -> tuple[Curve, ...]:
@@ -126,7 +123,8 @@ def run_chart(check: CampaignCheck, run: RunCheck) -> Chart:
         file_name(run_words(name)), f"{run_words(name)} ({run.run.role})",
         f"{run_words(name)}: over {hours[-1]:.1f} hours the thermocouples read {low:.1f} to {high:.1f} °C and the "
         f"measured drift goes from {left:.2f} to {most:.2f} µm.",
-        said + thinned_words(len(run.trace.time)), tuple(panels), lambda: drawn.run_figure(check, shown), True,
+        said + thinned_words(len(hours), len(run.trace.time)), tuple(panels),
+        lambda: drawn.run_figure(check, shown), True,
     )  # fmt: skip
 
 
@@ -146,7 +144,7 @@ def scenario_chart(run: RunCheck) -> Chart | None:
         f"The rod's displacement against time: {len(phases)} phases of movement between {low:.0f} and {high:.0f} mm, "
         "each followed by a rest.",
         f"As figure 4 of the paper: movement heats the leg, rest lets it cool. Settled rows only; a rod that stands "
-        f"for more than {PAUSE_S / 60.0:.0f} minutes rests.{thinned_words(len(run.trace.time))}", (panel,),
+        f"for more than {PAUSE_S / 60.0:.0f} minutes rests.{thinned_words(len(hours), len(run.trace.time))}", (panel,),
     )  # fmt: skip
 
 
@@ -219,7 +217,10 @@ def coverage_chart(check: CampaignCheck) -> Chart | None:
         if traces:
             q = np.concatenate([one.q for one in traces if one.q is not None]) * 1e3
             marks.append(Curve(role, q, np.concatenate([one.dT[:, best] for one in traces]), colour, look))
-    panel = Panel(f"Displacement and dT of {item.sensor}", tuple(marks), "q", "dT", "mm", "K", height=1.6)
+    ends = span_of(np.concatenate([one.x for one in marks])) if marks else (0.0, 1.0)
+    wide = drawn.room_about(ends)
+    panel = Panel(f"Displacement and dT of {item.sensor}", tuple(marks), "q", "dT", "mm", "K", height=1.6,
+                  x_range=None if wide == ends else wide)  # fmt: skip
 
     def still() -> Figure:
         figure = drawn.coverage_figure(thin)
@@ -227,7 +228,7 @@ def coverage_chart(check: CampaignCheck) -> Chart | None:
         return figure
 
     longest = max(len(run.trace.time) for run in check.runs)
-    thinner = f" No more than {MOST_DOTS} rows of a run are drawn, evenly." if longest > MOST_DOTS else ""
+    thinner = f" Of a run {MOST_DOTS} rows are drawn evenly, and what stands out." if longest > MOST_DOTS else ""
     return Chart(
         "coverage", "Where the leg was when it was warm",
         f"Temperature rise of {item.sensor} against the rod's displacement; cosine between the columns of A and B: "
@@ -301,7 +302,7 @@ def _about(values: FloatArray) -> tuple[float, float]:
 
 def validation_chart(found: Validation, whole: RunCurves, law: IdentifiedLaw) -> Chart:
     """Return one run of a validation (paper, fig. 8)."""
-    rows = kept_of(len(whole.time))
+    rows = kept_of(len(whole.time), MOST_POINTS, np.stack([whole.measured, whole.predicted], axis=1), whole.dT)
     q = None if whole.q is None else whole.q[rows]
     curves = RunCurves(whole.run, whole.time[rows], q, *(getattr(whole, name)[rows] for name in (
         "dT", "measured", "predicted", "half_width")))  # fmt: skip
@@ -331,6 +332,6 @@ def validation_chart(found: Validation, whole: RunCurves, law: IdentifiedLaw) ->
         f"{one.linf.value * 1e6:.2f} µm; {100.0 * found.run_coverage[curves.run]:.0f} % of the rows lie inside their "
         "95 % prediction interval.",
         f"As figure 8 of the paper; the run {told}. RMSE {one.rmse.value * 1e6:.3f} µm; the mean residual is "
-        f"{less:.0f} % less than the mean drift.{thinned_words(len(whole.time))}", (top, bottom),
+        f"{less:.0f} % less than the mean drift.{thinned_words(len(rows), len(whole.time))}", (top, bottom),
         lambda: paper.validation_figure(found, curves, law.sensors), True,
     )  # fmt: skip

@@ -1,7 +1,7 @@
 """A figure of a report as numbers: one description for the interactive plot, the still picture and the CSV file.
 
 A `Chart` holds panels under each other; a panel holds curves, bars or a matrix. What is drawn is what the chart holds:
-long curves are thinned before (`thinned`), and the page says so.
+long curves are thinned before (`report_thinning`), and the page says so.
 """
 
 from __future__ import annotations
@@ -14,7 +14,6 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
-import numpy.typing as npt
 
 from hexathermal.machine.thermal import frozen
 from hexathermal.poses import FloatArray
@@ -22,9 +21,6 @@ from hexathermal.show.figures import BLUE
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
-
-MOST_POINTS = 1200
-"""Points of a curve that are drawn."""
 
 DIGITS = 7
 """Significant digits of a number that is drawn."""
@@ -220,26 +216,6 @@ def column_name(words: str, unit: str) -> str:
     name = re.sub(r"[^\w.+-]+", "_", words).strip("_")
     end = UNITS.get(unit, re.sub(r"\W+", "_", unit))
     return "_".join(part for part in (name, end) if part)
-
-
-def kept_of(count: int, most: int = MOST_POINTS) -> npt.NDArray[np.int64]:
-    """Return which of many rows are drawn: every k-th and the last, so that no more than `most` are.
-
-    Examples
-    --------
-    >>> kept_of(5, 3).tolist(), kept_of(3, 3).tolist()
-    ([0, 2, 4], [0, 1, 2])
-    """
-    if count <= most:
-        return np.arange(count)
-    step = -(-(count - 1) // (most - 1))
-    kept = np.arange(0, count, step)
-    return kept if kept[-1] == count - 1 else np.append(kept, count - 1)
-
-
-def thinned_words(count: int, most: int = MOST_POINTS) -> str:
-    """Return what is to be said of a curve that was thinned; nothing where it was not."""
-    return "" if count <= most else f" {len(kept_of(count, most))} of {count} rows are drawn, evenly."
 
 
 @dataclass(frozen=True, eq=False)

@@ -21,8 +21,9 @@ from hexathermal.show.html_tables import from_table
 from hexathermal.show.options import machine
 from hexathermal.show.report_campaign import MOST_RUNS, text_lines
 from hexathermal.show.report_campaign_charts import HOUR_S, collinearity_chart, hex_colour, noise_chart, run_words
-from hexathermal.show.report_chart import Bars, Chart, Curve, Panel, file_name, kept_of, thinned_words
+from hexathermal.show.report_chart import Bars, Chart, Curve, Panel, file_name
 from hexathermal.show.report_page import Report, Section
+from hexathermal.show.report_thinning import MOST_POINTS, kept_of, thinned_words
 
 Progress = Callable[[int, int, str], None]
 LOOKS = (("µm", "shift", slice(0, 3)), ("µrad", "turn", slice(3, 6)))
@@ -94,11 +95,11 @@ def _finding(check: HexapodCheck, proof: HexapodValidation | None) -> str:
     if proof is None:
         shifts = [np.linalg.norm(one.deviation[:, :3], axis=1).max() for one in check.runs if len(one.time)]
         largest = float(max(shifts, default=0.0))
-        return f"The platform was measured up to {largest * 1e6:.2f} µm off its commanded pose."
+        return f"The platform was measured up to {largest * 1e6:z.2f} µm off its commanded pose."
     far, turned = proof.total["translation"], proof.total["rotation"]
     return (
-        f"On runs for validation the machine's law brings the platform's error from {far.before.value * 1e6:.2f} to "
-        f"{far.after.value * 1e6:.2f} µm and from {turned.before.value * 1e6:.2f} to {turned.after.value * 1e6:.2f} "
+        f"On runs for validation the machine's law brings the platform's error from {far.before.value * 1e6:z.2f} to "
+        f"{far.after.value * 1e6:z.2f} µm and from {turned.before.value * 1e6:z.2f} to {turned.after.value * 1e6:z.2f} "
         "µrad (RMS)."
     )
 
@@ -109,13 +110,13 @@ def _pairs(check: HexapodCheck, proof: HexapodValidation | None) -> tuple[tuple[
     roles = ", ".join(f"{len(campaign.runs_of(role))} for {role}" for role in ("identification", "validation"))
     rows, used = sum(one.rows for one in check.runs), sum(len(one.time) for one in check.runs)
     hours = sum(one.clock.duration for one in check.runs) / HOUR_S
-    pairs = [("Runs", str(len(check.runs)), roles), ("Duration", f"{hours:.1f} h", f"{used} of {rows} rows usable"),
+    pairs = [("Runs", str(len(check.runs)), roles), ("Duration", f"{hours:z.1f} h", f"{used} of {rows} rows usable"),
              ("Thermometers", str(len(campaign.sensors)), "on legs and plates")]  # fmt: skip
     if proof is not None:
         for name, unit in (("translation", "µm"), ("rotation", "µrad")):
             one = proof.total[name]
-            pairs.append((f"RMS {name}", f"{one.before.value * 1e6:.2f} → {one.after.value * 1e6:.2f} {unit}",
-                          f"{100.0 * one.reduction.value:.0f} % less, for validation"))  # fmt: skip
+            pairs.append((f"RMS {name}", f"{one.before.value * 1e6:z.2f} → {one.after.value * 1e6:z.2f} {unit}",
+                          f"{100.0 * one.reduction.value:z.0f} % less, for validation"))  # fmt: skip
     return tuple(pairs)
 
 
@@ -136,7 +137,8 @@ def _runs(check: HexapodCheck) -> Section:
 
 def run_chart(check: HexapodCheck, run: HexapodRunCheck) -> Chart:
     """Return one run: temperatures, and shift and turn of the platform off its commanded pose."""
-    rows = kept_of(len(run.time))
+    drawn = [run.heat, *(run.deviation[:, part] for _unit, _what, part in LOOKS)]
+    rows = kept_of(len(run.time), MOST_POINTS, *drawn)
     hours = run.time[rows] / HOUR_S
     looks = {"-": "line", "--": "dashed", "-.": "dashdot", ":": "dotted"}
     sensors = check.campaign.thermocouples
@@ -152,13 +154,14 @@ def run_chart(check: HexapodCheck, run: HexapodRunCheck) -> Chart:
         curves = tuple(Curve(axis, *campaign_figures.broken(hours, values[:, k]), COLOURS[k],
                              ("line", "dashed", "dotted")[k]) for k, axis in enumerate(AXES[part]))  # fmt: skip
         panels.append(Panel(f"{what.capitalize()} off the commanded pose", curves, "time", what, "h", unit))
-        words.append(f"{what} up to {float(np.linalg.norm(run.deviation[:, part], axis=1).max()) * 1e6:.2f} {unit}")
+        words.append(f"{what} up to {float(np.linalg.norm(run.deviation[:, part], axis=1).max()) * 1e6:z.2f} {unit}")
     name = run_words(run.run.name)
     return Chart(
         file_name(name), f"{name} ({run.run.role})",
-        f"{name}: {len(run.time)} measured poses in {run.time[-1] / HOUR_S:.1f} hours, {' and '.join(words)} off the "
+        f"{name}: {len(run.time)} measured poses in {run.time[-1] / HOUR_S:z.1f} hours, {' and '.join(words)} off the "
         "commanded pose.",
-        f"{len(run.time)} of {run.rows} rows usable.{thinned_words(len(run.time))}", tuple(panels), shared=True,
+        f"{len(run.time)} of {run.rows} rows usable.{thinned_words(len(rows), len(run.time))}", tuple(panels),
+        shared=True,
     )  # fmt: skip
 
 
@@ -231,10 +234,10 @@ def validation_chart(found: HexapodValidation, run: str) -> Chart:
         score = found.runs[run][axis]
         marks = (Curve("without correction", hours, found.before[here, k] * 1e6, VERMILION, "rings"),
                  Curve("with correction", hours, found.after[here, k] * 1e6, BLUE, "dots"))  # fmt: skip
-        title = f"{axis}: RMS {score.before.value * 1e6:.2f} → {score.after.value * 1e6:.2f} {unit}"
+        title = f"{axis}: RMS {score.before.value * 1e6:z.2f} → {score.after.value * 1e6:z.2f} {unit}"
         panels.append(Panel(title, marks, "time", axis, "h", unit, height=0.7))
-    words = ", ".join(f"{axis} {found.runs[run][axis].before.value * 1e6:.2f} to "
-                      f"{found.runs[run][axis].after.value * 1e6:.2f}" for axis in AXES)  # fmt: skip
+    words = ", ".join(f"{axis} {found.runs[run][axis].before.value * 1e6:z.2f} to "
+                      f"{found.runs[run][axis].after.value * 1e6:z.2f}" for axis in AXES)  # fmt: skip
     name = run_words(run)
     return Chart(
         f"validation-{file_name(run)}", f"{name}: error of the platform",

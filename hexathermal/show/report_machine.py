@@ -46,7 +46,7 @@ def machine_report(hexapod: Hexapod, name: str, progress: Progress) -> Report:
     finding = f"{hexapod.name or name} is a machine without a thermal law: how it drifts is not known."
     pairs = [("Grade", hexapod.grade or "not said", "A identified, B measured, C drawing or published values")]
     if "volume_cm3" in told:
-        pairs.append(("Reachable volume", f"{told['volume_cm3']:.0f} cm³", "translations at home's orientation"))
+        pairs.append(("Reachable volume", f"{told['volume_cm3']:z.0f} cm³", "translations at home's orientation"))
     if hexapod.thermal is None:
         none = paragraph("None is stated: the machine can be moved, but not corrected.")
         sections.append(Section("thermal", "Thermal law", "Thermal law", (none,)))
@@ -59,13 +59,13 @@ def machine_report(hexapod: Hexapod, name: str, progress: Progress) -> Report:
             told["day"] = numbers
             shift = numbers["largest_shift_um"]
             finding = (
-                f"On a simulated working day {hexapod.name or name} drifts by up to {shift['without']:.2f} µm; "
-                f"correction leaves {shift['with']:.2f} µm."
+                f"On a simulated working day {hexapod.name or name} drifts by up to {shift['without']:z.2f} µm; "
+                f"correction leaves {shift['with']:z.2f} µm."
             )
             pairs += [
                 (
                     f"Largest {what}",
-                    f"{one['without']:.2f} → {one['with']:.2f} {unit}",
+                    f"{one['without']:z.2f} → {one['with']:z.2f} {unit}",
                     f"{percent(one['reduction_percent'])} % {'less' if one['reduction_percent'] >= 0.0 else 'more'}",
                 )
                 for what, one, unit in (("shift", shift, "µm"), ("turn", numbers["largest_turn_urad"], "µrad"))
@@ -97,13 +97,13 @@ def _workspace(hexapod: Hexapod, told: dict[str, Any], notes: list[str], progres
         low, high = (value * 1e6 for value in volume.bounds)
         told["volume_cm3"], told["volume_bounds_cm3"] = float(volume.value) * 1e6, [float(low), float(high)]
         parts.append(paragraph(
-            f"Without turning, the platform's origin reaches a volume of {volume.value * 1e6:.0f} cm³ (between "
-            f"{low:.0f} and {high:.0f} cm³, bounds that hold), within strokes, cones and travel, on home's side of "
+            f"Without turning, the platform's origin reaches a volume of {volume.value * 1e6:z.0f} cm³ (between "
+            f"{low:z.0f} and {high:z.0f} cm³, bounds that hold), within strokes, cones and travel, on home's side of "
             "singular poses."
         ))  # fmt: skip
         found = charts.travels(hexapod)
         told["travel_from_home"] = {axis: list(ends) for axis, ends in found.items()}
-        rows = [(axis, *(f"{'beyond ' * (abs(end) >= charts.farthest(hexapod, k))}{end:.2f}" for end in ends),
+        rows = [(axis, *(f"{'beyond ' * (abs(end) >= charts.farthest(hexapod, k))}{end:z.2f}" for end in ends),
                  "mm" if k < 3 else "deg") for k, (axis, ends) in enumerate(found.items())]  # fmt: skip
         parts.append(table("Travel from home, one coordinate at a time", ("coordinate", "from>", "to>", "unit"), rows))
         parts.append(charts.workspace_chart(hexapod, found))
@@ -167,7 +167,7 @@ def _budget(hexapod: Hexapod, day: Demonstration, told: dict[str, Any], notes: l
     hour = float(day.truth.time[at]) / 3600.0
     assumed = [one.label for one in budget.contributions if one.basis.startswith("engineering value")]
     words = (
-        f"At home, {hour:.1f} h into that day, when the legs are warmest; errors of the platform's origin, base axes."
+        f"At home, {hour:z.1f} h into that day, when the legs are warmest; errors of the platform's origin, base axes."
     )
     parts: list[str | Chart] = [paragraph(words), contributions_chart(pairs, budget.uncertainty * 1e6,
                                                                       budget.remaining * 1e6)]  # fmt: skip

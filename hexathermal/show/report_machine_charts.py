@@ -10,7 +10,8 @@ from hexathermal.machine.hexapod import Hexapod
 from hexathermal.poses import FloatArray, pose_from_coordinates
 from hexathermal.predict.budget import AXES
 from hexathermal.show.figures import BLACK, BLUE, GREEN, GREY, PURPLE, VERMILION, day_figure
-from hexathermal.show.report_chart import Chart, Curve, Panel, kept_of, thinned_words
+from hexathermal.show.report_chart import Chart, Curve, Panel
+from hexathermal.show.report_thinning import MOST_POINTS, kept_of, thinned_words
 from hexathermal.simulate.day import HOUR_S
 from hexathermal.simulate.demonstration import Demonstration, largest
 
@@ -168,20 +169,21 @@ def law_chart(hexapod: Hexapod) -> Chart | None:
 
 def day_chart(day: Demonstration) -> Chart:
     """Return a simulated day: temperatures, and the platform's error with and without correction."""
-    rows = kept_of(len(day.truth.time))
+    truth, without, with_ = day.truth, largest(day.errors_without), largest(day.errors_with)
+    plates = np.stack([truth.platform, truth.base, truth.room], axis=1)
+    errors = (np.stack([without[k], with_[k]], axis=1) for k in range(2))
+    rows = kept_of(len(truth.time), MOST_POINTS, np.concatenate([truth.legs, plates], axis=1), *errors)
     hours = day.truth.time[rows] / HOUR_S
     edges = np.flatnonzero(np.diff(np.concatenate([[0], day.truth.working.astype(int), [0]])))
     whole = day.truth.time / HOUR_S
     shaded = tuple((float(whole[first]), float(whole[min(last, len(whole) - 1)]))
                    for first, last in zip(edges[::2], edges[1::2], strict=True))  # fmt: skip
-    truth = day.truth
     heat = [Curve(f"leg {k + 1}", hours, truth.legs[rows, k], BLACK) for k in range(truth.legs.shape[1])]
     heat += [Curve("platform plate", hours, truth.platform[rows], GREEN),
              Curve("base plate", hours, truth.base[rows], PURPLE, "dashdot"),
              Curve("room", hours, truth.room[rows], GREY, "dotted")]  # fmt: skip
     panels = [Panel("True temperatures (shaded: the machine works)", tuple(heat), "time", "temperature", "h", "°C",
                     height=1.25, shaded=shaded)]  # fmt: skip
-    without, with_ = largest(day.errors_without), largest(day.errors_with)
     words = []
     for k, (what, unit) in enumerate((("shift", "µm"), ("turn", "µrad"))):
         marks = (Curve("without correction", hours, without[k][rows], VERMILION, "dashed"),
@@ -192,6 +194,6 @@ def day_chart(day: Demonstration) -> Chart:
         "day", "A warm day",
         f"Temperatures and errors over {whole[-1]:.0f} hours. Largest error of {len(day.poses)} work poses without and "
         f"with correction: {'; '.join(words)}.",
-        f"Errors are the largest of {len(day.poses)} work poses.{thinned_words(len(whole))}", tuple(panels),
+        f"Errors are the largest of {len(day.poses)} work poses.{thinned_words(len(rows), len(whole))}", tuple(panels),
         lambda: day_figure(day), True,
     )  # fmt: skip

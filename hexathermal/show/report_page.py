@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import base64
 import html
 import json
 from collections.abc import Callable, Sequence
@@ -13,9 +12,11 @@ from typing import Any
 
 from hexathermal.show.diagnosis_page import facts, page, paragraph, section, table
 from hexathermal.show.diagnosis_pictures import themed_svg
-from hexathermal.show.report_chart import Chart, cell, columns_of, csv_text, kept_of
+from hexathermal.show.report_chart import Chart, cell, columns_of, csv_text
 from hexathermal.show.report_live import DARKER, curves_named, live_text, packed, program
-from hexathermal.show.report_still import compact_svg, still_figure
+from hexathermal.show.report_still import still_figure
+from hexathermal.show.report_thinning import kept_of
+from hexathermal.show.svg_size import compact_svg, svg_address
 
 MOST_ROWS = 24
 """Rows of a figure's numbers that the page shows as a table; its CSV file has all."""
@@ -162,7 +163,6 @@ def figure_html(chart: Chart) -> str:
 
     with mpl.rc_context({"path.simplify_threshold": COARSEST_PT}):
         svg = compact_svg(themed_svg(still_figure(chart), chart.name))
-    uri = f"data:image/svg+xml;base64,{base64.b64encode(svg.encode()).decode()}"
     alt, title = html.escape(chart.alt, quote=True), html.escape(chart.title, quote=True)
     curves = "".join(
         f'<button type="button" class="curve" aria-pressed="true" data-curve="{html.escape(html.escape(name, False))}" '
@@ -172,7 +172,7 @@ def figure_html(chart: Chart) -> str:
     legend = f'<fieldset aria-label="Shown in {title}">{curves}</fieldset>' if curves else ""
     return (
         f'<h3>{html.escape(chart.title)}</h3><figure id="{chart.name}" data-plot>'
-        f'<img class="still" src="{uri}" alt="{alt}">'
+        f'<img class="still" src="{svg_address(svg)}" alt="{alt}">'
         f'<div class="live" tabindex="0" role="application" aria-roledescription="plot" '
         f'aria-label="{alt} Interactive: {KEYS}."></div>'
         f'<div class="tools">{legend}'

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -59,21 +58,6 @@ def still_figure(chart: Chart) -> Figure:
                 axes.set_xlabel(labelled(panel.x, panel.x_unit))
         figure.align_ylabels()
     return figure
-
-
-def compact_svg(text: str) -> str:
-    """Return an SVG text for browsers with short names and without spaces that nobody needs.
-
-    Examples
-    --------
-    >>> compact_svg('<path id="m0123456789" d="M 1 2 L 3 4 "/>   <use xlink:href="#m0123456789" x="1" y="2"/>')
-    '<path id="k0" d="M1 2L3 4 "/><use href="#k0" x="1" y="2"/>'
-    """
-    names = {name: f"k{k}" for k, name in enumerate(dict.fromkeys(re.findall(r'id="([mp][0-9a-f]{10})"', text)))}
-    text = re.sub(r"\b[mp][0-9a-f]{10}\b", lambda found: names.get(found[0], found[0]), text)
-    text = text.replace("xlink:href", "href")
-    text = re.sub(r'(?<= d=")[^"]*', lambda path: re.sub(r"\s*([A-Za-z])\s*", r"\1", path[0]), text)
-    return re.sub(r">\s+<", "><", text)
 
 
 def _height(panel: Panel) -> float:

@@ -58,14 +58,14 @@ def width_of(table: Table, width: int) -> int:
 def _listed(array: FloatArray, digits: int = 3) -> str:
     """Return numbers as text: one where all are the same."""
     values = np.atleast_1d(array)
-    texts = [f"{value:.{digits}f}".rstrip("0").rstrip(".") for value in values.ravel()]
+    texts = [f"{value:z.{digits}f}".rstrip("0").rstrip(".") for value in values.ravel()]
     return texts[0] if len(set(texts)) == 1 else ", ".join(texts)
 
 
 def _span(array: FloatArray) -> str:
     """Return the extremes of numbers, or the one number that all are."""
     low, high = float(np.min(array)), float(np.max(array))
-    return f"{low:.3f}" if f"{low:.3f}" == f"{high:.3f}" else f"{low:.3f} to {high:.3f}"
+    return f"{low:z.3f}" if f"{low:z.3f}" == f"{high:z.3f}" else f"{low:z.3f} to {high:z.3f}"
 
 
 def _thermal(hexapod: Hexapod) -> str:
@@ -190,7 +190,7 @@ def _overview(facts: dict[str, Any], pretty: bool) -> Table:
         rows.append(("stroke q", f"from {low} to {high} mm"))
     condition = facts["condition_number_at_home"]
     singular = condition is None or condition > LARGEST_CONDITION
-    text = "infinite" if condition is None else f"{condition:.3g}" if singular else f"{condition:.3f}"
+    text = "infinite" if condition is None else f"{condition:.3g}" if singular else f"{condition:z.3f}"
     rows.append(("condition number at home", f"{text} ({'singular' if singular else '1 is best'})"))
     if facts["limits"] is None:
         rows.append(("travel limits of the maker", "not known"))
@@ -212,7 +212,7 @@ def _joints(facts: dict[str, Any], pretty: bool) -> Table:
     )
     rows = zip(facts["base_joints_mm"], facts["platform_joints_mm"], facts["leg_lengths_at_home_mm"], strict=True)
     for k, (base, platform, length) in enumerate(rows):
-        table.add_row(str(k + 1), *(f"{value:.3f}" for value in (*base, *platform, length)))
+        table.add_row(str(k + 1), *(f"{value:z.3f}" for value in (*base, *platform, length)))
     return table
 
 
@@ -288,9 +288,9 @@ def _day_rows(result: Demonstration) -> list[list[str]]:
     for hour in np.arange(0.0, hours[-1] + 1e-9, 1.0):
         k = int(np.argmin(np.abs(hours - hour)))
         state = "works" if result.truth.working[k] else "rests"
-        cells = [f"{hour:g}", state, f"{rise[k]:+.2f}", f"{correction[k]:+.2f}"]
+        cells = [f"{hour:g}", state, f"{rise[k]:+z.2f}", f"{correction[k]:+z.2f}"]
         for before, after in zip(without, with_, strict=True):
-            cells += [f"{before[k]:.2f}", f"{after[k]:.2f}", reduction(before[k], after[k])]
+            cells += [f"{before[k]:z.2f}", f"{after[k]:z.2f}", reduction(before[k], after[k])]
         rows.append(cells)
     return rows
 
@@ -308,10 +308,10 @@ def percent(value: float) -> str:
     """Return percents without a sign: a decimal below 1 and above 99, never rounded to 0 or 100."""
     size = abs(value)
     if size > 99.0:
-        return f"{math.floor(size * 10.0) / 10.0:.1f}" if size < 100.0 else f"{size:.0f}"
+        return f"{math.floor(size * 10.0) / 10.0:z.1f}" if size < 100.0 else f"{size:z.0f}"
     if 0.0 < size < 0.05:
         return "below 0.1"
-    return f"{size:.1f}" if size < 0.95 else f"{size:.0f}"
+    return f"{size:z.1f}" if size < 0.95 else f"{size:z.0f}"
 
 
 def singular_at_home(facts: dict[str, Any]) -> str:
@@ -334,7 +334,7 @@ def trajectory_table(summary: TrajectorySummary, pretty: bool) -> Table:
     table.add_row("temperatures", f"{summary.lowest_degC:g} to {summary.highest_degC:g} degC, {summary.pairing}")
     table.add_row("sensors", ", ".join(summary.sensors))
     where = f"leg {summary.largest_leg}, line {summary.largest_line} of the poses"
-    table.add_row("largest correction", f"{summary.largest_correction_um:.3f} um ({where})")
+    table.add_row("largest correction", f"{summary.largest_correction_um:z.3f} um ({where})")
     for name, low, high in zip(POSE_COLUMNS, summary.lowest_pose, summary.highest_pose, strict=True):
         table.add_row(f"span of {name}", f"{low:g} to {high:g}")
     table.add_row("columns copied from the poses", ", ".join(summary.copied) or "none")

@@ -9,6 +9,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
 import hexathermal as ht
 from hexathermal.errors import ArgumentError, FileFormatError, UnknownNameError
@@ -18,12 +20,13 @@ from hexathermal.machine.thermal import LegLaw
 from hexathermal.machine.writing import write_hexapod
 from hexathermal.show.diagnosis_tables import diagnosis_facts
 from hexathermal.show.report import report_of, subject_of
-from hexathermal.show.report_chart import Bars, Cells, Chart, Curve, Panel, columns_of, csv_text, file_name, kept_of
+from hexathermal.show.report_chart import Bars, Cells, Chart, Curve, Panel, columns_of, csv_text, file_name
 from hexathermal.show.report_files import ENDINGS, write_figures
 from hexathermal.show.report_live import live_figure
 from hexathermal.show.report_machine_charts import drawing_chart, law_chart, travels
 from hexathermal.show.report_page import Report, Section, figure_html
 from hexathermal.show.report_still import still_figure
+from hexathermal.show.report_thinning import SEEN, kept_of
 from tests.show.drawn_diagnoses import drawn, plain_law
 from tests.show.reports import PAPER, budget_json, numbers_in, silent
 
@@ -71,7 +74,7 @@ def test_what_is_unclear_is_refused(tmp_path: Path) -> None:
         (tmp_path / name).write_text("{}")
     with pytest.raises(ArgumentError, match=r"holds diagnosis\.json, budget\.csv: unclear"):
         subject_of(str(tmp_path))
-    for text, words in (("{}", "the format is None"), ('{"format":\n ?}', "line 2, column 2: no JSON")):
+    for text, words in (("{}", "it names no format"), ('{"format":\n ?}', "line 2, column 2: no JSON")):
         (tmp_path / "odd.json").write_text(text)
         with pytest.raises(FileFormatError, match=words):
             subject_of(str(tmp_path / "odd.json"))
@@ -98,6 +101,23 @@ def test_thinning_keeps_both_ends_and_is_even() -> None:
         assert kept[0] == 0
         assert kept[-1] == count - 1
         assert len(set(np.diff(kept)[:-1])) <= 1
+
+
+@given(st.integers(0, 4999), st.floats(0.5, 100.0), st.integers(0, 2**32 - 1))
+def test_thinning_keeps_what_stands_out(at: int, height: float, seed: int) -> None:
+    """A spike of one row is drawn wherever it stands; of noise no more than twice as many rows as allowed are drawn."""
+    draw = np.random.default_rng(seed)
+    smooth, rough = np.sin(np.linspace(0.0, 6.0, 5000)), draw.standard_normal((5000, 3))
+    smooth[at] += height
+    assert at in kept_of(5000, 200, smooth)
+    assert len(kept_of(5000, 200, smooth)) <= 205  # the rest of a sine is not worth a row
+    rough[at, 1] = 1e3
+    kept = kept_of(5000, 200, rough)
+    assert at in kept
+    assert len(kept) <= 402
+    drawn = np.interp(np.arange(5000), kept_of(5000, 200, smooth), smooth[kept_of(5000, 200, smooth)])
+    beside = np.abs(np.arange(5000) - at) > 30  # a line to the spike and back
+    assert np.abs(drawn - smooth)[beside].max() <= SEEN * np.ptp(smooth)
 
 
 @pytest.mark.usefixtures("plotly")

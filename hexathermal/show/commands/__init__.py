@@ -39,7 +39,7 @@ class Answer:
     files : mapping of Path to bytes
         Written together with the file of ``--json``: all of them, or none.
     then : callable, optional
-        Called when all is written and said, as to serve a page until Ctrl-C.
+        Called when all is written and said, as to serve a page until Ctrl-C; returns a last word for stderr.
     """
 
     shown: tuple[Any, ...] = ()
@@ -47,7 +47,7 @@ class Answer:
     warnings: tuple[str, ...] = ()
     code: int = 0
     files: Mapping[Path, bytes] = field(default_factory=dict)
-    then: Callable[[], None] | None = None
+    then: Callable[[], str] | None = None
 
 
 class Command(Protocol):

@@ -83,8 +83,8 @@ def _summary(found: Comparison) -> str:
         found.sentence,
         f"Campaign {found.title}: runs {', '.join(runs)}; {len(found.sensors)} thermocouples and the drift; scores on "
         f"the runs for {found.scored_role}.",
-        f"Steps of {found.step:g} s change temperatures by at most {1e3 * found.step_error_K:.0f} mK and the drift "
-        f"by at most {1e9 * found.step_error_m:.0f} nm (one run).",
+        f"Steps of {found.step:g} s change temperatures by at most {1e3 * found.step_error_K:z.0f} mK and the drift "
+        f"by at most {1e9 * found.step_error_m:z.0f} nm (one run).",
     ]
     lines += [f"To decide on {one.name} {one.target}".rstrip() + f": {one.experiment}." for one in found.differences
               if one.equivalent]  # fmt: skip

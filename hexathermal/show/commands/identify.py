@@ -170,7 +170,7 @@ def _common(
     for name, leg in result.by_leg.items():
         lines.append(
             f"  {name}: RMSE left out {leg.common_rmse * 1e6:.3f} um with the common law, {leg.own_rmse * 1e6:.3f} um "
-            f"with its own; by run {leg.loss * 1e6:+.3f} um (standard uncertainty {leg.loss_uncertainty * 1e6:.3f}): "
+            f"with its own; by run {leg.loss * 1e6:+z.3f} um (standard uncertainty {leg.loss_uncertainty * 1e6:z.3f}): "
             f"{'clearly worse' if leg.worse else 'served'}"
         )
     numbers = {name: {"common_rmse_um": leg.common_rmse * 1e6, "own_rmse_um": leg.own_rmse * 1e6,
@@ -194,14 +194,14 @@ def _summary(campaign: Campaign, found: Identification) -> str:
     ]
     if choice.nested_rmse == choice.nested_rmse:
         lines.append(
-            f"The whole search on runs left out of it: RMSE {choice.nested_rmse * 1e6:.3f} um (expected of new runs)."
+            f"The whole search on runs left out of it: RMSE {choice.nested_rmse * 1e6:z.3f} um (expected of new runs)."
         )
     lines.append(_fitted_best(ranked))
     if found.check is not None:
         like = ", ".join(found.check.like) or "no common material"
         lines.append(
-            f"Effective expansion of the fixed part {found.check.expansion * 1e6:.2f} +- "
-            f"{1.96 * found.check.expansion_uncertainty * 1e6:.2f} um/m/K (95 %): like {like}."
+            f"Effective expansion of the fixed part {found.check.expansion * 1e6:z.2f} +- "
+            f"{1.96 * found.check.expansion_uncertainty * 1e6:z.2f} um/m/K (95 %): like {like}."
         )
     lines.append(_reliability(found))
     lines += [f"note: {note}" for note in found.notes]
@@ -215,8 +215,8 @@ def _fitted_best(ranked: RankedSets) -> str:
     by_linf, by_rmse = (" + ".join(ranked.names[k]) for k in (front[0], front[-1]))
     return (
         f"By the paper's criterion, the rows fitted (not that of the choice): best single sensor "
-        f"{ranked.names[single][0]}, RMSE {ranked.fit.rmse[single] * 1e6:.3f} um, {off[0] * 1e6:.3f} um off that of "
-        f"{by_rmse}; largest residual {ranked.fit.linf[single] * 1e6:.3f} um, {off[1] * 1e6:.3f} um off that of "
+        f"{ranked.names[single][0]}, RMSE {ranked.fit.rmse[single] * 1e6:z.3f} um, {off[0] * 1e6:z.3f} um off that of "
+        f"{by_rmse}; largest residual {ranked.fit.linf[single] * 1e6:z.3f} um, {off[1] * 1e6:z.3f} um off that of "
         f"{by_linf} (ends of the Pareto front)."
     )
 
@@ -224,7 +224,7 @@ def _fitted_best(ranked: RankedSets) -> str:
 def _reliability(found: Identification) -> str:
     """Return what is known of the errors of the law's thermometers, and whether the law is corrected for it."""
     fit, names = found.fit, ", ".join(found.law.sensors)
-    value = f"Reliability of the temperatures {fit.reliability:.3f} (1: no error of the thermometers)"
+    value = f"Reliability of the temperatures {fit.reliability:z.3f} (1: no error of the thermometers)"
     done = "corrected for" if fit.corrected else "not corrected for"
     if fit.errors.slow.any():
         return f"{value}: noise and slow bias; {done}."

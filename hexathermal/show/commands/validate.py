@@ -129,9 +129,9 @@ def _gain(found: Gain) -> str:
     sure = "proven" if found.proven else "not proven: the interval holds 0"
     skipped = f"\nnot compared, rows differ: {', '.join(found.skipped)}" if found.skipped else ""
     return (
-        f"Gain over the law before: RMSE {one.rmse_before * 1e6:.3f} -> {one.rmse_after.value * 1e6:.3f} um "
-        f"({_less(one.rmse_gain.value)}, {sure}), largest residual {one.linf_before * 1e6:.2f} -> "
-        f"{one.linf_after.value * 1e6:.2f} um.{skipped}"
+        f"Gain over the law before: RMSE {one.rmse_before * 1e6:z.3f} -> {one.rmse_after.value * 1e6:z.3f} um "
+        f"({_less(one.rmse_gain.value)}, {sure}), largest residual {one.linf_before * 1e6:z.2f} -> "
+        f"{one.linf_after.value * 1e6:z.2f} um.{skipped}"
     )
 
 
@@ -159,10 +159,10 @@ def _summary(found: Validation) -> str:
     total = found.total
     lines = [
         f"Verdict: {'the law ' if found.verdict.name in ('BETTER', 'WORSE') else ''}{found.verdict.value}.",
-        f"Largest drift {total.drift_largest * 1e6:.2f} um -> largest residual {total.linf.value * 1e6:.2f} um "
-        f"({_less(total.largest_reduction.value)}); mean {total.drift_mean * 1e6:.2f} -> "
-        f"{total.mean.value * 1e6:.2f} um ({_less(total.mean_reduction.value)}).",
-        f"{100.0 * found.coverage:.1f} % of {found.rows} rows lie inside their 95 % prediction interval.",
+        f"Largest drift {total.drift_largest * 1e6:z.2f} um -> largest residual {total.linf.value * 1e6:z.2f} um "
+        f"({_less(total.largest_reduction.value)}); mean {total.drift_mean * 1e6:z.2f} -> "
+        f"{total.mean.value * 1e6:z.2f} um ({_less(total.mean_reduction.value)}).",
+        f"{100.0 * found.coverage:z.1f} % of {found.rows} rows lie inside their 95 % prediction interval.",
     ]
     lines += [f"note: {note}" for note in found.notes]
     return "\n".join(lines)
@@ -170,7 +170,7 @@ def _summary(found: Validation) -> str:
 
 def _less(reduction: float) -> str:
     """Return a reduction in words."""
-    return f"{abs(100.0 * reduction):.1f} % {'less' if reduction >= 0.0 else 'more'}"
+    return f"{abs(100.0 * reduction):z.1f} % {'less' if reduction >= 0.0 else 'more'}"
 
 
 def _report(

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import argparse
-from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -30,10 +29,11 @@ what is shown:
   --campaign DIR    a measured campaign of kind hexapod: measured poses, and what the machine's law leaves of them
 A machine without a thermal law is drawn as it stands.
 
-Without --save the page is served to this computer alone (127.0.0.1) and opened in a browser; Ctrl-C ends it. --save
-writes the same page as one HTML file that works offline. A machine's folder may hold own meshes: meshes/base.stl,
-platform.stl, body.stl, rod.stl in mm; 'docs/viewer.md' says in which frames. What is not there is drawn from the
-geometry and [bodies] of hexapod.toml.
+Without --save the page is served to this computer alone (127.0.0.1) and opened in a browser; Ctrl-C is the way to
+end it, with exit code 0. --save writes the same page as one HTML file that works offline.
+
+A machine's folder may hold own meshes: meshes/base.stl, platform.stl, body.stl, rod.stl in mm; 'docs/viewer.md' says in
+which frames. What is not there is drawn from the geometry and [bodies] of hexapod.toml.
 
 numbers may be parted by blanks or commas: --pose 5 0 12 0 1.5 0, --at-tool 0,0,120.
 
@@ -84,8 +84,13 @@ def run(arguments: argparse.Namespace, progress: Progress) -> Answer:
         return Answer((text,), data, files={arguments.save: html.encode()})
     server = PageServer(html, arguments.port)
     data["address"] = server.address
+
+    def serve() -> str:
+        server.serve(not arguments.no_browser)
+        return "note: the page is no longer served; nothing was written (--save FILE.html keeps one)"
+
     text = "\n".join([*lines, f"Open {server.address} in a browser on this computer; Ctrl-C ends it."])
-    return Answer((text,), data, then=partial(server.serve, not arguments.no_browser))
+    return Answer((text,), data, then=serve)
 
 
 def _check(arguments: argparse.Namespace) -> None:
