@@ -267,7 +267,7 @@ def _plain_warnings(voice: Voice) -> Iterator[None]:
         missing = {int(number[1]): text for text in found if (number := _NO_GLYPH.match(text))}
         if missing and not voice.quiet:
             letters = "".join(map(chr, missing))
-            _say(f"note: pictures show boxes for {letters}: no font that they use has these letters; words do")
+            _say(f"note: pictures show boxes for {letters}: their font lacks these letters; texts and tables have them")
         for text, kind in found.items():
             if text not in missing.values():
                 _say(f"warning: {text} ({kind})")

@@ -9,6 +9,7 @@ import subprocess
 import sys
 import threading
 import time
+import warnings
 from pathlib import Path
 
 import numpy as np
@@ -18,6 +19,8 @@ from hypothesis import strategies as st
 
 import hexathermal as ht
 from hexathermal import cli
+from hexathermal.show.commands import Answer
+from tests.learn.campaign_folders import component_campaign
 from tests.trajectory_files import HEAT, POSE, POSES, SENSORS, correct_arguments
 
 KERNELS = ("lengths_loops", "forward_loops", "careful_loops", "modes_tracker")
@@ -151,6 +154,35 @@ def test_fonts_find_a_place_without_a_home(tmp_path: Path, monkeypatch: pytest.M
     with cli._place_for_fonts():
         assert Path(os.environ["MPLCONFIGDIR"]).is_dir()
     assert "MPLCONFIGDIR" not in os.environ
+
+
+@pytest.mark.filterwarnings("default::UserWarning")
+def test_letters_that_a_font_lacks_are_told_in_one_line(tmp_path: Path, capsys: Said) -> None:
+    """A sensor called in Chinese is drawn as a box; one note says so, without code; --quiet leaves it out."""
+    folder = component_campaign(tmp_path / "part", rows=60)
+    for file in (folder / "campaign.toml", *(folder / "runs").iterdir()):
+        file.write_text(file.read_text(encoding="utf-8").replace("T1", "温度"), encoding="utf-8")
+    for words, lines in (([], 1), (["--quiet"], 0)):
+        assert cli.main(["check", str(folder), "--plots", str(tmp_path / "plots"), "--force", *words]) == 0
+        said = capsys.readouterr().err
+        assert len([line for line in said.splitlines() if line.startswith("note: pictures show boxes for ")]) == lines
+        assert ("温" in said) == bool(lines)
+        assert "Glyph" not in said
+        assert ".py" not in said
+
+
+@pytest.mark.filterwarnings("default::RuntimeWarning")
+def test_what_a_library_warns_of_is_one_line(monkeypatch: pytest.MonkeyPatch, capsys: Said) -> None:
+    """Twice the same warning is told once, by its words and kind, without place and line of code."""
+
+    def run(*_given: object) -> Answer:
+        for _time in range(2):
+            warnings.warn("odd numbers", RuntimeWarning, stacklevel=1)
+        return Answer()
+
+    monkeypatch.setattr("hexathermal.show.commands.machines.run", run)
+    assert cli.main(["machines"]) == 0
+    assert capsys.readouterr().err == "warning: odd numbers (RuntimeWarning)\n"
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="pseudo-terminals")

@@ -117,8 +117,10 @@ def run_chart(check: CampaignCheck, run: RunCheck) -> Chart:
     spikes = sum(len(one) for one in run.spikes.values())
     said = f"{run.record.used} of {run.record.rows} rows usable."
     marked = sum(len(one.x) for one in (*hot, *cold))
-    said += f" {spikes} readings were left out as spikes (rings)." if spikes else ""
-    said += f" {spikes - marked} of them lie far off the plot and are not drawn." if marked < spikes else ""
+    if spikes:
+        said += f" {spikes} reading{'s were' if spikes > 1 else ' was'} left out as spikes (rings)."
+    if marked < spikes:
+        said += f" Of these {spikes - marked} lay too far off to be drawn."
     return Chart(
         file_name(run_words(name)), f"{run_words(name)} ({run.run.role})",
         f"{run_words(name)}: over {hours[-1]:.1f} hours the thermocouples read {low:.1f} to {high:.1f} °C and the "

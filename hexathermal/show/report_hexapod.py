@@ -115,8 +115,9 @@ def _pairs(check: HexapodCheck, proof: HexapodValidation | None) -> tuple[tuple[
     if proof is not None:
         for name, unit in (("translation", "µm"), ("rotation", "µrad")):
             one = proof.total[name]
+            which = "less" if one.reduction.value >= 0.0 else "more"
             pairs.append((f"RMS {name}", f"{one.before.value * 1e6:z.2f} → {one.after.value * 1e6:z.2f} {unit}",
-                          f"{100.0 * one.reduction.value:z.0f} % less, for validation"))  # fmt: skip
+                          f"{abs(100.0 * one.reduction.value):.0f} % {which}, for validation"))  # fmt: skip
     return tuple(pairs)
 
 

@@ -34,6 +34,21 @@ def test_a_campaign_is_never_written_into(words: list[str], tmp_path: Path, caps
     assert {file: file.read_bytes() for file in folder.rglob("*") if file.is_file()} == before
 
 
+@pytest.mark.parametrize("option", ["--out {c}/page.html", "--out page.html --figures {c}", "--out {c}/runs/p.html"])
+def test_nor_into_a_campaign_that_is_not_read(
+    option: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """A report of a machine is refused inside a folder of measurements, which is named; nothing changes."""
+    folder = leg_campaign(tmp_path / "campaign", rows=30)
+    before = sorted(tmp_path.rglob("*"))
+    monkeypatch.chdir(tmp_path)
+    assert main(["report", "reference", *option.format(c=folder).split()]) == 2
+    said = capsys.readouterr().err
+    assert "lies inside campaign, which holds campaign.toml" in said
+    assert f"give a place outside of {folder}" in said
+    assert sorted(tmp_path.rglob("*")) == before
+
+
 def test_a_file_that_is_read_is_not_replaced_and_json_only_by_json(tmp_path: Path) -> None:
     """A law is not replaced by an answer, a text not by --json; an earlier answer is."""
     law, text, answer = tmp_path / "leg.toml", tmp_path / "notes.txt", tmp_path / "a.json"

@@ -99,15 +99,16 @@ def test_without_plotly_the_extra_is_named(tmp_path: Path, monkeypatch: pytest.M
 
 
 @pytest.mark.usefixtures("quick")
-def test_an_interrupt_leaves_nothing(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: Said) -> None:
-    """Ctrl-C while figures are written: neither page nor folder."""
+@pytest.mark.parametrize("at", ["report_page.figure_html", "report_files.write_figures", "report_files.draw"])
+def test_an_interrupt_leaves_nothing(at: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: Said) -> None:
+    """Ctrl-C while the page is made, between page and figures, and while they are written: neither page nor folder."""
     file, calls = budget_json(tmp_path), []
 
     def stop(*_named: Any) -> None:
         calls.append(1)
         raise KeyboardInterrupt
 
-    monkeypatch.setattr("hexathermal.show.report_files.draw", stop)
+    monkeypatch.setattr(f"hexathermal.show.{at}", stop)
     out = tmp_path / "page.html"
     assert main(["report", str(file), "--out", str(out), "--figures", str(tmp_path / "figures")]) == 130
     assert calls

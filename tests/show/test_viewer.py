@@ -346,6 +346,22 @@ def test_the_command_writes_a_page_and_says_what_it_shows(
     assert "exists already" in capsys.readouterr().err
 
 
+def test_ctrl_c_ends_the_page_and_says_so(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:  # fmt: skip
+    """It is the way to end a served page: exit code 0, and one line that says what is left; silent with --quiet."""
+
+    def stop(_server: object, poll_interval: float) -> None:
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr("http.server.ThreadingHTTPServer.serve_forever", stop)
+    words = ["view", "--machine", "rubin-m2", "--no-browser"]
+    assert main(words) == 0
+    assert "the page is no longer served; nothing was written" in capsys.readouterr().err
+    assert main([*words, "--quiet"]) == 0
+    assert capsys.readouterr().err == ""
+
+
 @pytest.mark.parametrize(
     ("words", "code", "said"),
     [
