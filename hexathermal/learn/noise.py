@@ -117,22 +117,37 @@ def estimated_noise(
         landing, slow, offset = unit * np.exp(theta[:3])
         return ResidualNoise(row, float(landing), float(slow), float(USUAL_TIME_S * np.exp(theta[3])), float(offset))
 
-    def objective(theta: npt.NDArray[np.float64]) -> float:
+    lags = [np.abs(run.time[:, None] - run.time[None, :]) for run in runs]
+    tables = [np.column_stack([x, run.drift / unit]) for run, x in zip(runs, X, strict=True)]
+
+    def objective(theta: npt.NDArray[np.float64]) -> tuple[float, FloatArray]:
+        """Minus twice the log likelihood, and its slopes ``tr(P dV) - y'P dV P y`` (Searle, 1992, chapter 6)."""
         guess = noise(theta)
-        value = float(theta[3] ** 2)
-        S, z, square = np.zeros((scale, scale)), np.zeros(scale), 0.0
-        for run, x, known in zip(runs, X, fixed, strict=True):
+        value, parts = float(theta[3] ** 2), []
+        total = np.zeros((scale + 1, scale + 1))
+        for run, table, known in zip(runs, tables, fixed, strict=True):
             V = (known + guess.covariance(run)) / unit**2
             L = np.linalg.cholesky(V)
-            whitened = np.linalg.solve(L, np.column_stack([x, run.drift / unit]))
+            half = np.linalg.solve(L, np.column_stack([table, np.eye(len(run))]))
             value += 2.0 * float(np.log(np.diagonal(L)).sum())
-            S = S + whitened[:, :-1].T @ whitened[:, :-1]
-            z = z + whitened[:, :-1].T @ whitened[:, -1]
-            square += float(whitened[:, -1] @ whitened[:, -1])
-        return value + float(np.linalg.slogdet(S)[1]) + square - float(z @ np.linalg.solve(S, z))
+            weighed = half[:, scale + 1 :].T @ half
+            total += table.T @ weighed[:, : scale + 1]
+            parts.append((weighed[:, : scale + 1], weighed[:, scale + 1 :]))
+        S, z = total[:-1, :-1], total[:-1, -1]
+        b = np.linalg.solve(S, z)
+        value += float(np.linalg.slogdet(S)[1]) + float(total[-1, -1] - z @ b)
+        gradient, inverse = np.array([0.0, 0.0, 0.0, 2.0 * theta[3]]), np.linalg.inv(S)
+        for run, lag, (weighed, W) in zip(runs, lags, parts, strict=True):
+            e = weighed[:, -1] - weighed[:, :-1] @ b
+            P = W - weighed[:, :-1] @ inverse @ weighed[:, :-1].T - np.outer(e, e)
+            slow = P * np.exp(-lag / guess.slow_time) * (guess.slow / unit) ** 2
+            gradient += [2.0 * (guess.landing / unit) ** 2 * float(np.diagonal(P) @ (1.0 / run.landings)),
+                         2.0 * float(slow.sum()), 2.0 * (guess.offset / unit) ** 2 * float(P.sum()),
+                         float((slow * lag).sum()) / guess.slow_time]  # fmt: skip
+        return value, gradient
 
     time = np.log(np.array([SHORTEST_TIME_S, LONGEST_TIME_S]) / USUAL_TIME_S)
     bounds = [(-5.0, 2.0), (-5.0, 2.0), (-5.0, 2.0), (float(time[0]), float(time[1]))]
-    best = minimize(objective, np.array([-0.7, -0.7, -0.7, 0.0]), method="L-BFGS-B", bounds=bounds,
+    best = minimize(objective, np.array([-0.7, -0.7, -0.7, 0.0]), jac=True, method="L-BFGS-B", bounds=bounds,
                     options={"maxiter": 60, "ftol": 1e-7})  # fmt: skip
     return noise(best.x)

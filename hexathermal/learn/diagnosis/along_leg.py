@@ -17,24 +17,27 @@ def smooth_along(
 
     Parameters
     ----------
-    x, values : array, shape (s,)
-        Places, and values there.
+    x : array, shape (s,)
+        Places.
+    values : array, shape (s, c)
+        Of c quantities there.
     rest : array of int
         Places that may be looked at.
     at : array, shape (m,)
 
     Returns
     -------
-    told, spread : array, shape (m,)
-        `spread` is that of the rest, each foretold by the others.
+    told : array, shape (m, c)
+    spread : array, shape (c,)
+        Of the rest, each foretold by the others.
     """
 
-    def told(place: float, among: npt.NDArray[np.int64]) -> float:
+    def told(place: float, among: npt.NDArray[np.int64]) -> FloatArray:
         near = among[np.argsort(np.abs(x[among] - place))[:NEAREST]]
         scale = max(float(np.ptp(x[near])), 1e-9)
         design = np.vander((x[near] - place) / scale, 3, increasing=True)
-        return float(np.linalg.lstsq(design, values[near], rcond=None)[0][0])
+        return np.asarray(np.linalg.lstsq(design, values[near], rcond=None)[0][0])
 
     left = np.array([values[k] - told(x[k], rest[rest != k]) for k in rest])
-    spread = 1.48 * float(np.median(np.abs(left))) + 1e-3 * float(np.ptp(values)) + 1e-12
-    return np.array([told(place, rest) for place in at]), np.full(len(at), spread)
+    spread = 1.48 * np.median(np.abs(left), axis=0) + 1e-3 * np.ptp(values, axis=0) + 1e-12
+    return np.array([told(place, rest) for place in at]), spread

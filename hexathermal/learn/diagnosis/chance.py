@@ -9,7 +9,7 @@ from __future__ import annotations
 import numpy as np
 
 from hexathermal.learn.diagnosis.channels import Channel, Levels
-from hexathermal.learn.diagnosis.evidence import RHO, Base, mean_log, projected, sizes_of, stacked_columns
+from hexathermal.learn.diagnosis.evidence import RHO, Base, mean_log, projected, stacked, stacked_columns
 from hexathermal.learn.diagnosis.trials import Trial
 from hexathermal.poses import FloatArray
 
@@ -37,20 +37,10 @@ def chance_threshold(
     view = projected(channel, base, levels, stacked_columns(channel, terms), terms)
     G = view.scores(np.random.default_rng(seed).standard_normal((len(channel), DRAWS)))
     families: dict[str, list[FloatArray]] = {}
-    for trial, own in zip(terms, view.places, strict=True):
-        size = sizes_of(trial, view.left[own], levels.rms, largest)
-        families.setdefault(trial.cause, []).append(_values(view.information(own), G[own], size))
+    for stack in stacked(view, terms, G, levels.rms, largest):
+        values = mean_log(np.array([stack.log_bayes(rho) for rho in RHO]))
+        for t, drawn in zip(stack.at.tolist(), values, strict=True):
+            families.setdefault(terms[t].cause, []).append(drawn)
     best = np.max([mean_log(np.array(values)) for values in families.values()], axis=0)
     scale = np.sqrt(6.0) / np.pi * float(best.std())
     return float(best.mean() - 0.5772 * scale - scale * np.log(-np.log(1.0 - FALSE_ALARMS)))
-
-
-def _values(S: FloatArray, g: FloatArray, size: FloatArray) -> FloatArray:
-    """Return the log evidence of one trial in each draw, averaged over the prior's sizes."""
-    found = []
-    for rho in RHO:
-        sd = rho * size
-        M = S * np.outer(sd, sd) + np.eye(len(sd))
-        b = g * sd[:, None]
-        found.append(0.5 * (b * np.linalg.solve(M, b)).sum(axis=0) - 0.5 * np.linalg.slogdet(M)[1])
-    return mean_log(np.array(found))

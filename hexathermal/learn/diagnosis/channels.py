@@ -7,6 +7,8 @@ slow process is of first order (Ornstein-Uhlenbeck). A Kalman filter of three st
 
 from __future__ import annotations
 
+import math
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 
@@ -20,7 +22,8 @@ SLOW_TIMES = (900.0, 2400.0, 7200.0)
 """Correlation times that the slow process may have [s]."""
 
 LOWEST = 1e-3
-"""Least level of a part of the noise, as a part of the whole."""
+LOG_LOWEST = math.log(LOWEST)
+"""Least level of a part of the noise, as a part of the whole, and its logarithm."""
 
 OFFSET_SPREAD = 0.3
 """Standard deviation of the logarithm of a run's offset over the noise of its first row, which it is."""
@@ -42,7 +45,7 @@ class Levels:
     @property
     def rms(self) -> float:
         """Of a window that is the mean of many rows, offsets apart."""
-        return float(np.sqrt(self.landing**2 + self.slow**2 + self.white**2))
+        return math.hypot(self.landing, self.slow, self.white)
 
 
 @dataclass(frozen=True, eq=False)
@@ -115,24 +118,37 @@ class Channel:
         """Return the channel with other values."""
         return replace(self, y=y)
 
-    def levels(self, theta: FloatArray, slow_time: float) -> Levels:
+    def levels(self, theta: Sequence[float], slow_time: float) -> Levels:
         """Return the levels of log ratios to `scale`."""
-        bounds = np.log(LOWEST), np.log(1.0 / LOWEST)
-        white, landing, slow, ratio = np.exp(np.clip(theta, *bounds)).tolist()
+        white, landing, slow, ratio = (math.exp(min(max(value, LOG_LOWEST), -LOG_LOWEST)) for value in theta)
         white, landing, slow = white * self.scale, landing * self.scale * self.has_landings, slow * self.scale
-        offset = ratio * float(np.sqrt(white**2 + landing**2 + slow**2)) * self.has_offsets
+        offset = ratio * math.hypot(white, landing, slow) * self.has_offsets
         return Levels(white, landing, slow, offset, slow_time)
 
-    def theta(self, levels: Levels) -> FloatArray:
+    def theta(self, levels: Levels) -> tuple[float, ...]:
         """Return the logarithms of levels over `scale`, and of the offset's over what the first row's should be."""
-        values = np.array([levels.white, levels.landing, levels.slow])
+        parts = levels.white / self.scale, levels.landing / self.scale, levels.slow / self.scale
         ratio = levels.offset / max(levels.rms, 1e-30)
-        return np.asarray(np.log(np.maximum(np.append(values / self.scale, ratio), LOWEST)))
+        return tuple(math.log(max(value, LOWEST)) for value in (*parts, ratio))
 
     def evidence(self, X: FloatArray, sd: FloatArray, levels: Levels) -> float:
         """Return log p(y) with coefficients of columns X integrated over N(0, sd^2), constants left out."""
-        table, logdet = self.whitened(np.column_stack([self.y, X]), levels)
-        return marginal(table[:, 0], table[:, 1:], sd)[0] - 0.5 * logdet + self.prior(levels)
+        return self._evidence_of(X, sd)(levels)
+
+    def _evidence_of(self, X: FloatArray, sd: FloatArray) -> Callable[[Levels], float]:
+        """Return `evidence` as a function of the levels."""
+        from hexathermal.learn.diagnosis.whitening_loops import log_evidence
+
+        table = np.ascontiguousarray(np.column_stack([self.y, X * sd]))
+        share = 1.0 / self.rows
+
+        def evidence(levels: Levels) -> float:
+            white, landing = levels.white**2 * share, levels.landing**2 * self.weight
+            value = log_evidence(table, self.start, self.fresh, self.step, white, landing, levels.slow**2,
+                                 levels.slow_time, levels.offset**2)  # fmt: skip
+            return float(value) + self.prior(levels)
+
+        return evidence
 
     def solved(self, X: FloatArray, sd: FloatArray, levels: Levels) -> tuple[float, FloatArray, FloatArray]:
         """Return `marginal` of the whitened channel with columns X: evidence without log det V, means, covariance."""
@@ -141,7 +157,7 @@ class Channel:
 
     def prior(self, levels: Levels) -> float:
         """Return the log prior of levels: loose about the channel's own scale; an offset is the first row's noise."""
-        *theta, ratio = self.theta(levels).tolist()
+        *theta, ratio = self.theta(levels)
         loose = sum(
             (value / SPREAD) ** 2 for value, free in zip(theta, (True, self.has_landings, True), strict=True) if free
         )
@@ -165,23 +181,28 @@ class Channel:
         """
         if begin is not None:
             return self._fitted(X, sd, self.theta(begin), begin.slow_time, most, 0.35)
-        start = np.log([0.7, 0.7, 0.4, 1.0])
+        start = tuple(math.log(value) for value in (0.7, 0.7, 0.4, 1.0))
         found = [self._fitted(X, sd, start, time, most // 2, 0.8) for time in SLOW_TIMES]
         best = max(found, key=lambda pair: pair[1])[0]
         return self._fitted(X, sd, self.theta(best), best.slow_time, 2 * most, 0.4)
 
     def _fitted(
-        self, X: FloatArray, sd: FloatArray, theta: FloatArray, slow_time: float, most: int, spread: float
+        self, X: FloatArray, sd: FloatArray, theta: Sequence[float], slow_time: float, most: int, spread: float
     ) -> tuple[Levels, float]:
         """Return the best levels near a start for one slow time."""
+        evidence = self._evidence_of(X, sd)
+        whole = np.array(theta)
+        free = np.flatnonzero([True, self.has_landings, True, self.has_offsets])
 
-        def loss(point: FloatArray) -> float:
-            return -self.evidence(X, sd, self.levels(point, slow_time))
+        def levels(point: FloatArray) -> Levels:
+            whole[free] = point
+            return self.levels(whole.tolist(), slow_time)
 
-        simplex = np.vstack([theta, theta + spread * np.eye(4)])
+        start = whole[free]
+        simplex = np.vstack([start, start + spread * np.eye(len(free))])
         options = {"maxfev": most, "xatol": 0.02, "fatol": 0.02, "initial_simplex": simplex}
-        found = optimize.minimize(loss, theta, method="Nelder-Mead", options=options)
-        return self.levels(found.x, slow_time), -float(found.fun)
+        found = optimize.minimize(lambda point: -evidence(levels(point)), start, method="Nelder-Mead", options=options)
+        return levels(found.x), -float(found.fun)
 
 
 def marginal(r: FloatArray, X: FloatArray, sd: FloatArray) -> tuple[float, FloatArray, FloatArray]:

@@ -13,11 +13,12 @@ Theory of Statistics 2B, 2004, 7.37 ff.).
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
+import numpy.typing as npt
 from scipy import linalg
 
 from hexathermal.learn.diagnosis.channels import Channel, Levels, marginal
@@ -192,16 +193,16 @@ def screened(channel: Channel, base: Base, levels: Levels, trials: list[Trial], 
     g = view.scores(view.r)
     plain = visible(columns, base.X[:, : base.plain])
     found = []
-    for trial, own in zip(terms, view.places, strict=True):
-        size = sizes_of(trial, view.left[own], levels.rms, largest)
-        S = view.information(own)
-        parts = [_log_bayes(S, g[own], rho * size) for rho in RHO]
-        values = np.array([value for value, _mean, _size in parts])
-        best = int(np.argmax(values))
-        shown = float(np.sqrt(((parts[best][1] * plain[own]) ** 2).sum()))
-        spread, rho = shown / max(parts[best][2], 1e-12), float(RHO[best])
-        value = float(mean_log(values)) + trial.advantage
-        found.append(Scored(trial, value, shown, levels.rms, spread, rho, rho * size))
+    for stack in stacked(view, terms, g[:, None], levels.rms, largest):
+        values = np.array([stack.log_bayes(rho)[:, 0] for rho in RHO])
+        best = RHO[np.argmax(values, axis=0)]
+        amplitudes, over = stack.found(best)
+        for k, t in enumerate(stack.at.tolist()):
+            trial, rho = terms[t], float(best[k])
+            shown = float(np.sqrt(((amplitudes[k] * plain[view.places[t]]) ** 2).sum()))
+            value = float(mean_log(values[:, k])) + trial.advantage
+            spread = shown / max(float(over[k]), 1e-12)
+            found.append(Scored(trial, value, shown, levels.rms, spread, rho, rho * stack.size[k]))
     null, before, _ = marginal(view.r, view.X, base.sd)
     for trial in trials:
         if trial.base is not None:
@@ -220,19 +221,56 @@ def changed_base(base: Base, trial: Trial) -> Base:
     return Base(np.column_stack([trial.base, base.X[:, p:]]), base.sd, base.plain)
 
 
-def _log_bayes(S: FloatArray, g: FloatArray, sd: FloatArray) -> tuple[float, FloatArray, float]:
-    """Return ``1/2 g' (S + D^-1)^-1 g - 1/2 log det(I + D S)``, D = diag(sd^2), amplitudes, their size over error."""
-    if len(g) == 1:
-        s, v = float(sd[0] ** 2 * S[0, 0]), float(sd[0] * g[0])
-        size = abs(v) / math.sqrt(1.0 + s)
-        return 0.5 * size**2 - 0.5 * math.log1p(s), sd * v / (1.0 + s), size
-    M = S * np.outer(sd, sd)
-    M[np.diag_indices_from(M)] += 1.0
-    factor = linalg.cho_factor(M, lower=True, check_finite=False)
-    b = sd * g
-    z = linalg.cho_solve(factor, b, check_finite=False)
-    size = math.sqrt(max(float(b @ z), 0.0))
-    return 0.5 * size**2 - float(np.log(np.diag(factor[0])).sum()), sd * z, size
+@dataclass(frozen=True, eq=False)
+class Stack:
+    """Trials of equally many columns, each turned to where its columns are independent.
+
+    Attributes
+    ----------
+    at : array of int, shape (t,)
+        Which trials they are.
+    size : array, shape (t, k)
+        Amplitudes at which the visible part has the RMS of the noise.
+    w : array, shape (t, k)
+    turn : array, shape (t, k, k)
+        Eigenvalues and eigenvectors of ``D S D``, D of the sizes.
+    b : array, shape (t, k, d)
+        ``turn' D g`` of d vectors of data.
+    """
+
+    at: npt.NDArray[np.int64]
+    size: FloatArray
+    w: FloatArray
+    turn: FloatArray
+    b: FloatArray
+
+    def log_bayes(self, rho: float) -> FloatArray:
+        """Return log B at one size of the prior, shape (t, d)."""
+        share = 1.0 / (1.0 / rho**2 + self.w)
+        log_det = np.log1p(rho**2 * self.w).sum(axis=1)
+        return np.asarray(0.5 * np.einsum("tk,tkd->td", share, self.b**2) - 0.5 * log_det[:, None])
+
+    def found(self, rho: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Return amplitudes (t, k) of the first data, each trial at a size of its prior, and size over error (t,)."""
+        b = self.b[:, :, 0]
+        share = 1.0 / (1.0 / rho[:, None] ** 2 + self.w)
+        return self.size * np.einsum("tik,tk->ti", self.turn, share * b), np.sqrt((share * b**2).sum(axis=1))
+
+
+def stacked(view: Projection, terms: Sequence[Trial], G: FloatArray, noise: float, largest: float) -> Iterator[Stack]:
+    """Give the trials of a projection, with scores G (m, d) of data, in stacks of equally many columns.
+
+    `noise` and `largest` are the RMS that the priors of amplitudes are made from, as `sizes_of` wants them.
+    """
+    sizes = [sizes_of(trial, view.left[own], noise, largest) for trial, own in zip(terms, view.places, strict=True)]
+    counts = np.array([len(size) for size in sizes])
+    for count in np.unique(counts).tolist():
+        at = np.flatnonzero(counts == count)
+        size = np.array([sizes[t] for t in at])
+        S = np.array([view.information(view.places[t]) for t in at]) * size[:, :, None] * size[:, None, :]
+        w, turn = np.linalg.eigh(S)
+        g = np.array([G[view.places[t]] for t in at]) * size[:, :, None]
+        yield Stack(at, size, np.maximum(w, 0.0), turn, np.einsum("tik,tid->tkd", turn, g))
 
 
 def mean_log(values: FloatArray) -> FloatArray:

@@ -41,13 +41,10 @@ class Order:
         x = np.array([self.view.positions[name] for name in self.names])
         i, j = self.names.index(sensor), self.names.index(other)
         rest = np.array([k for k in range(len(x)) if k not in (i, j)])
-        total = 0.0
-        for values in self.loadings.T:
-            told, spread = smooth_along(x, values, rest, np.array([x[i], x[j]]))
-            own = _heavy((values[[i, j]] - told) / spread)
-            swapped = _heavy((values[[j, i]] - told) / spread)
-            total += swapped - own
-        return float(np.clip(total, LEAST, MOST))
+        told, spread = smooth_along(x, self.loadings, rest, np.array([x[i], x[j]]))
+        own = _heavy((self.loadings[[i, j]] - told) / spread)
+        swapped = _heavy((self.loadings[[j, i]] - told) / spread)
+        return float(np.clip(swapped - own, LEAST, MOST))
 
 
 def _heavy(z: FloatArray) -> float:

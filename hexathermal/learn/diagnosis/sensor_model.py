@@ -85,8 +85,8 @@ class SensorModel:
         rest = np.arange(len(known))
         rows = [self.others.index(name) for name in known]
         at = np.array([placed[self.sensor]])
-        pairs = [smooth_along(x, column[rows], rest, at) for column in V.T]
-        return np.array([told[0] for told, _ in pairs]), np.array([WIDER * spread[0] for _, spread in pairs])
+        told, spread = smooth_along(x, V[rows], rest, at)
+        return told[0], WIDER * spread
 
     def weights(self, rows: list[slice] | None = None, nuisance: list[FloatArray] | None = None) -> FloatArray:
         """Return the weights of the leading profiles that foretell the sensor, shape (k,).
@@ -99,22 +99,32 @@ class SensorModel:
             Columns in all rows of each run that the sensor may follow besides.
         """
         chosen = [slice(None)] * len(self.own) if rows is None else rows
-        P = np.concatenate([p[part] for p, part in zip(self.profiles, chosen, strict=True)])
-        y = np.concatenate([t[part] for t, part in zip(self.own, chosen, strict=True)])
+        count = sum(len(own[part]) for own, part in zip(self.own, chosen, strict=True))
         centre, spread = self.expected
-        if len(y) < FEWEST_ROWS:
+        if count < FEWEST_ROWS:
             return centre if np.all(spread < LOOSE) else self.weights()
-        k = P.shape[1]
-        y = y - P @ centre
-        prior = spread
-        if nuisance is not None:
-            P = np.column_stack([P, np.concatenate([n[part] for n, part in zip(nuisance, chosen, strict=True)])])
-            prior = np.concatenate([prior, np.full(P.shape[1] - k, LOOSE)])
+        k = len(centre)
+        prior = spread if nuisance is None else np.append(spread, np.full(nuisance[0].shape[1], LOOSE))
+        M, z = np.zeros((len(prior), len(prior))), np.zeros(len(prior))
+        for run, part in enumerate(chosen):
+            if part == slice(None) and nuisance is None:
+                own = self._products[run]
+            else:
+                P = self.profiles[run][part]
+                own = _products(P if nuisance is None else np.column_stack([P, nuisance[run][part]]),
+                                self.own[run][part])  # fmt: skip
+            M += own[0]
+            z += own[1]
         # neighbouring rows share the slow bias: so many of them count as one
         step = float(np.median(np.diff(self.view.signals[0].time)))
         together = max(1.0, PARITY_WINDOW_S / step) * BIAS_K**2
-        M = (P.T @ P) / together + np.diag(1.0 / prior**2)
-        return np.asarray(centre + np.linalg.solve(M, (P.T @ y) / together)[:k])
+        z = z - M[:, :k] @ centre
+        return np.asarray(centre + np.linalg.solve(M / together + np.diag(1.0 / prior**2), z / together)[:k])
+
+    @cached_property
+    def _products(self) -> list[tuple[FloatArray, FloatArray]]:
+        """Products of each run's profiles with themselves and with the sensor."""
+        return [_products(P, y) for P, y in zip(self.profiles, self.own, strict=True)]
 
     def sensor_weights(self, weights: FloatArray) -> dict[str, float]:
         """Return what weights of the profiles are for each other sensor."""
@@ -196,6 +206,11 @@ class SensorModel:
         levels, value = self.channel.fitted(X, sd, self.null[0], 30)
         # the same noise must be open to both
         return value - max(self.null[1], self._displaced, self.channel.evidence(self.X, self.sd, levels))
+
+
+def _products(P: FloatArray, y: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Return ``P'P`` and ``P'y``."""
+    return P.T @ P, P.T @ y
 
 
 def sensor_model(view: View, sensor: str) -> SensorModel | None:

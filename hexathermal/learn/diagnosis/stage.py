@@ -54,6 +54,8 @@ class Stage:
         Misfit that errors of the thermometers feign: its columns stand beside the law's, and say nothing.
     refused : tuple of str
         Causes that are not asked any more: they predict runs left out no better.
+    begin : Levels or None
+        Noise at which the law is fitted at first, where one is known; by default its own.
     """
 
     view: View
@@ -61,6 +63,7 @@ class Stage:
     repairs: tuple[SensorRepair, ...] = ()
     tolerated: tuple[Scored, ...] = ()
     refused: tuple[str, ...] = ()
+    begin: Levels | None = None
 
     @cached_property
     def channel(self) -> Channel:
@@ -75,7 +78,7 @@ class Stage:
     @cached_property
     def bench(self) -> Workbench:
         """What trials are built from, with the law as it fits at first."""
-        coefficients, _ = self.fit(self.levels)
+        coefficients, _ = self.fit(self.levels if self.begin is None else self.begin)
         return Workbench(self.view, coefficients[: self.view.base_columns.shape[1]])
 
     @cached_property
@@ -112,7 +115,8 @@ class Stage:
 
     def _repaired_base(self, trial: Trial) -> Base:
         """Return the base of the data that a trial mends, errors of the thermometers as they are then."""
-        base = self.with_effect(Scored(trial, 0.0, 0.0, 1.0, 0.0, 0.0, np.zeros(0))).base
+        after = self.with_effect(Scored(trial, 0.0, 0.0, 1.0, 0.0, 0.0, np.zeros(0)))
+        base = replace(after, begin=self.levels).base
         # the same priors: evidence is compared
         sd = base.sd.copy()
         sd[: len(self.law_sizes)] = self.law_sizes

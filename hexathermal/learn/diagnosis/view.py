@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from functools import cached_property
+from functools import cached_property, lru_cache
 from typing import Any
 
 import numpy as np
@@ -84,7 +84,20 @@ def smoothed(time: FloatArray, values: FloatArray, over: float = SMOOTHED_S) -> 
     count = 2 * int(over / step / 2.0) + 1
     if count < 5 or count > len(values):
         return values
-    return np.asarray(signal.savgol_filter(values, count, 2, axis=0, mode="interp"))
+    out = np.asarray(signal.savgol_filter(values, count, 2, axis=0, mode="nearest"))
+    edge = _edge(count)
+    out[: len(edge)] = edge @ values[:count]
+    out[len(out) - len(edge) :] = edge[::-1, ::-1] @ values[len(values) - count :]
+    return out
+
+
+@lru_cache(maxsize=64)
+def _edge(count: int) -> FloatArray:
+    """Return the weights of the first values of which the parabola through them is made, shape (count // 2, count)."""
+    design = np.vander(np.linspace(-1.0, 1.0, count), 3)
+    edge = design[: count // 2] @ np.linalg.pinv(design)
+    edge.flags.writeable = False
+    return np.asarray(edge)
 
 
 def leading_profiles(tables: Sequence[FloatArray], count: int) -> FloatArray:

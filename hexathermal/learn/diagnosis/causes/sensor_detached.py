@@ -133,9 +133,12 @@ def _before(model: SensorModel, run: int, moment: float) -> list[slice]:
 
 def _parity(run: int, moment: float, model: SensorModel) -> tuple[FloatArray, FloatArray]:
     """Return by how much the air differs from the foretold temperature once contact is lost, in the parity."""
+    weights = model.weights(_before(model, run, moment))
     gaps = []
-    for i, (signals, told) in enumerate(zip(model.view.signals, _foretold(model, run, moment), strict=True)):
+    for i, (signals, profiles) in enumerate(zip(model.view.signals, model.profiles, strict=True)):
         assert signals.air is not None  # looked at before
-        on = (signals.time >= moment) if i == run else np.full(len(told), i > run)
-        gaps.append(on * (signals.air - told))
+        gap = np.zeros(len(profiles))
+        first = len(gap) if i < run else int(np.searchsorted(signals.time, moment)) if i == run else 0
+        gap[first:] = signals.air[first:] - profiles[first:] @ weights
+        gaps.append(gap)
     return model.means(gaps)[:, None], np.array([0.7])
