@@ -65,12 +65,14 @@ def add_hexapod_options(one: argparse.ArgumentParser) -> None:
                        help="expansion of plates with a thermometer: the machine's where it states one, else "
                        "found (auto, default); found; the machine's; 0")  # fmt: skip
     group.add_argument("--noise-um", type=number, metavar="UM", help="known noise of x, y, z (default: found)")
-    group.add_argument("--noise-urad", type=number, metavar="URAD", help="known noise of rx, ry, rz")
+    group.add_argument("--noise-urad", type=number, metavar="URAD", help="known noise of rx, ry, rz (default: found)")
     group.add_argument("--legs", nargs="+", type=path, default=[], metavar="LAW",
                        help="laws of the legs from a bench, leg.toml: one for all, or six; judged beside")  # fmt: skip
     group.add_argument("--propose", type=whole(6, LARGEST_PROPOSAL), metavar="N",
                        help="the N poses of a next run that tell the coefficients apart best")  # fmt: skip
-    group.add_argument("--criterion", choices=("D", "A", "E"), default="D", help="of --propose (default: D)")
+    group.add_argument("--criterion", choices=("D", "A", "E"), default="D",
+                       help="what is made small by --propose: the volume of all uncertainties (D, default), their mean "
+                       "(A), or the largest (E)")  # fmt: skip
 
 
 def identify_answer(arguments: argparse.Namespace, progress: Progress) -> Answer:

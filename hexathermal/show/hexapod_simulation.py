@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 from hexathermal.errors import ArgumentError, FileFormatError, Problem
 from hexathermal.show.commands import Answer, Progress
-from hexathermal.show.options import EXIT_CODES, MACHINE, STYLE, machine, number, path, seed, whole
+from hexathermal.show.options import EXIT_CODES, MACHINE, SEED, STYLE, machine, number, path, whole
 
 if TYPE_CHECKING:
     from hexathermal.machine.hexapod import Hexapod
@@ -76,7 +76,7 @@ def add_machine(kinds: Any) -> None:
                      help="turn of the tracker's frame, drawn for each run (default: %(default)g)")  # fmt: skip
     one.add_argument("--zero", choices=("campaign", "run"), default="campaign",
                      help="temperatures count from the first row of this (default: %(default)s)")  # fmt: skip
-    one.add_argument("--seed", type=seed, default=1, metavar="N", help="of all that is drawn (default: %(default)s)")
+    one.add_argument("--seed", **SEED)
     one.add_argument("--parquet", action="store_true", help="write the runs as Parquet, not CSV")
     one.add_argument("--truth", type=path, metavar="FILE", help="write what truly was, as JSON, outside of --out")
     one.add_argument("--plots", type=path, metavar="DIR", help="draw every run into this folder, outside of --out")

@@ -226,7 +226,7 @@ def _budget(budget: Budget) -> list[str]:
     return [
         _finding(f"Error budget of {budget.machine or 'a machine'}, {'' if budget.corrected else 'not '}corrected"),
         page.paragraph(
-            f"Pose ({at}) mm, deg in the base frame; {heat} degC. Errors of the point ({place}) mm from the platform's "
+            f"Pose ({at}) mm, deg in the base frame; {heat} °C. Errors of the point ({place}) mm from the platform's "
             f"origin, in the axes of the {budget.frame} frame."
         ),
         from_table(bias_table(budget, PROBABILITY, True), "Bias and uncertainty"),

@@ -155,6 +155,27 @@ MACHINE: dict[str, Any] = {
 }
 """What every option for a machine takes."""
 
+CAMPAIGN: dict[str, Any] = {
+    "metavar": "CAMPAIGN",
+    "type": path,
+    "help": "measured runs: a folder with campaign.toml and its tables; 'hexathermal simulate bench' makes one",
+}
+"""What every argument for a campaign takes."""
+
+SEED: dict[str, Any] = {
+    "type": seed,
+    "default": 1,
+    "metavar": "N",
+    "help": "of the random numbers; the same seed gives the same result (default: %(default)s)",
+}
+"""What every option for a seed takes."""
+
+LETTERS = """\
+letters: q0 is a leg's length between its joints when retracted, q how far its rod stands out, dT the rise of a
+thermometer since the campaign's zero; the law's coefficients are A (um per metre of q0 and K), B (of q), C (um per K)
+"""
+"""The letters of the laws, for the end of a help."""
+
 
 def machine(name: str) -> Hexapod:
     """Return a machine by name or path; a path that is no plain file is refused before it is opened."""

@@ -139,7 +139,7 @@ def test_a_machine_shows_geometry_law_and_drawing(values: dict[type, Any]) -> No
     """Lengths, coefficients and references stand with their units; the drawing has a name and twelve joints."""
     tree = parsed(values[ht.Hexapod])
     assert cells(tree, "retracted length q0") == ["600 mm"]
-    assert cells(tree, "reference temperature") == ["20 degC"]
+    assert cells(tree, "reference temperature") == ["20 °C"]
     assert cells(tree, "1 to 6")[:3] == ["T1", "1.99", "1.09"]
     assert "A µm/m/K" in words(tree)
     assert cells(tree, "1")[:3] == ["443.163", "-78.142", "-663.300"]
@@ -187,11 +187,11 @@ def test_a_budget_shows_bias_uncertainty_and_every_source(values: dict[type, Any
     tree = parsed(budget)
     for name, expected in (("drift, uncorrected", budget.uncorrected), ("bias that remains", budget.remaining),
                            ("expanded, 95 %", budget.expanded())):  # fmt: skip
-        assert cells(tree, name) == [f"{value * 1e6:.3f}" for value in expected]
+        assert cells(tree, name) == [f"{value * 1e6:z.3f}" for value in expected]
     for item in budget.contributions:
-        assert cells(tree, item.label)[:6] == [f"{value * 1e6:.3f}" for value in item.uncertainty]
+        assert cells(tree, item.label)[:6] == [f"{value * 1e6:z.3f}" for value in item.uncertainty]
     assert "x µm" in words(tree)
-    assert "22.00 degC" in words(tree)
+    assert "22.00 °C" in words(tree)
 
 
 def test_identification_and_validation_show_choice_verdict_and_runs(values: dict[type, Any]) -> None:

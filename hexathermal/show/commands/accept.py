@@ -47,6 +47,8 @@ quantities (with _um, or _urad for turns; all keys: docs/acceptance.md):
   dAP, dAP_x .. dAP_rz, shift      its drift over groups    dRP, dRP_rx .. dRP_rz             its drift over groups
   ETVE_x .. ETVE_rz                largest range in any window (the whole record where window_s is left out)
   d60_x .. d60_rz, dt_x .. dt_rz   change after 60 minutes, and at the end
+  AP, RP: ISO 9283; dAP, dRP: their drift.  ETVE: environmental temperature variation error, d60, dt: distortion while
+  warming up (ISO 230-3)
   AP_rx: turn about an axis.  AP_angle_rx: difference of the angle rx, which is ISO's AP_a, AP_b or AP_c; the letters
   themselves need letters = "zyx" (a is rz, b is ry, c is rx) or "xyz"; likewise for the other quantities of turns
 

@@ -14,6 +14,7 @@ from hexathermal.show.commands import Answer, Progress
 from hexathermal.show.options import (
     EXIT_CODES,
     MACHINE,
+    SEED,
     STYLE,
     add_frames,
     frames_of,
@@ -22,7 +23,6 @@ from hexathermal.show.options import (
     numbers,
     path,
     pose_given,
-    seed,
     three,
 )
 
@@ -86,19 +86,30 @@ def add(commands: Any) -> None:
     budget.add_argument("--path", type=path, metavar="FILE", help="along the poses of a CSV or Parquet file")
     budget.add_argument("--uncorrected", action="store_true", help="nominal lengths are commanded, not corrected ones")
     budget.add_argument("--sources", type=path, metavar="FILE", help="own sources of uncertainty, TOML")
-    budget.add_argument("--without", nargs="+", metavar="LABEL", default=[], help="leave sources out")
-    budget.add_argument("--probability", type=probability, default=0.95, metavar="P", help="default: %(default)s")
-    budget.add_argument("--frame", choices=("machine", "user", "object"), default="machine", help="axes of the errors")
+    budget.add_argument(
+        "--without", nargs="+", metavar="LABEL", default=[], help="leave these sources out, by the names in the table"
+    )
+    budget.add_argument(
+        "--probability",
+        type=probability,
+        default=0.95,
+        metavar="P",
+        help="of intervals and of the expanded uncertainty (default: %(default)s)",
+    )
+    budget.add_argument("--frame", choices=("machine", "user", "object"), default="machine",
+                        help="axes of the errors (default: %(default)s)")  # fmt: skip
     add_frames(budget, "axes of --frame user", "the point of --frame object")
     budget.add_argument("--plate-temps", nargs=2, type=number, metavar=("PLATFORM", "BASE"),
-                        help="plates without thermometers, degC")  # fmt: skip
+                        help="plates without thermometers, degC (default: the legs' mean)")  # fmt: skip
     for part in ("leg", "platform", "base"):
         whose = "across the legs" if part == "leg" else f"across the {part}"
-        budget.add_argument(f"--{part}-gradient", nargs="+", metavar="G", help=f"gradient {whose}, x y z, K/m")
+        budget.add_argument(
+            f"--{part}-gradient", nargs="+", metavar="G", help=f"gradient {whose}, x y z, K/m (default: 0)"
+        )
     budget.add_argument("--air", type=number, metavar="T", help="air, degC (default: reference temperature)")
-    budget.add_argument("--seed", type=seed, default=1, metavar="N", help="of all that is drawn (default: %(default)s)")
-    budget.add_argument("--out", type=path, metavar="DIR", help="folder for tables and figures; created where needed")
-    budget.add_argument("--force", action="store_true", help="overwrite files in it")
+    budget.add_argument("--seed", **SEED)
+    budget.add_argument("--out", type=path, metavar="DIR", help="folder for tables and figures, which is created")
+    budget.add_argument("--force", action="store_true", help="overwrite results in the folder of --out")
 
 
 def run(arguments: argparse.Namespace, progress: Progress) -> Answer:

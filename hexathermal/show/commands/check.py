@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from hexathermal.show.commands import Answer, Progress
-from hexathermal.show.options import EXIT_CODES, STYLE, path
+from hexathermal.show.options import CAMPAIGN, EXIT_CODES, LETTERS, STYLE, path
 
 if TYPE_CHECKING:
     from hexathermal.learn.campaign import Campaign
@@ -39,6 +39,7 @@ files of --plots DIR, each as .png and .svg:
   coverage                      leg: where it was when it was warm
   observability                 hexapod: which laws the poses and temperatures tell apart
 
+{LETTERS}
 examples:
   hexathermal check my-campaign
   hexathermal check my-campaign --plots plots --json check.json
@@ -51,8 +52,13 @@ def add(commands: Any) -> None:
     """Declare the command."""
     check = commands.add_parser("check", help="what a measured campaign is worth", description=CHECK, epilog=EPILOG,
                                 **STYLE)  # fmt: skip
-    check.add_argument("campaign", type=path, metavar="CAMPAIGN", help="folder with campaign.toml")
-    check.add_argument("--plots", type=path, metavar="DIR", help="write pictures into this folder, which is created")
+    check.add_argument("campaign", **CAMPAIGN)
+    check.add_argument(
+        "--plots",
+        type=path,
+        metavar="DIR",
+        help="write pictures into this folder, which is created; earlier ones are replaced",
+    )
     check.add_argument("--netcdf", type=path, metavar="FILE", help="write all runs, as recorded, into one NetCDF file")
     check.add_argument("--force", action="store_true", help="overwrite an existing NetCDF file")
     check.add_argument(

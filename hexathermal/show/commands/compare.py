@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from hexathermal.show.commands import Answer, Progress
-from hexathermal.show.options import EXIT_CODES, STYLE, path
+from hexathermal.show.options import CAMPAIGN, EXIT_CODES, STYLE, path
 
 if TYPE_CHECKING:
     from hexathermal.compare.comparison import Comparison
@@ -44,8 +44,13 @@ def add(commands: Any) -> None:
     """Declare the command."""
     one = commands.add_parser("compare", help="the virtual bench against a measured leg", description=COMPARE,
                               epilog=EPILOG, **STYLE)  # fmt: skip
-    one.add_argument("campaign", type=path, metavar="CAMPAIGN", help="folder with campaign.toml")
-    one.add_argument("--plots", type=path, metavar="DIR", help="draw channels, residuals and factors into this folder")
+    one.add_argument("campaign", **CAMPAIGN)
+    one.add_argument(
+        "--plots",
+        type=path,
+        metavar="DIR",
+        help="draw channels, residuals and factors into this folder, which is created",
+    )
 
 
 def run(arguments: argparse.Namespace, progress: Progress) -> Answer:

@@ -10,7 +10,7 @@ from typing import Any
 import hexathermal
 from hexathermal.errors import ArgumentError
 from hexathermal.show.commands import Answer, Progress
-from hexathermal.show.options import COMPILE_TIME, EXIT_CODES, MACHINE, STYLE, machine, path, seed
+from hexathermal.show.options import COMPILE_TIME, EXIT_CODES, MACHINE, SEED, STYLE, machine, path
 
 DEMO_FILES = ("day.csv", "day.png", "summary.json")
 
@@ -43,8 +43,8 @@ def add(commands: Any) -> None:
     demo.add_argument("--machine", default="reference", **MACHINE)
     demo.add_argument("--out", type=path, default=Path("hexathermal-demo"), metavar="DIR",
                       help="folder for the results (default: %(default)s)")  # fmt: skip
-    demo.add_argument("--seed", type=seed, default=1, metavar="N", help="of all that is drawn (default: %(default)s)")
-    demo.add_argument("--force", action="store_true", help="overwrite files that are no demo's")
+    demo.add_argument("--seed", **SEED)
+    demo.add_argument("--force", action="store_true", help="overwrite files in the folder of --out that no demo wrote")
 
 
 def run(arguments: argparse.Namespace, progress: Progress) -> Answer:

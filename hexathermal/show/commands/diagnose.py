@@ -17,7 +17,7 @@ from hexathermal.show.machine_answers import (
     diagnose_answer,
     refuse_other_kind,
 )
-from hexathermal.show.options import EXIT_CODES, STYLE, path
+from hexathermal.show.options import CAMPAIGN, EXIT_CODES, STYLE, path
 
 if TYPE_CHECKING:
     from hexathermal.learn.campaign import Campaign
@@ -46,6 +46,7 @@ causes:
 
 {EPILOG_DIAGNOSE}
 what the tables say:
+  residual      what was measured less what the law foretells
   visible RMS   what stays of an effect when the law is fitted again; only that can be seen in a residual
   evidence      logarithm of how much more probable the data are with the cause than without; 2.3 is 10 to 1, 7 is
                 1000 to 1
@@ -77,14 +78,19 @@ def add(commands: Any) -> None:
     """Declare the command."""
     one = commands.add_parser("diagnose", help="what a law gets wrong on a campaign, and why", description=DIAGNOSE,
                               epilog=EPILOG, **STYLE)  # fmt: skip
-    one.add_argument("campaign", type=path, metavar="CAMPAIGN", help="folder with campaign.toml")
+    one.add_argument("campaign", **CAMPAIGN)
     one.add_argument("--sensors", metavar="NAMES",
                      help="of the law: T07,T14 (default: the likeliest near those of 'identify')")  # fmt: skip
     one.add_argument("--law", type=path, metavar="FILE", help="leg.toml of 'identify': its sensors are taken")
     one.add_argument(
         "--extend", type=path, metavar="FILE", help="write the law with what was found in it: leg.toml, or hexapod.toml"
     )
-    one.add_argument("--report", type=path, metavar="DIR", help="write report.html and its pictures into this folder")
+    one.add_argument(
+        "--report",
+        type=path,
+        metavar="DIR",
+        help="write report.html and its pictures into this folder, which is created; earlier ones are replaced",
+    )
     one.add_argument("--force", action="store_true", help="overwrite an existing law or machine")
     add_machine_options(one)
 

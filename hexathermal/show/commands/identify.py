@@ -16,7 +16,7 @@ from hexathermal.show.hexapod_answers import (
     identify_answer,
     is_hexapod_campaign,
 )
-from hexathermal.show.options import EXIT_CODES, STYLE, path
+from hexathermal.show.options import CAMPAIGN, EXIT_CODES, LETTERS, STYLE, path
 
 if TYPE_CHECKING:
     from hexathermal.learn.campaign import Campaign
@@ -45,7 +45,8 @@ EPILOG = f"""\
 it is clearly worse for one of the legs, or for all together: RMSE larger by more than the 95 % bound of the spread
 between runs. The law that is written is then fitted to the runs of all legs; else it is that of the first campaign.
 "Left out" is the error on each run under the law fitted to all others; "fit" that on the rows fitted, the paper's
-criterion, by which more sensors always look better.
+criterion, by which more sensors always look better. RMSE is the root of the mean square of what the law leaves; on the
+Pareto front stand the sets that no other beats in RMSE and in the largest residual at once.
 
 files of --report DIR:
   sets.csv                      every set of sensors: RMSE, largest and mean residual, reductions, fitted and left out
@@ -55,6 +56,7 @@ files of --report DIR:
   identification.json           everything as numbers
 
 {EPILOG_IDENTIFY}
+{LETTERS}
 examples:
   hexathermal identify my-campaign --sensors auto --out leg.toml --report report
   hexathermal identify my-campaign --sensors T07,T14 --triples --json -
@@ -68,7 +70,7 @@ def add(commands: Any) -> None:
     """Declare the command."""
     one = commands.add_parser("identify", help="a measured campaign becomes a leg law", description=IDENTIFY,
                               epilog=EPILOG, **STYLE)  # fmt: skip
-    one.add_argument("campaign", type=path, metavar="CAMPAIGN", help="folder with campaign.toml")
+    one.add_argument("campaign", **CAMPAIGN)
     one.add_argument("--sensors", default="auto", metavar="NAMES", help="auto (default), or names with commas: T07,T14")
     one.add_argument("--triples", action="store_true", help="search sets of three sensors too")
     one.add_argument("--quads", action="store_true", help="search sets of three and of four sensors too")
@@ -78,7 +80,12 @@ def add(commands: Any) -> None:
     one.add_argument("--common", nargs="+", type=path, default=[], metavar="CAMPAIGN",
                      help="campaigns of other legs: can they share the law?")  # fmt: skip
     one.add_argument("--out", type=path, metavar="FILE", help="write the law: leg.toml")
-    one.add_argument("--report", type=path, metavar="DIR", help="write tables and pictures into this folder")
+    one.add_argument(
+        "--report",
+        type=path,
+        metavar="DIR",
+        help="write tables and pictures into this folder, which is created; earlier ones are replaced",
+    )
     one.add_argument("--force", action="store_true", help="overwrite an existing law")
     add_hexapod_options(one)
 

@@ -50,10 +50,14 @@ def add(commands: Any) -> None:
     """Declare the command."""
     one = commands.add_parser("report", help="a campaign, budget, diagnosis or machine as one page",
                               description=REPORT, epilog=EPILOG, **STYLE)  # fmt: skip
-    one.add_argument("subject", metavar="DIR", help="what the report is of, see below")
+    one.add_argument(
+        "subject", metavar="DIR", help="what the report is of: a folder, a file, or a bundled machine; see below"
+    )
     one.add_argument("--out", type=path, metavar="FILE", help="the page (default: NAME-report.html in this folder)")
     one.add_argument("--figures", type=path, metavar="DIR", help="write each figure into this folder, which is created")
-    one.add_argument("--law", metavar="LAW", help="of a campaign: leg.toml, or a machine for a whole hexapod")
+    one.add_argument(
+        "--law", metavar="LAW", help="of a campaign: leg.toml of 'identify', or a machine for a whole hexapod"
+    )
     one.add_argument("--force", action="store_true", help="overwrite an existing page and existing figures")
 
 

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 from hexathermal.errors import ArgumentError
 from hexathermal.show.commands import Answer, Progress
 from hexathermal.show.hexapod_simulation import add_machine, answer
-from hexathermal.show.options import EXIT_CODES, STYLE, number, path, seed, whole
+from hexathermal.show.options import EXIT_CODES, SEED, STYLE, number, path, whole
 
 if TYPE_CHECKING:
     from hexathermal.simulate.bench.bench import Bench, BenchRun, RunPlan
@@ -81,7 +81,7 @@ def add(commands: Any) -> None:
     bench.add_argument("--hours", type=number, metavar="H", help="length of every run (default: 4 to 6, drawn)")
     bench.add_argument("--interval", type=number, default=20.0, metavar="S",
                        help="seconds between two rows (default: %(default)g)")  # fmt: skip
-    bench.add_argument("--seed", type=seed, default=1, metavar="N", help="of all that is drawn (default: %(default)s)")
+    bench.add_argument("--seed", **SEED)
     bench.add_argument("--scenario", type=path, action="append", metavar="FILE",
                        help="move as this table says, see below; may be given again")  # fmt: skip
     bench.add_argument("--not-compensated", action="store_true",

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 from hexathermal.errors import ArgumentError
 from hexathermal.show.commands import Answer, Progress
 from hexathermal.show.hexapod_answers import EPILOG_VALIDATE, is_hexapod_campaign, validate_answer
-from hexathermal.show.options import EXIT_CODES, STYLE, path
+from hexathermal.show.options import CAMPAIGN, EXIT_CODES, STYLE, path
 
 if TYPE_CHECKING:
     from hexathermal.learn.campaign import Campaign
@@ -52,8 +52,13 @@ def add(commands: Any) -> None:
     one = commands.add_parser("validate", help="a law on runs that were never fitted", description=VALIDATE,
                               epilog=EPILOG, **STYLE)  # fmt: skip
     one.add_argument("law", type=path, metavar="LAW", help="leg.toml, as 'identify' writes it; for a hexapod a machine")
-    one.add_argument("campaign", type=path, metavar="CAMPAIGN", help="folder with campaign.toml")
-    one.add_argument("--report", type=path, metavar="DIR", help="write pictures into this folder")
+    one.add_argument("campaign", **CAMPAIGN)
+    one.add_argument(
+        "--report",
+        type=path,
+        metavar="DIR",
+        help="write pictures into this folder, which is created; earlier ones are replaced",
+    )
     one.add_argument("--before", type=path, metavar="LAW", help="another leg.toml: tell the gain over it")
 
 

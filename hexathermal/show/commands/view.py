@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 from hexathermal.errors import ArgumentError, TemperatureError
 from hexathermal.show.commands import Answer, Progress
-from hexathermal.show.options import EXIT_CODES, MACHINE, STYLE, machine, number, path, pose_given, seed, three, whole
+from hexathermal.show.options import EXIT_CODES, MACHINE, SEED, STYLE, machine, number, path, pose_given, three, whole
 
 if TYPE_CHECKING:
     from hexathermal.machine.hexapod import Hexapod
@@ -58,10 +58,12 @@ def add(commands: Any) -> None:
     what.add_argument("--temps", type=path, metavar="FILE", help="measured temperatures, CSV or .parquet")
     one.add_argument("--pose", nargs="+", metavar="V", help="x y z rx ry rz from home that is held, mm and deg")
     one.add_argument("--at-tool", nargs="+", metavar="V", help="x y z of the tool point from the platform's origin, mm")
-    one.add_argument("--magnify", type=number, metavar="N", help="draw the drift N times larger (default: to be seen)")
-    one.add_argument("--seed", type=seed, default=1, metavar="N", help="of the simulated day (default: %(default)s)")
+    one.add_argument(
+        "--magnify", type=number, metavar="N", help="draw the drift N times larger (default: so that it is seen)"
+    )
+    one.add_argument("--seed", **SEED)
     one.add_argument("--save", type=path, metavar="FILE", help="write one HTML file instead of serving a page")
-    one.add_argument("--force", action="store_true", help="overwrite an existing file")
+    one.add_argument("--force", action="store_true", help="overwrite an existing page")
     one.add_argument("--no-browser", action="store_true", help="serve the page, but open no browser")
     one.add_argument(
         "--port", type=whole(0, 65535), default=0, metavar="N", help="to serve at (default: any that is free)"

@@ -10,8 +10,8 @@ from hexathermal.show.commands import Answer, Progress
 from hexathermal.show.options import COMPILE_TIME, EXIT_CODES, STYLE
 
 WARM_UP = f"""\
-Compiles every kernel and keeps the result on disk, so that no later call waits for the compiler. Takes {COMPILE_TIME}
-the first time and a second afterwards.
+Compiles the equations to machine code and keeps the result on disk, so that no later call waits for the compiler.
+Takes {COMPILE_TIME} the first time and a second afterwards.
 """
 
 EPILOG = f"""\
