@@ -16,7 +16,7 @@ from hexathermal.learn.machine_diagnosis.law_columns import law_columns
 from hexathermal.learn.machine_diagnosis.noise_levels import SMALLEST_NOISE, PoseNoise, coordinates_of, pose_noise
 from hexathermal.learn.machine_diagnosis.single_leg import single_leg_candidates
 from hexathermal.learn.machine_diagnosis.tables import Tables, tables_of
-from hexathermal.learn.machine_diagnosis.unexplained import flexible_candidates
+from hexathermal.learn.machine_diagnosis.unexplained import flexible_candidates, wide_candidates
 from hexathermal.learn.machine_diagnosis.view import MachineView
 from hexathermal.machine.hexapod import Hexapod
 from hexathermal.poses import FloatArray
@@ -99,10 +99,10 @@ def _made(
     """Return a case; the noise is found where none is given."""
     law = law_columns(view, laws)
     told = y - law.known
-    candidates = (*all_candidates(view), *single_leg_candidates(view), *flexible_candidates(view),
-                  *(part for one in finer for part in finer_candidates(view, one)))  # fmt: skip
+    candidates = (*all_candidates(view), *single_leg_candidates(view), *flexible_candidates(view))
     if noise is None:
         noise = pose_noise(view, told, law.columns, candidates, first_noise(view, told) if start is None else start)
+    candidates += (*wide_candidates(view), *(part for one in finer for part in finer_candidates(view, one)))
     tables = tables_of(view, told, noise.coordinates, noise.weight, law.columns, [one.columns for one in candidates])
     return Case(view, y, laws, candidates, _priors(candidates), noise, tables, finer)
 

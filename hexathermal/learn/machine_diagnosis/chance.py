@@ -12,7 +12,7 @@ from hexathermal.learn.machine_diagnosis.case import Case
 from hexathermal.learn.machine_diagnosis.evidence import sizes_for
 from hexathermal.poses import FloatArray
 
-DRAWS = 200
+DRAWS = 500
 FALSE_ALARMS = 0.003
 """Part of campaigns with nothing in them in which chance may reach the threshold."""
 
@@ -30,15 +30,17 @@ def chance_threshold(case: Case, S: FloatArray) -> float:
     S : array, shape (m, m)
         Of all candidates' columns, all else eliminated.
     """
-    values, vectors = np.linalg.eigh(S)
+    asked = [k for k, one in enumerate(case.candidates) if case.named(k) and not one.mean.any()]
+    places = [np.arange(case.tables.places[k].start, case.tables.places[k].stop) - case.tables.base for k in asked]
+    which = np.concatenate(places or [np.zeros(0, dtype=np.int64)]).astype(np.int64)
+    values, vectors = np.linalg.eigh(S[np.ix_(which, which)])
     root = vectors * np.sqrt(np.maximum(values, 0.0))
-    G = root @ np.random.default_rng(SEED).standard_normal((len(S), DRAWS))
-    best = np.full(DRAWS, -np.inf)
-    for k, (one, own) in enumerate(zip(case.candidates, case.tables.places, strict=True)):
-        if case.named(k) and not one.mean.any():
-            place = slice(own.start - case.tables.base, own.stop - case.tables.base)
-            found = _values(S[place, place], G[place], one.scale, case.tables.rows)
-            best = np.maximum(best, found + case.prior[k])
+    G = root @ np.random.default_rng(SEED).standard_normal((len(which), DRAWS))
+    best, begin = np.full(DRAWS, -np.inf), 0
+    for k, place in zip(asked, places, strict=True):
+        own, begin = slice(begin, begin + len(place)), begin + len(place)
+        found = _values(S[np.ix_(place, place)], G[own], case.candidates[k].scale, case.tables.rows)
+        best = np.maximum(best, found + case.prior[k])
     if not np.isfinite(best).all():
         return 0.0
     scale = np.sqrt(6.0) / np.pi * float(best.std())

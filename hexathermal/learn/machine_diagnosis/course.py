@@ -8,9 +8,10 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from hexathermal.learn.machine_diagnosis.case import Case, with_exchanged, with_finer
-from hexathermal.learn.machine_diagnosis.evidence import log_bayes
+from hexathermal.learn.machine_diagnosis.evidence import hypothesis, log_bayes, scored
 from hexathermal.learn.machine_diagnosis.finer import finer_setting
 from hexathermal.learn.machine_diagnosis.search import (
+    NAMELESS_MARGIN,
     Adoption,
     Ranked,
     Step,
@@ -24,9 +25,6 @@ from hexathermal.machine.hexapod import Hexapod
 MOST_EFFECTS = 3
 EXCHANGED = 3.0
 """Log odds by which another cause must be better for it to take the place of one adopted before."""
-
-NAMELESS_MARGIN = 3.0
-"""Log odds by which a flexible shape must be better than the best cause for what it shows to have no name."""
 
 SWAP = "swapped-legs"
 
@@ -91,6 +89,12 @@ def searched(case: Case) -> Course:
     adopted.sort(key=lambda one: -one.ranked.odds)
     if adopted:
         now = step(case, adopted, now.null)
+        held = _held(case, adopted, now)
+        if len(held) < len(adopted):
+            lost = [one.candidate.called for one in adopted if one not in held]
+            notes.append(f"{' and '.join(lost)} would explain part of what is there, but a shape without a name explains "
+                         "all of it as well alone")  # fmt: skip
+            adopted, now = held, step(case, held, now.null)
     return Course(first, case, tuple(adopted), now, tuple(notes))
 
 
@@ -179,6 +183,40 @@ def _exchanged(case: Case, adopted: list[Adoption]) -> list[Adoption]:
             found = _adoption(case, now, chosen, others)
             adopted = [*adopted[:k], found, *adopted[k + 1 :]]
     return [one for one in adopted if one.which < 0 or one.ranked.odds > one.step.threshold]
+
+
+def _held(case: Case, adopted: Sequence[Adoption], end: Step) -> list[Adoption]:
+    """Return the names that hold beside what is left and has no name.
+
+    What is left may be the rest of something of which a name is but a part: the name goes where, with one shape without
+    a name allowed, the rows are explained as well without it.
+    """
+    kept = list(adopted)
+    left = end.ranking[0] if end.ranking else None
+    if left is None or left.odds <= end.threshold or case.named(left.which):
+        return kept
+    shapes = [k for k in range(len(case.candidates)) if not case.named(k)]
+    for one in sorted(adopted, key=lambda one: one.ranked.odds):
+        if one.which < 0:
+            continue
+        others = [other for other in kept if other is not one]
+        whole = _beside(case, kept, shapes, end) + float(case.prior[one.which])
+        if whole - _beside(case, others, shapes, end) <= one.step.threshold:
+            kept = others
+    return kept
+
+
+def _beside(case: Case, adopted: Sequence[Adoption], shapes: Sequence[int], end: Step) -> float:
+    """Return the log evidence of what was adopted with the best shape without a name."""
+    base, best = priors_of(case, adopted), -np.inf
+    value = hypothesis(case.tables, end.null, base)[0]
+    S = candidates_left(case, end.null, base)
+    for which in shapes:
+        own = case.tables.places[which]
+        place = slice(own.start - case.tables.base, own.stop - case.tables.base)
+        found = scored(S[place, place], S[place, -1], case.candidates[which], case.tables.rows, which)
+        best = best if found is None else max(best, found.value + float(case.prior[which]))
+    return value + max(best, 0.0)
 
 
 def visible_strength(one: Adoption) -> float:

@@ -276,6 +276,17 @@ def _constant(rows: HexapodRows) -> list[str]:
             "follows the room cannot show; measure while the machine warms or cools by some kelvin"]  # fmt: skip
 
 
+def _scattering(course: Course) -> list[str]:
+    """Return what is to be said of runs, or stretches of them, that scatter more than others."""
+    noise, view = course.case.noise, course.case.view
+    most = {name: float(noise.scatter[view.run == k].max(initial=1.0)) for k, name in enumerate(view.runs)}
+    said = [f"{name} ({times:.1f} times)" for name, times in most.items() if times > 1.0]
+    if not said:
+        return []
+    return [f"poses scatter more than usual in, or in a part of, {', '.join(said)}: they weigh less; something disturbed "
+            "the measurement there"]  # fmt: skip
+
+
 def _notes(course: Course, rows: HexapodRows, seen: MachineObservability, gain: MachineGain | None) -> tuple[str, ...]:
     """Return what a reader must know besides."""
     notes = [*course.notes, *far_poses(rows), *(f"{n} rows were left out: {why}" for why, n in rows.left_out.items())]
@@ -286,6 +297,7 @@ def _notes(course: Course, rows: HexapodRows, seen: MachineObservability, gain: 
         notes.append("the measuring frame is offset in the whole campaign: constant motions are not told")
     if max(levels.slow, levels.leg) >= SLOW_NOTE:
         notes.append("something slow in time is in the poses that no cause explains: drift of the tracker, or heat")
+    notes += _scattering(course)
     notes += _constant(rows)
     notes += list(seen.missing)
     if seen.absent:

@@ -6,6 +6,9 @@ effective number of unknowns ``d = sum tr(1 - (1 + D G)^-1)``::
 
     sigma_k^2 = sum_n w_n r_nk^2 / (n (1 - d / 6 n))
 
+Where a run, or a stretch of it, scatters clearly more or less than the rest, its rows weigh by that; its scatter is
+the median of the squared distances m^2, in which single rows do not count.
+
 Where the tails are heavier than normal, rows weigh ``w = (nu + 6) / (nu + m^2)``, m their Mahalanobis distance: the
 maximum-likelihood weights of Student's distribution (Lange, Little and Taylor, J. Am. Stat. Assoc. 84 (1989) 881).
 """
@@ -16,6 +19,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
+import numpy.typing as npt
 from scipy import linalg
 
 from hexathermal.learn.hexapod_model import turn_axes
@@ -30,10 +34,23 @@ LOOSE_STRENGTH = 3
 """Number of the size, in the grid of strengths, at which all candidates are fitted together."""
 
 ROUNDS = 3
+SETTLED = 0.01
+"""Relative change of the noise below which, where all rows weigh the same, no further round changes anything."""
+
 SMALLEST_NOISE = 1e-12
 FREEDOMS = (3.0, 4.0, 6.0, 10.0, 20.0)
 CLEARLY = 5.0
 """Log likelihood by which Student's distribution must be better than the normal one."""
+
+
+STRETCH = 15
+"""Rows of a stretch of a run whose scatter is looked at."""
+
+UNLIKELY = 3.6
+"""Standard deviations by which the scatter of a run or stretch must be off that of the rest."""
+
+BESIDE_THE_MIDDLE = (0.4, 0.6)
+"""Parts of all rows, between which the density of their squared distances is taken."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -47,11 +64,14 @@ class PoseNoise:
         Of each row.
     freedom : float
         Degrees of freedom of the tails; infinite where they are normal.
+    scatter : array, shape (n,)
+        Scatter of the run or stretch that a row is in, over the usual one; 1 where it is no other.
     """
 
     coordinates: FloatArray
     weight: FloatArray
     freedom: float
+    scatter: FloatArray
 
 
 def pose_noise(
@@ -69,18 +89,55 @@ def pose_noise(
         All that may be in the data.
     start : array, shape (6,) [m, rad]
     """
-    sigma, weight, freedom = start, np.ones(len(view)), np.inf
+    sigma, weight, freedom, scatter = start, np.ones(len(view)), np.inf, np.ones(len(view))
     columns = [one.columns for one in candidates]
     scales = np.concatenate([np.zeros(0), *(one.scale for one in candidates)])
     for _round in range(ROUNDS):
         tables = tables_of(view, y, sigma, weight, law, columns)
         left, share = _residuals(view, y, law, columns, scales, sigma, tables)
         n = len(view) * max(1.0 - share, 0.2)
-        sigma = np.maximum(np.sqrt((weight[:, None] * left**2).sum(axis=0) / n), SMALLEST_NOISE)
+        before, sigma = sigma, np.maximum(np.sqrt((weight[:, None] * left**2).sum(axis=0) / n), SMALLEST_NOISE)
         square = ((left / sigma) ** 2).sum(axis=1) / max(1.0 - share, 0.2)
+        scatter = scatter_of(view, square)
+        square = square / scatter**2
         freedom = _freedom(square)
         weight = np.ones(len(view)) if np.isinf(freedom) else (freedom + 6.0) / (freedom + square)
-    return PoseNoise(sigma, weight, freedom)
+        weight = weight / scatter**2
+        if np.isinf(freedom) and (scatter == 1.0).all() and np.abs(np.log(sigma / before)).max() < SETTLED:
+            break
+    return PoseNoise(sigma, weight, freedom, scatter)
+
+
+def scatter_of(view: MachineView, square: FloatArray) -> FloatArray:
+    """Return the scatter of the run and stretch that each row is in, over the usual one, shape (n,).
+
+    Parameters
+    ----------
+    view : MachineView
+    square : array, shape (n,)
+        Squared distances of the rows.
+    """
+    runs = [np.flatnonzero(view.run == run) for run in np.unique(view.run)]
+    found = _apart(np.asarray(square), runs)
+    stretches = [part for rows in runs for part in np.array_split(rows, max(len(rows) // STRETCH, 1))]
+    return np.asarray(np.sqrt(found * _apart(square / found, stretches)))
+
+
+def _apart(square: FloatArray, parts: list[npt.NDArray[np.int64]]) -> FloatArray:
+    """Return the middle square of each part over the usual one, for all its rows; 1 where chance may make it so.
+
+    The median of n values of density f about it has the standard deviation ``1 / (2 f sqrt(n))``.
+    """
+    found, middle = np.ones(len(square)), np.array([np.median(square[rows]) for rows in parts])
+    low, high = np.quantile(square, BESIDE_THE_MIDDLE)
+    usual = float(np.median(middle))
+    if not (low > 0.0 and usual > 0.0):
+        return found
+    std = np.log(high / low) / (2.0 * (BESIDE_THE_MIDDLE[1] - BESIDE_THE_MIDDLE[0]))
+    for rows, own in zip(parts, middle / usual, strict=True):
+        if own > 0.0 and abs(np.log(own)) > UNLIKELY * std / np.sqrt(len(rows)):
+            found[rows] = own
+    return found
 
 
 def _residuals(

@@ -47,6 +47,9 @@ CLEARLY_APART = 10.0
 FOR_PAIRS = 3
 """Leaders at whose levels pairs are asked."""
 
+NAMELESS_MARGIN = 3.0
+"""Log odds by which a flexible shape must be better than the best cause for what it shows to have no name."""
+
 TWO_AT_ONCE = np.log(0.1)
 PAIR_MARGIN = 5.0
 """Log odds by which two together must beat the best single cause."""
@@ -268,7 +271,9 @@ def best_pair(case: Case, found: Step) -> tuple[int, int, float] | None:
             value = _together(case, S, one, two) + cost + prior
             if best is None or value > best[2]:
                 best = (one, two, value)
-    if best is None or best[2] < found.ranking[0].odds + PAIR_MARGIN:
+    single, nameless = (next((one.odds for one in found.ranking if case.named(one.which) == of), -np.inf)
+                        for of in (True, False))  # fmt: skip
+    if best is None or best[2] < max(single + PAIR_MARGIN, nameless - NAMELESS_MARGIN):
         return None
     return best
 

@@ -1,4 +1,8 @@
-"""Flexible shapes without a name: what follows a pose, a displacement, a temperature or time, and no cause explains."""
+"""Flexible shapes without a name: what follows a pose, a displacement, a temperature or time, and no cause explains.
+
+They stand beside the causes as rivals, and what one cause has on a single place they have wider: a leg that is any
+smooth function of the pose contains what its joint's offset makes; steps at reversals in all legs contain one leg's.
+"""
 
 from __future__ import annotations
 
@@ -7,11 +11,18 @@ import numpy as np
 from hexathermal.learn.diagnosis.trials import PREFIX
 from hexathermal.learn.hexapod_data import AIR
 from hexathermal.learn.machine_diagnosis.candidate import Candidate
+from hexathermal.learn.machine_diagnosis.leg_terms import term_candidate
 from hexathermal.learn.machine_diagnosis.tables import WAVES, time_waves
 from hexathermal.learn.machine_diagnosis.view import MachineView
 from hexathermal.poses import FloatArray
 
 POWERS = (1, 2)
+
+CUBES = 0.5
+"""Size of what is of third order in the pose, over that of lower order."""
+
+PLAYS_M = (0.0, 120e-6, 480e-6)
+"""Ways of the rods in which reversals in all legs become whole."""
 
 SPREADS = np.concatenate([[1.0], 1.0 / np.arange(1, WAVES + 1)])
 """Sizes of a constant and of cosines of time, as those of a random walk."""
@@ -39,6 +50,20 @@ def flexible_candidates(view: MachineView) -> list[Candidate]:
     return [one for one in found if one.columns.any()]
 
 
+def wide_candidates(view: MachineView) -> list[Candidate]:
+    """Return nameless candidates that hold what a cause makes of one place, and much besides.
+
+    They are rivals of names alone: where everything is fitted to tell the noise, they would take too much of it.
+    """
+    smooth, sizes = _smooth(view)
+    found = [_family("the last move of every leg", _of_moves(view, play)) for play in PLAYS_M]
+    for leg in range(6):
+        columns = np.zeros((len(view), 6, len(sizes)))
+        columns[:, leg] = smooth
+        found.append(_family(f"the pose, in leg{leg + 1}", columns, sizes))
+    return [one for one in found if one.columns.any()]
+
+
 def _of_time(view: MachineView) -> FloatArray:
     """Return 1 and cosines of each run's time, the same in all runs, shape (n, SPREADS)."""
     waves = np.ones((len(view), 1 + WAVES))
@@ -57,10 +82,29 @@ def _family(follows: str, columns: FloatArray, spreads: FloatArray | None = None
     return Candidate(PREFIX + follows, None, tuple(f"a{j + 1}" for j in range(k)), ("",) * k, kept, scale, np.zeros(k))
 
 
+def _coordinates(view: MachineView) -> FloatArray:
+    """Return the pose's coordinates about 0 with a spread of 1, shape (n, 6)."""
+    return _standard(np.concatenate([view.poses[:, :3, 3], view.poses[:, [2, 0, 1], [1, 2, 0]]], axis=1))
+
+
+def _smooth(view: MachineView) -> tuple[FloatArray, FloatArray]:
+    """Return 1, the pose's coordinates, their products and cubes, shape (n, 34), and the sizes of these."""
+    own = _coordinates(view)
+    one, two = np.triu_indices(6)
+    parts = [np.ones((len(view), 1)), own, own[:, one] * own[:, two], own**3]
+    return np.concatenate(parts, axis=1), np.concatenate([np.ones(1 + 6 + len(one)), np.full(6, CUBES)])
+
+
+def _of_moves(view: MachineView, play: float) -> FloatArray:
+    """Return the direction of each leg's last move in that leg, shape (n, 6, 6)."""
+    settings = {"play_m": play} if play else {}
+    each = [term_candidate(view, "", leg, "direction", ("step",), ("m",), settings).columns for leg in range(6)]
+    return np.concatenate(each, axis=2)
+
+
 def _of_pose(view: MachineView) -> FloatArray:
     """Return first and second powers of the pose's coordinates in each coordinate of the platform, (n, 6, 72)."""
-    at = np.concatenate([view.poses[:, :3, 3], view.poses[:, [2, 0, 1], [1, 2, 0]]], axis=1)
-    own = _standard(at)
+    own = _coordinates(view)
     return _moved(view, np.concatenate([own**power for power in POWERS], axis=1))
 
 
