@@ -57,6 +57,7 @@ CSS = """
 border-bottom:1px solid color-mix(in srgb,currentColor 25%,transparent);font-weight:400;color:inherit;max-width:40em}
 .hexathermal thead th{font-weight:600;vertical-align:bottom}
 .hexathermal tbody th{white-space:nowrap}
+@media (max-width:40rem){.hexathermal tbody th{white-space:normal;min-width:6rem}}
 .hexathermal .named th,.hexathermal .named td{font-weight:600}
 .hexathermal .n{text-align:right;font-variant-numeric:tabular-nums}
 .hexathermal td.n{white-space:nowrap}
