@@ -92,8 +92,8 @@ def searched(case: Case) -> Course:
         held = _held(case, adopted, now)
         if len(held) < len(adopted):
             lost = [one.candidate.called for one in adopted if one not in held]
-            notes.append(f"{' and '.join(lost)} would explain part of what is there, but a shape without a name explains "
-                         "all of it as well alone")  # fmt: skip
+            notes.append(f"{' and '.join(lost)} explain part of what is there, but a shape without a name "
+                         "explains all of it as well alone")  # fmt: skip
             adopted, now = held, step(case, held, now.null)
     return Course(first, case, tuple(adopted), now, tuple(notes))
 

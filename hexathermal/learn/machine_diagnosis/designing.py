@@ -14,12 +14,13 @@ from hexathermal.errors import ArgumentError, KinematicsError
 from hexathermal.learn.machine_diagnosis.candidate import Candidate
 from hexathermal.learn.machine_diagnosis.case import Case
 from hexathermal.learn.machine_diagnosis.causes import catalogue
+from hexathermal.learn.machine_diagnosis.causes.tracker_drift import CAUSE as TRACKER
+from hexathermal.learn.machine_diagnosis.causes.tracker_drift import following
 from hexathermal.learn.machine_diagnosis.course import Course
-from hexathermal.learn.machine_diagnosis.finer import finer_candidates
+from hexathermal.learn.machine_diagnosis.leg_terms import term_candidate
 from hexathermal.learn.machine_diagnosis.planning import MachineExperiment, next_experiment
 from hexathermal.learn.machine_diagnosis.search import Step
 from hexathermal.learn.machine_diagnosis.separation import Noise
-from hexathermal.learn.machine_diagnosis.single_leg import single_leg_candidates
 from hexathermal.learn.machine_diagnosis.view import MachineView
 from hexathermal.poses import FloatArray
 
@@ -51,18 +52,24 @@ def designed(course: Course, places: Sequence[str], found: FloatArray | None) ->
     amplitudes = {} if first is None or found is None else {leader.called: found}
 
     def make(view: MachineView) -> Sequence[Candidate]:
-        known, wanted = catalogue(), {leader.cause, rival.cause}
-        every = [one for name in wanted & set(known) for one in known[name].candidates(view)]
-        every += single_leg_candidates(view) if wanted - set(known) else []
-        every += [one for coarse in case.finer if coarse.cause in wanted for one in finer_candidates(view, coarse)]
-        # a name stands for the settings with which it was found
-        return [one for one in every if any(_same(one, other) for other in (leader, rival))]
+        return [part for one in (leader, rival) for part in _again(view, one)]
 
     try:
         return (next_experiment(case.view, [leader, rival], Noise(case.noise.coordinates), slots=POSES, pool=POOL,
                                 laws=case.laws, levels=course.end.null, amplitudes=amplitudes, make=make),)  # fmt: skip
     except (ArgumentError, KinematicsError):
         return ()
+
+
+def _again(view: MachineView, one: Candidate) -> list[Candidate]:
+    """Return a candidate with the settings with which it was found on other rows; none where these cannot show it."""
+    if one.leg_shape:
+        again = term_candidate(view, one.cause, one.legs[0], one.leg_shape, one.names, one.units, one.settings)
+        return [again] if again.columns.any() else []
+    every = catalogue()[one.cause].candidates(view)
+    if one.cause == TRACKER.name and one.settings:
+        every = [following(view, str(one.target), float(one.settings["time_constant_s"]))]
+    return [other for other in every if _same(one, other)]
 
 
 def _named(case: Case, step: Step) -> list[Candidate]:

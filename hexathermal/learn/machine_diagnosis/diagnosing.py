@@ -283,8 +283,8 @@ def _scattering(course: Course) -> list[str]:
     said = [f"{name} ({times:.1f} times)" for name, times in most.items() if times > 1.0]
     if not said:
         return []
-    return [f"poses scatter more than usual in, or in a part of, {', '.join(said)}: they weigh less; something disturbed "
-            "the measurement there"]  # fmt: skip
+    return [f"poses scatter more than usual in, or in a part of, {', '.join(said)}: they weigh less; something "
+            "disturbed the measurement there"]  # fmt: skip
 
 
 def _notes(course: Course, rows: HexapodRows, seen: MachineObservability, gain: MachineGain | None) -> tuple[str, ...]:

@@ -18,10 +18,9 @@ from itertools import product
 from typing import TypeAlias
 
 import numpy as np
-from scipy import linalg
 
 from hexathermal.learn.machine_diagnosis.candidate import Candidate
-from hexathermal.learn.machine_diagnosis.tables import Levels, Tables, eliminated
+from hexathermal.learn.machine_diagnosis.tables import Levels, Tables, backward, eliminated, forward
 from hexathermal.poses import FloatArray
 
 STRENGTHS = np.array([0.05, 0.1, 0.2, 0.4, 0.8, 1.6, 3.2, 6.4, 12.8])
@@ -68,9 +67,9 @@ def log_bayes(S: FloatArray, g: FloatArray, mean: FloatArray, sd: FloatArray) ->
     h = g - S @ mean
     M = S * np.outer(sd, sd)
     M[np.diag_indices_from(M)] += 1.0
-    factor = linalg.cholesky(M, lower=True, check_finite=False)
-    z = linalg.solve_triangular(factor, sd * h, lower=True, check_finite=False)
-    found = mean + sd * linalg.solve_triangular(factor.T, z, check_finite=False)
+    factor = np.linalg.cholesky(M)
+    z = forward(factor, sd * h)
+    found = mean + sd * backward(factor, z)
     value = float(mean @ g - 0.5 * mean @ S @ mean + 0.5 * z @ z - np.log(np.diagonal(factor)).sum())
     return value, found
 

@@ -16,7 +16,7 @@ from itertools import pairwise
 
 import numpy as np
 import numpy.typing as npt
-from scipy import linalg
+from scipy.linalg import lapack
 
 from hexathermal.learn.hexapod_model import row_covariance, whitened
 from hexathermal.learn.machine_diagnosis.view import MachineView
@@ -73,8 +73,8 @@ class RunTable:
         d = sizes[live]
         M = self.UU[np.ix_(live, live)] * np.outer(d, d)
         M[np.diag_indices_from(M)] += 1.0
-        factor = linalg.cholesky(M, lower=True, check_finite=False)
-        cross = linalg.solve_triangular(factor, d[:, None] * self.UT[live][:, which], lower=True, check_finite=False)
+        factor = np.linalg.cholesky(M)
+        cross = forward(factor, d[:, None] * self.UT[live][:, which])
         return TT - cross.T @ cross, 2.0 * float(np.log(np.diagonal(factor)).sum())
 
 
@@ -121,6 +121,16 @@ class Tables:
         return total, float(sum(part[1] for part in parts))
 
 
+def forward(factor: FloatArray, right: FloatArray) -> FloatArray:
+    """Return ``L^-1 b`` of a lower triangle L, as NumPy's Cholesky makes it; LAPACK itself, for small ones are many."""
+    return np.asarray(lapack.dtrtrs(factor.T, right, lower=0, trans=1)[0])
+
+
+def backward(factor: FloatArray, right: FloatArray) -> FloatArray:
+    """Return ``L'^-1 b`` of a lower triangle L."""
+    return np.asarray(lapack.dtrtrs(factor.T, right, lower=0, trans=0)[0])
+
+
 def eliminated(S: FloatArray, sizes: FloatArray) -> tuple[FloatArray, float]:
     """Return S of the columns behind the first ``len(sizes)``, those integrated over N(0, sizes^2), and the cost.
 
@@ -133,8 +143,8 @@ def eliminated(S: FloatArray, sizes: FloatArray) -> tuple[FloatArray, float]:
     d = sizes[live]
     M = S[np.ix_(live, live)] * np.outer(d, d)
     M[np.diag_indices_from(M)] += 1.0
-    factor = linalg.cholesky(M, lower=True, check_finite=False)
-    cross = linalg.solve_triangular(factor, d[:, None] * S[live][:, b:], lower=True, check_finite=False)
+    factor = np.linalg.cholesky(M)
+    cross = forward(factor, d[:, None] * S[live][:, b:])
     return np.asarray(rest - cross.T @ cross), 2.0 * float(np.log(np.diagonal(factor)).sum())
 
 

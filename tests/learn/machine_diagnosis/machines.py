@@ -33,6 +33,12 @@ class Fault:
     backlash: tuple[int, float] | None = None
     later: tuple[int, float] | None = None
     """A leg, and by how much it is longer in the second half of each run: no cause of the catalogue."""
+    friction: float = 0.0
+    """Step of every leg at its reversals, each by its own share: no cause of the catalogue."""
+    bent: tuple[int, float] | None = None
+    """A leg, and by how much it is longer along a wave of x and y: no cause of the catalogue."""
+    loud: tuple[int, float] | None = None
+    """A run, and how many times as much its second half scatters."""
 
 
 def filed(**changes: object) -> ht.Hexapod:
@@ -69,6 +75,8 @@ def drawn(
         scatter = rng.standard_normal((poses, 6))
         if np.isfinite(tails):
             scatter *= np.sqrt((tails - 2.0) / rng.chisquare(tails, (poses, 1)))
+        if fault.loud is not None and fault.loud[0] == run:
+            scatter[poses // 2 :] *= fault.loud[1]
         drawn_noise = noise * scatter * np.array([1e3] * 3 + [180.0 / np.pi] * 3)
         six_seen = ht.coordinates_from_pose(seen, hexapod=hexapod) + drawn_noise
         read = dT.copy()
@@ -94,6 +102,12 @@ def _measured(
         leg, step = fault.backlash
         moves = np.sign(np.diff(q[:, leg], prepend=q[0, leg]))
         lengths[:, leg] += 0.5 * step * moves
+    if fault.friction:
+        share = np.linspace(0.7, 1.3, 6)
+        lengths += 0.5 * fault.friction * share * np.sign(np.diff(q, axis=0, prepend=q[:1]))
+    if fault.bent is not None:
+        x, y = commanded[:, :2, 3].T
+        lengths[:, fault.bent[0]] += fault.bent[1] * np.sin(2.0 * x / np.abs(x).max() + y / np.abs(y).max() + 1.0)
     if fault.later is not None:
         lengths[len(q) // 2 :, fault.later[0]] += fault.later[1]
     base, platform = hexapod.base_joints.copy(), hexapod.platform_joints.copy()
