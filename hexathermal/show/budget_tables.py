@@ -38,13 +38,18 @@ def bias_table(budget: Budget, probability: float, pretty: bool) -> Table:
     return table
 
 
+SHOWN = {"m": (1e6, "um"), "rad": (1e6, "urad"), "1/K": (1e6, "um/m/K")}
+"""Units of sources as people read them."""
+
+
 def contributions_table(budget: Budget, pretty: bool, width: int | None = None) -> Table:
     """Return the contributions of a budget, largest first; columns sum up as squares."""
     wide = not pretty or width is None or width >= 130
     more = ("standard\nuncertainty>", "unit", "distribution", "legs", "dof>") if wide else ()
     table = framed(pretty, "source", *HEADS, *more)
     for item in budget.contributions:
-        cells = [f"{item.standard:.3g}", item.unit, item.distribution, item.correlation]
+        factor, unit = SHOWN.get(item.unit, (1.0, item.unit))
+        cells = [f"{item.standard * factor:.3g}", unit, item.distribution, item.correlation]
         cells.append("inf" if np.isinf(item.dof) else f"{item.dof:g}")
         table.add_row(item.label, *_cells(item.uncertainty), *(cells if wide else ()))
     table.add_row("combined (root of the sum of squares)", *_cells(budget.uncertainty), *([""] * len(more)))

@@ -16,8 +16,8 @@ UM = 1e6
 
 
 def changed(found: MachineDiagnosis) -> bool:
-    """Return whether something joined the machine, so that there is an after."""
-    return bool(found.effects)
+    """Return whether something joined the machine, or its laws were fitted anew, so that there is an after."""
+    return bool(found.effects) or found.extended != found.hexapod
 
 
 def sentences(found: MachineDiagnosis) -> list[str]:

@@ -102,10 +102,13 @@ def _finding(check: CampaignCheck, proof: Validation | None, law: IdentifiedLaw 
         return f"The measured drift reaches {largest:z.2f} µm; how much of it a law foretells is not known."
     total = proof.total
     which, verdict = " + ".join(law.sensors), proof.verdict
-    told = f"the law of {which} {verdict.value}" if verdict.name in ("BETTER", "WORSE") else \
-        f"law of {which}, {verdict.value}"  # fmt: skip
+    told = (
+        f"On runs for validation, the law of {which} {verdict.value}"
+        if verdict.name in ("BETTER", "WORSE")
+        else f"The law of {which}, on runs for validation: {verdict.value}"
+    )
     return (
-        f"On runs for validation, {told}: the drift reaches {total.drift_largest * 1e6:z.2f} µm, what is left of it at "
+        f"{told}; the drift reaches {total.drift_largest * 1e6:z.2f} µm, what is left of it at "
         f"most {total.linf.value * 1e6:z.2f} µm."
     )
 
@@ -205,7 +208,8 @@ def _quality(check: CampaignCheck) -> Section:
         "quality", "Check", "What the data are worth",
         (words, text_lines(campaign_tables.remarks(check)),
          from_table(campaign_tables.cleaning_table(check, False), "What was left out, and why"),
-         from_table(campaign_tables.sensors_table(check, False), "Noise, range and likeness of each thermocouple"),
+         from_table(campaign_tables.sensors_table(check, False), "Noise, range and likeness of each thermocouple",
+                    without=() if any(item.part for item in check.campaign.thermocouples) else (1,)),
          from_table(campaign_tables.apart_table(check, False), "What can be told apart"),
          *(one for one in drawn if one is not None)),
     )  # fmt: skip

@@ -46,7 +46,7 @@ def machine_report(hexapod: Hexapod, name: str, progress: Progress) -> Report:
     finding = f"{hexapod.name or name} is a machine without a thermal law: how it drifts is not known."
     pairs = [("Grade", hexapod.grade or "not said", "A identified, B measured, C drawing or published values")]
     if "volume_cm3" in told:
-        pairs.append(("Reachable volume", f"{told['volume_cm3']:z.0f} cm³", "translations at home's orientation"))
+        pairs.append(("Reachable volume", _volume(told["volume_cm3"]), "translations at home's orientation"))
     if hexapod.thermal is None:
         none = paragraph("None is stated: the machine can be moved, but not corrected.")
         sections.append(Section("thermal", "Thermal law", "Thermal law", (none,)))
@@ -78,6 +78,17 @@ def machine_report(hexapod: Hexapod, name: str, progress: Progress) -> Report:
                   tuple(pairs), tuple(sections), tuple(notes), told)  # fmt: skip
 
 
+def _volume(cm3: float) -> str:
+    """Return a volume in words: whole numbers, of small ones three digits.
+
+    Examples
+    --------
+    >>> _volume(30954.2), _volume(11.837)
+    ('30954 cm³', '11.8 cm³')
+    """
+    return f"{cm3:.0f} cm³" if cm3 >= 1e3 else f"{cm3:.3g} cm³"
+
+
 def _geometry(hexapod: Hexapod, facts: dict[str, Any]) -> Section:
     """Return the geometry, and the machine drawn."""
     overview, joints = machine_tables(facts, False)[:2]
@@ -97,9 +108,9 @@ def _workspace(hexapod: Hexapod, told: dict[str, Any], notes: list[str], progres
         low, high = (value * 1e6 for value in volume.bounds)
         told["volume_cm3"], told["volume_bounds_cm3"] = float(volume.value) * 1e6, [float(low), float(high)]
         parts.append(paragraph(
-            f"Without turning, the platform's origin reaches a volume of {volume.value * 1e6:z.0f} cm³ (between "
-            f"{low:z.0f} and {high:z.0f} cm³, bounds that hold), within strokes, cones and travel, on home's side of "
-            "singular poses."
+            f"Without turning, the platform's origin reaches a volume of {_volume(told['volume_cm3'])} (between "
+            f"{_volume(low)} and {_volume(high)}, bounds that hold), within strokes, cones and travel, on home's side "
+            "of singular poses."
         ))  # fmt: skip
         found = charts.travels(hexapod)
         told["travel_from_home"] = {axis: list(ends) for axis, ends in found.items()}

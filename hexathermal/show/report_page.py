@@ -27,6 +27,9 @@ MOST_COLUMNS = 19
 COARSEST_PT = 0.6
 """Still pictures of the page leave out what moves a line by less [pt]; the files of pictures do not."""
 
+TALL = 1.1
+"""A picture that is higher than so many times its width takes more of a sheet of paper."""
+
 KEYS = "arrow keys move the view, plus and minus zoom, 0 shows all again"
 
 
@@ -162,7 +165,9 @@ def figure_html(chart: Chart) -> str:
     import matplotlib as mpl
 
     with mpl.rc_context({"path.simplify_threshold": COARSEST_PT}):
-        svg = compact_svg(themed_svg(still_figure(chart), chart.name))
+        figure = still_figure(chart)
+        svg = compact_svg(themed_svg(figure, chart.name))
+    kind = "still tall" if figure.get_figheight() > TALL * figure.get_figwidth() else "still"
     alt, title = html.escape(chart.alt, quote=True), html.escape(chart.title, quote=True)
     curves = "".join(
         f'<button type="button" class="curve" aria-pressed="true" data-curve="{html.escape(html.escape(name, False))}" '
@@ -172,7 +177,7 @@ def figure_html(chart: Chart) -> str:
     legend = f'<fieldset aria-label="Shown in {title}">{curves}</fieldset>' if curves else ""
     return (
         f'<h3>{html.escape(chart.title)}</h3><figure id="{chart.name}" data-plot>'
-        f'<img class="still" src="{svg_address(svg)}" alt="{alt}">'
+        f'<img class="{kind}" src="{svg_address(svg)}" alt="{alt}">'
         f'<div class="live" tabindex="0" role="application" aria-roledescription="plot" '
         f'aria-label="{alt} Interactive: {KEYS}."></div>'
         f'<div class="tools">{legend}'
