@@ -81,7 +81,7 @@ def diagnose_answer(arguments: argparse.Namespace, progress: Progress) -> Answer
     from hexathermal.predict.table_writing import refuse_no_place
     from hexathermal.show.machine_report import write_machine_report
     from hexathermal.show.machine_tables import machine_facts
-    from hexathermal.show.machine_words import changed
+    from hexathermal.show.machine_words import cautions, changed
 
     refuse_other_kind(arguments, True)
     if arguments.report is not None:
@@ -102,30 +102,12 @@ def diagnose_answer(arguments: argparse.Namespace, progress: Progress) -> Answer
         written.append(write_hexapod(found.extended, arguments.extend))
         if not changed(found):
             warnings.append(f"warning: nothing joined the machine: {written[-1]} holds it as it was")
-        warnings += [f"warning: {words}" for words in _uses(found)]
+        warnings += [f"warning: {words}" for words in cautions(found)]
     facts["written"] = [str(file) for file in written]
     shown = _shown(found, plan if arguments.propose is not None else None, arguments.report is None)
     if written:
         shown.append("Written:\n" + "\n".join(f"  {file}" for file in written))
     return Answer(tuple(shown), facts, tuple(warnings))
-
-
-def _uses(found: MachineDiagnosis) -> list[str]:
-    """Return what in an extended machine needs more than the pose and temperatures of one moment, or is not used."""
-    said = list[str]()
-    before, after = found.hexapod.thermal, found.extended.thermal
-    if before is not None and after is not None and len(after.states) > len(before.states):
-        known = [term.cause for term in before.states]
-        causes = ", ".join(dict.fromkeys(term.cause for term in after.states if term.cause not in known)) or "a term"
-        said.append(
-            f"the extended machine holds {causes}, which depends on what was before: 'correct' needs rows in the order "
-            "of the motion with time_s, Python hexapod.leg_controllers(); single poses and budgets do not have it"
-        )
-    if found.extended.measuring_frame is not None and found.hexapod.measuring_frame is None:
-        said.append(
-            "tracker-drift is of the measurement: [measuring_frame] stands in the file, and 'correct' does not follow it"
-        )
-    return said
 
 
 def _refuse_own_machine(arguments: argparse.Namespace) -> None:

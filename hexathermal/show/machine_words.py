@@ -20,6 +20,25 @@ def changed(found: MachineDiagnosis) -> bool:
     return bool(found.effects) or found.extended != found.hexapod
 
 
+def cautions(found: MachineDiagnosis) -> list[str]:
+    """Return what in an extended machine needs more than the pose and temperatures of one moment, or is not used."""
+    said = list[str]()
+    before, after = found.hexapod.thermal, found.extended.thermal
+    if before is not None and after is not None and len(after.states) > len(before.states):
+        known = [term.cause for term in before.states]
+        causes = ", ".join(dict.fromkeys(term.cause for term in after.states if term.cause not in known)) or "a term"
+        said.append(
+            f"the extended machine holds {causes}, which depends on what was before: 'correct' needs rows in the order "
+            "of the motion with time_s, Python hexapod.leg_controllers(); single poses and budgets refuse it, unless "
+            "'hexathermal apply --at-rest' leaves it out"
+        )
+    if found.extended.measuring_frame is not None and found.hexapod.measuring_frame is None:
+        said.append(
+            "tracker-drift is of the measurement: [measuring_frame] stands in the file, 'correct' does not follow it"
+        )
+    return said
+
+
 def sentences(found: MachineDiagnosis) -> list[str]:
     """Return the finding: one sentence, and one for each further cause; with what is as likely."""
     return [

@@ -24,12 +24,13 @@ from hexathermal.learn.machine_diagnosis.planning import MachineExperiment
 from hexathermal.learn.machine_diagnosis.result import MachineDiagnosis
 from hexathermal.learn.machine_diagnosis.view import machine_view
 from hexathermal.learn.machine_proposal import diagnosed_rows, open_names, propose_experiment
+from hexathermal.machine.leg_terms import LegTerm
 from hexathermal.show.diagnosis_page import text
 from hexathermal.show.diagnosis_pictures import NARROW_IN, WIDE_IN
 from hexathermal.show.machine_figures import plan_figure, promise_figure
 from hexathermal.show.machine_report import machine_page
 from hexathermal.show.machine_signals import pooled, share
-from hexathermal.show.machine_words import sentences
+from hexathermal.show.machine_words import cautions, sentences
 from tests.browser import refuse_complaints
 from tests.diagnosed import Ran, diagnosed
 from tests.learn.campaign_folders import component_campaign
@@ -327,6 +328,22 @@ def test_every_verdict_makes_a_sound_page_and_answer(found: MachineDiagnosis, va
     assert ("never fitted" in said) or one.gain is None
     first = next(words for tag, words in page.said if tag == "p")
     assert first == html.unescape(text(sentences(one)[0]))
+
+
+def test_a_law_that_remembers_is_written_with_a_warning(found: MachineDiagnosis) -> None:
+    """What single poses cannot be corrected for is said where the machine is written, once, and only then."""
+    assert not cautions(found)
+    thermal = found.extended.thermal
+    assert thermal is not None
+    legs = list(thermal.legs)
+    own = {"sensor": legs[0].sensors[0], "ratio": 0.5, "time_constant_s": 900.0}
+    lag = LegTerm("thermal-lag", "lag", own, np.array([1e-7]))
+    legs[0] = ht.LegLaw(legs[0].sensors, legs[0].A, legs[0].B, terms=(lag,))
+    late = replace(found, extended=replace(found.extended, thermal=replace(thermal, legs=tuple(legs))))
+    (said,) = cautions(late)
+    assert "thermal-lag" in said
+    assert "time_s" in said
+    assert not cautions(replace(late, hexapod=late.extended))
 
 
 def test_a_plan_of_one_name_is_told_from_nothing(ran: Ran, found: MachineDiagnosis) -> None:

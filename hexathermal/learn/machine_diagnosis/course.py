@@ -92,7 +92,7 @@ def searched(case: Case) -> Course:
         held = _held(case, adopted, now)
         if len(held) < len(adopted):
             lost = [one.candidate.called for one in adopted if one not in held]
-            notes.append(f"{' and '.join(lost)} explain part of what is there, but a shape without a name "
+            notes.append(f"{' and '.join(lost)} would explain part of what is there, but a shape without a name "
                          "explains all of it as well alone")  # fmt: skip
             adopted, now = held, step(case, held, now.null)
     return Course(first, case, tuple(adopted), now, tuple(notes))
@@ -189,7 +189,7 @@ def _held(case: Case, adopted: Sequence[Adoption], end: Step) -> list[Adoption]:
     """Return the names that hold beside what is left and has no name.
 
     What is left may be the rest of something of which a name is but a part: the name goes where, with one shape without
-    a name allowed, the rows are explained as well without it.
+    a name allowed, it is less probable than that shape without it.
     """
     kept = list(adopted)
     left = end.ranking[0] if end.ranking else None
@@ -201,7 +201,7 @@ def _held(case: Case, adopted: Sequence[Adoption], end: Step) -> list[Adoption]:
             continue
         others = [other for other in kept if other is not one]
         whole = _beside(case, kept, shapes, end) + float(case.prior[one.which])
-        if whole - _beside(case, others, shapes, end) <= one.step.threshold:
+        if whole <= _beside(case, others, shapes, end):
             kept = others
     return kept
 

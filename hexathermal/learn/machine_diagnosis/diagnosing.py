@@ -22,6 +22,7 @@ from hexathermal.learn.machine_diagnosis.gain import MachineGain, MachineResidua
 from hexathermal.learn.machine_diagnosis.noise_levels import coordinates_of, leg_noise
 from hexathermal.learn.machine_diagnosis.observability import MachineObservability, machine_observability
 from hexathermal.learn.machine_diagnosis.quantities import quantities, sentence
+from hexathermal.learn.machine_diagnosis.refitted import refitted, told_laws
 from hexathermal.learn.machine_diagnosis.result import (
     Disturbances,
     MachineAdvice,
@@ -63,7 +64,7 @@ def diagnose_machine(
         The machine; default: the campaign's own.
     laws : str
         ``"kept"``: the legs' laws are those of the machine's file, within the covariance that it states; ``"refit"``:
-        they are fitted anew beside every cause.
+        they are fitted anew beside every cause, and the extended machine has the fitted ones.
     progress : function, optional
         Called as ``progress(done, total, label)``.
 
@@ -121,6 +122,7 @@ def diagnosed(
     seen = _observed(case, course)
     after, effects, strongest = _effects(course, seen, title)
     left, gain = _residuals(rows, held, after)
+    laws_told = told_laws(rows.hexapod, after) if laws == "refit" else ""
     named, probability, follows = verdict(course)
     ranking = _ranking(course)
     said(4, "the next experiment")
@@ -128,7 +130,8 @@ def diagnosed(
     return MachineDiagnosis(
         named, probability, effects, follows, ranking, rows.hexapod, after, gain, _disturbances(course),
         course.end.threshold, _limits(seen), tuple(str(one) for one in seen.classes), plans,
-        left, title, (*notes, *_notes(course, rows, seen, gain)), _advice(effects, ranking),
+        left, title, tuple(note for note in (*notes, laws_told, *_notes(course, rows, seen, gain)) if note),
+        _advice(effects, ranking, follows, seen),
     )  # fmt: skip
 
 
@@ -187,7 +190,7 @@ def _observed(case: Case, course: Course) -> MachineObservability:
 
 def _effects(course: Course, seen: MachineObservability, title: str) -> Fitted:
     """Return the extended machine, the causes that were named, and the amplitudes of the first."""
-    hexapod = course.first.view.hexapod
+    hexapod = refitted(course, course.first.view.hexapod, title)
     made = list(settled(course))
     for one in made:
         hexapod = extended(hexapod, one.adoption.candidate, one.whole, one.whole_covariance, title)
@@ -258,9 +261,20 @@ def _limits(seen: MachineObservability) -> tuple[MachineLimit, ...]:
                  for one in seen.limits)  # fmt: skip
 
 
-def _advice(effects: tuple[MachineEffect, ...], ranking: tuple[MachineCandidate, ...]) -> tuple[MachineAdvice, ...]:
-    """Return the measurements that the catalogue has for what was named and its closest rivals."""
+def _advice(
+    effects: tuple[MachineEffect, ...], ranking: tuple[MachineCandidate, ...], follows: str | None,
+    seen: MachineObservability,
+) -> tuple[MachineAdvice, ...]:  # fmt: skip
+    """Return the measurements that the catalogue advises.
+
+    For what was named and its closest rivals; where nothing was, for the cause of which most could hide.
+    """
     known = catalogue()
+    if not effects and follows is None:
+        most = max(seen.limits, key=lambda one: one.strength if np.isfinite(one.strength) else 0.0, default=None)
+        if most is None or most.cause not in known:
+            return ()
+        return (MachineAdvice(known[most.cause].CAUSE.experiment, (most.cause,)),)
     names = [one.cause for one in effects] + [name for one in effects for name in one.equivalent]
     names += [one.cause for one in ranking]
     asked = [name for name in dict.fromkeys(names) if name in known][:3]

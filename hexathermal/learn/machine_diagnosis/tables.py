@@ -13,6 +13,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from itertools import pairwise
+from typing import Any, TypeAlias
 
 import numpy as np
 import numpy.typing as npt
@@ -21,6 +22,8 @@ from scipy.linalg import lapack
 from hexathermal.learn.hexapod_model import row_covariance, whitened
 from hexathermal.learn.machine_diagnosis.view import MachineView
 from hexathermal.poses import FloatArray
+
+Triangle: TypeAlias = npt.NDArray[np.floating[Any]]
 
 WAVES = 4
 """Cosines of a run's time in which something slow is written."""
@@ -121,12 +124,12 @@ class Tables:
         return total, float(sum(part[1] for part in parts))
 
 
-def forward(factor: FloatArray, right: FloatArray) -> FloatArray:
+def forward(factor: Triangle, right: FloatArray) -> FloatArray:
     """Return ``L^-1 b`` of a lower triangle L, as NumPy's Cholesky makes it; LAPACK itself, for small ones are many."""
     return np.asarray(lapack.dtrtrs(factor.T, right, lower=0, trans=1)[0])
 
 
-def backward(factor: FloatArray, right: FloatArray) -> FloatArray:
+def backward(factor: Triangle, right: FloatArray) -> FloatArray:
     """Return ``L'^-1 b`` of a lower triangle L."""
     return np.asarray(lapack.dtrtrs(factor.T, right, lower=0, trans=0)[0])
 
