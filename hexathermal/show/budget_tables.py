@@ -42,14 +42,25 @@ SHOWN = {"m": (1e6, "um"), "rad": (1e6, "urad"), "1/K": (1e6, "um/m/K")}
 """Units of sources as people read them."""
 
 
+def standard_text(standard: float, unit: str) -> str:
+    """Return the standard uncertainty of a source with its unit, in that of people.
+
+    Examples
+    --------
+    >>> standard_text(2.1e-7, "m"), standard_text(0.1, "K"), standard_text(3.4e-8, "1/K"), standard_text(0.03, "1")
+    ('0.21 um', '0.1 K', '0.034 um/m/K', '0.03')
+    """
+    factor, shown = SHOWN.get(unit, (1.0, unit))
+    return f"{standard * factor:.3g} {shown}".removesuffix(" 1")
+
+
 def contributions_table(budget: Budget, pretty: bool, width: int | None = None) -> Table:
     """Return the contributions of a budget, largest first; columns sum up as squares."""
     wide = not pretty or width is None or width >= 130
-    more = ("standard\nuncertainty>", "unit", "distribution", "legs", "dof>") if wide else ()
+    more = ("standard\nuncertainty>", "distribution", "legs", "dof>") if wide else ()
     table = framed(pretty, "source", *HEADS, *more)
     for item in budget.contributions:
-        factor, unit = SHOWN.get(item.unit, (1.0, item.unit))
-        cells = [f"{item.standard * factor:.3g}", unit, item.distribution, item.correlation]
+        cells = [standard_text(item.standard, item.unit), item.distribution, item.correlation]
         cells.append("inf" if np.isinf(item.dof) else f"{item.dof:g}")
         table.add_row(item.label, *_cells(item.uncertainty), *(cells if wide else ()))
     table.add_row("combined (root of the sum of squares)", *_cells(budget.uncertainty), *([""] * len(more)))

@@ -36,6 +36,13 @@
   document.head.append(script);
   const hidden = {};
 
+  // a long title of a panel in two lines, on a telephone
+  function folded(words) {
+    if (words.length <= 31) return words; // with its marks of bold letters
+    const at = words.indexOf(" ", Math.floor(words.length / 2) - 4);
+    return at < 0 ? words : words.slice(0, at) + "<br>" + words.slice(at + 1);
+  }
+
   function draw(name) {
     const figure = document.getElementById(name);
     const pane = figure.querySelector(".live");
@@ -45,9 +52,11 @@
       if (hidden[name] && hidden[name].has(group)) trace.visible = false;
     }
     layout.dragmode = matchMedia("(pointer: coarse)").matches ? false : "zoom";
-    if (pane.clientWidth && pane.clientWidth < 480) {
+    if (figure.clientWidth < 480) {
       layout.font.size = 11;
       layout.margin.r = Math.min(layout.margin.r, 44);
+      for (const title of layout.annotations) title.text = folded(title.text);
+      if (layout.annotations.length && layout.annotations[0].text.includes("<br>")) layout.margin.t += 14;
     }
     figure.classList.add("drawn");
     const options = { responsive: true, displayModeBar: false, doubleClick: "reset", scrollZoom: false };

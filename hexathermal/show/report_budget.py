@@ -13,7 +13,7 @@ import numpy as np
 from hexathermal.errors import FileFormatError, Problem
 from hexathermal.poses import FloatArray
 from hexathermal.predict.budget import AXES
-from hexathermal.show.budget_tables import UNITS
+from hexathermal.show.budget_tables import UNITS, standard_text
 from hexathermal.show.diagnosis_page import paragraph, table
 from hexathermal.show.report import read_json
 from hexathermal.show.report_budget_charts import contributions_chart, places_charts
@@ -114,10 +114,10 @@ def _of_json(answer: dict[str, Any]) -> WrittenBudget:
         for item in one["contributions"]
     )  # fmt: skip
     point = ", ".join(f"{value:g}" for value in one["point_from_platform_origin_mm"])
-    heat = one["temperatures_degC"]
+    heat = dict.fromkeys(f"{end:.4g}" for end in (min(one["temperatures_degC"]), max(one["temperatures_degC"])))
     title = (
         f"machine {one['machine'] or 'without a name'}, {one['frame']} frame, point ({point}) mm, "
-        f"{min(heat):.4g} to {max(heat):.4g} degC, {'corrected' if one['corrected'] else 'nominal'} lengths"
+        f"{' to '.join(heat)} degC, {'corrected' if one['corrected'] else 'nominal'} lengths"
     )
     places = tuple(_places(kind, answer[kind]["columns"], answer[kind]["rows"], answer[kind].get("worst", {}))
                    for kind in PLACES if kind in answer)  # fmt: skip
@@ -245,7 +245,7 @@ def _balance(found: WrittenBudget) -> Section:
 
 def _contributions(found: WrittenBudget) -> Section:
     """Return the contributions."""
-    rows = [(one.label, *_cells(one.uncertainty), f"{one.standard:.3g} {one.unit}", one.distribution)
+    rows = [(one.label, *_cells(one.uncertainty), standard_text(one.standard, one.unit), one.distribution)
             for one in found.sources]  # fmt: skip
     rows.append(("combined (root of the sum of squares)", *_cells(found.uncertainty), "", ""))
     basis = [(one.label, one.basis or "not stated") for one in found.sources]

@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+import math
 from pathlib import Path
 from typing import Any
 
 from hexathermal.errors import FileFormatError, Problem
+from hexathermal.learn.diagnosis.result import Quantity
 from hexathermal.show.diagnosis_page import paragraph, table, text
 from hexathermal.show.diagnosis_tables import probability
-from hexathermal.show.diagnosis_words import VERDICTS, how_apart, odds, settings_words
+from hexathermal.show.diagnosis_words import VERDICTS, how_apart, odds, parameter, settings_words
 from hexathermal.show.report_chart import Chart
 from hexathermal.show.report_diagnosis_charts import disturbances_chart, gain_chart, limits_chart, ranking_chart
 from hexathermal.show.report_page import Report, Section
@@ -83,11 +85,10 @@ def _finding(told: Facts) -> Section:
     """Return what was named."""
     parts: list[str | Chart] = []
     for one in told["effects"]:
-        rows = [(name, f"{value['value']:.4g}", "-" if value["std"] is None else f"{value['std']:.2g}", value["unit"])
-                for name, value in one["parameters"].items()]  # fmt: skip
+        rows, head = _sizes(one), ("parameter", "value>", "standard uncertainty>", "95 % interval>", "unit")
         where = f", {one['target']}" if one["target"] else ""
         alike = f" As likely: {', '.join(one['equivalent'])}." if one["equivalent"] else ""
-        sizes = table(f"Size of {one['cause']}", ("parameter", "value>", "standard uncertainty>", "unit"), rows)
+        sizes = table(f"Size of {one['cause']}", head, rows)
         parts.append(
             f'<div class="card"><h3>{text(one["cause"] + where)}</h3>{paragraph(one["sentence"])}'
             f"{sizes if rows else ''}"
@@ -101,6 +102,18 @@ def _finding(told: Facts) -> Section:
             "That is no proof that there is none: how small an effect can hide is told below."
         ))  # fmt: skip
     return Section("finding", "Finding", "What was found", tuple(parts))
+
+
+def _sizes(effect: Facts) -> list[tuple[str, ...]]:
+    """Return the parameters of a cause: name, value, standard uncertainty, 95 % interval, unit."""
+    # the JSON does not say of what kind the part is; its sentence has the unit of a part without a stroke
+    kind = "component" if "um/K" in effect["sentence"] else "leg"
+    rows = []
+    for name, value in effect["parameters"].items():
+        number, std = (math.nan if value[key] is None else float(value[key]) for key in ("value", "std"))
+        size = parameter(name, Quantity(number, std, value["unit"]), kind)
+        rows.append((size.name, *size.cells, size.unit or "-"))
+    return rows
 
 
 def _ranking(told: Facts) -> Section:

@@ -71,6 +71,8 @@ def test_plots_are_drawn_at_desk_and_phone_in_both_schemes(opened: Any, short: R
         assert one.locator("figure.drawn").count() == len(short.charts)
         assert one.evaluate("document.documentElement.scrollWidth") <= width
         assert one.locator(".still >> visible=true").count() == 0
+        ends = one.eval_on_selector_all(".annotation-text", "all => all.map(one => one.getBoundingClientRect().right)")
+        assert max(ends) <= width
         letters = one.locator(".xtick text").first
         assert letters.evaluate("one => getComputedStyle(one).fill") == ink
 
