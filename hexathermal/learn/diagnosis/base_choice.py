@@ -3,12 +3,14 @@
 `identify` ranks sets of sensors by the residual of runs left out, in which scatter that a run's rows share weighs most;
 near the best many sets are alike, and a neighbour of the thermometer that the leg follows may win. Under a fitted noise
 process the evidence of the two differs plainly. A law that reads the neighbour would be diagnosed as wrong, rightly and
-to no use.
+to no use. Only thermometers that go alike are exchanged: one that goes otherwise is no neighbour.
 """
 
 from __future__ import annotations
 
 from itertools import combinations
+
+import numpy as np
 
 from hexathermal.learn.diagnosis.deciding import LEAST
 from hexathermal.learn.diagnosis.search import base_sizes
@@ -20,16 +22,22 @@ FEWEST_WINDOWS = 40
 
 MOST_TURNS = 4
 
+NEIGHBOURS = 0.9
+"""Correlation of temperatures from which on one thermometer may stand for another."""
+
 CLOSER = 3
 """Exchanges of a turn whose noise is fitted anew."""
 
 
-def _near(chosen: tuple[str, ...], sensors: tuple[str, ...]) -> list[tuple[str, ...]]:
-    """Return the sets in which one sensor is exchanged or left out, or another stands for two."""
+def _near(view: View, chosen: tuple[str, ...]) -> list[tuple[str, ...]]:
+    """Return the sets in which a neighbour stands for one sensor or two of those chosen, or one is left out."""
+    alike = dict(zip(view.sensors, np.corrcoef([view.temperatures(name) for name in view.sensors]), strict=True))
+    places = [view.sensors.index(name) for name in chosen]
     found = []
-    for gone in (*combinations(chosen, 1), *combinations(chosen, 2)):
-        kept = tuple(name for name in chosen if name not in gone)
-        found += [(*kept, name) for name in sensors if name not in chosen]
+    for gone in (*combinations(places, 1), *combinations(places, 2)):
+        kept = tuple(name for name in chosen if view.sensors.index(name) not in gone)
+        others = [name for name in view.sensors if name not in chosen]
+        found += [(*kept, name) for name in others if alike[name][list(gone)].max() >= NEIGHBOURS]
         found += [kept] if kept and len(gone) == 1 else []
     return found
 
@@ -57,9 +65,7 @@ def likelier_sensors(view: View) -> tuple[str, ...]:
 
     levels, best = channel.fitted(X, sizes(X))
     for _turn in range(MOST_TURNS):
-        columns = {
-            other: view.base_of([view.temperatures(name) for name in other]) for other in _near(chosen, view.sensors)
-        }
+        columns = {other: view.base_of([view.temperatures(name) for name in other]) for other in _near(view, chosen)}
         ranked = sorted(columns, key=lambda one: channel.evidence(columns[one], sizes(columns[one]), levels))
         fits = {one: channel.fitted(columns[one], sizes(columns[one]), levels, 30) for one in ranked[-CLOSER:]}
         other = max(fits, key=lambda one: fits[one][1], default=chosen)

@@ -155,6 +155,23 @@ class Channel:
         table, _ = self.whitened(np.column_stack([self.y, X]), levels)
         return marginal(table[:, 0], table[:, 1:], sd)
 
+    def left_out(self, X: FloatArray, sd: FloatArray, levels: Levels) -> tuple[FloatArray, FloatArray]:
+        """Return residuals of each run by a fit of all others, as they are and whitened, shape (n,)."""
+        table, _ = self.whitened(np.column_stack([self.y, X]), levels)
+        left, white = np.empty(len(self)), np.empty(len(self))
+        for k in np.unique(self.run):
+            own, others = self.run == k, self.run != k
+            _, mean, _ = marginal(table[others, 0], table[others, 1:], sd)
+            left[own] = self.y[own] - X[own] @ mean
+            white[own] = table[own, 0] - table[own, 1:] @ mean
+        return left, white
+
+    def plain(self, levels: Levels) -> Levels:
+        """Return a noise that weighs windows by their rows alone: least squares, as a law without causes is fitted."""
+        size = levels.rms
+        return replace(levels, white=size * float(np.sqrt(np.median(self.rows))), landing=1e-3 * size,
+                       slow=1e-3 * size, offset=1e-3 * size)  # fmt: skip
+
     def prior(self, levels: Levels) -> float:
         """Return the log prior of levels: loose about the channel's own scale; an offset is the first row's noise."""
         *theta, ratio = self.theta(levels)

@@ -119,12 +119,18 @@ def together(first: Ranked, second: Ranked, alone: Ranked) -> float:
 
 
 def _tempered(step: Step, threshold: float, named: int, nameless: int) -> dict[str, float]:
-    """Return tempered log posteriors against nothing: even odds at the threshold."""
-    lead = max((item.value for item in step.ranking), default=0.0)
+    """Return tempered log posteriors against nothing: even odds at the threshold.
+
+    What does not stand above a null that tolerates a small misfit counts as that null lets it.
+    """
+    shown = {
+        item.cause: item.value if item.gated >= threshold else min(item.value, item.gated) for item in step.ranking
+    }
+    lead = max(shown.values(), default=0.0)
     gate = max((item.gated for item in step.ranking), default=0.0)
     cool = 1.0 + SHAPE_ERROR * max(lead, 0.0)
     found = {NONE: 0.0}
     for item in step.ranking:
         prior = NAMED_PRIOR / max(named, 1) if item.named else (1.0 - NAMED_PRIOR) / max(nameless, 1)
-        found[item.cause] = np.log(prior * (named + nameless)) + (item.value - lead) / cool + gate - threshold
+        found[item.cause] = np.log(prior * (named + nameless)) + (shown[item.cause] - lead) / cool + gate - threshold
     return {name: float(value) for name, value in found.items()}

@@ -18,6 +18,26 @@ def silent_sensors(runs: Iterable[RunRows]) -> tuple[str, ...]:
     return tuple(dict.fromkeys(names))
 
 
+NOISY = 5.0
+"""Noise of a thermometer over the middle one of all from which on it is not trusted to say what moves a part."""
+
+
+def row_noise(runs: Iterable[RunRows], sensor: str) -> float:
+    """Return a thermometer's noise from row to row, RMS [K]."""
+    steps = [np.diff(rows.signals.dT[sensor]) for rows in runs]
+    return float(np.sqrt(np.mean(np.concatenate(steps) ** 2) / 2.0))
+
+
+def noisy_sensors(runs: Sequence[RunRows], sensors: Sequence[str]) -> dict[str, tuple[float, float]]:
+    """Return the thermometers that are far noisier than the others: their noise [K], and its ratio to the middle one.
+
+    Smoothed over a window such a reading fits much; a law that reads it row by row brings its noise into the drift.
+    """
+    noise = {name: row_noise(runs, name) for name in sensors}
+    usual = float(np.median(list(noise.values()))) if noise else 0.0
+    return {name: (value, value / usual) for name, value in noise.items() if value > NOISY * usual > 0.0}
+
+
 def silent_inputs(runs: Iterable[RunRows]) -> tuple[str, ...]:
     """Return the recorded inputs that have no values at all in one run or more."""
     names = (name for rows in runs for name, values in rows.signals.inputs.items() if not np.isfinite(values).all())
@@ -63,7 +83,13 @@ def _readable(rows: RunRows, law: IdentifiedLaw) -> bool:
 
 
 def silence_words(runs: Sequence[RunRows]) -> list[str]:
-    """Return notes on what has no values in the runs that are searched."""
+    """Return notes on what has no values in the runs that are searched, and on what is too noisy."""
     sensors, inputs = silent_sensors(runs), silent_inputs(runs)
     found = [f"not looked at, without values in a run: {', '.join(sensors)}"] if sensors else []
+    spoken = [name for name in runs[0].signals.dT if name not in sensors] if runs else []
+    found += [
+        f"{name} is not trusted: its noise from row to row is {noise:.2g} K, {ratio:.0f} times the usual one here; it "
+        "is not tried as a missing sensor"
+        for name, (noise, ratio) in noisy_sensors(runs, spoken).items()
+    ]
     return found + ([f"recorded inputs without values in a run: {', '.join(inputs)}"] if inputs else [])

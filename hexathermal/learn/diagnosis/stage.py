@@ -9,7 +9,7 @@ from functools import cached_property
 import numpy as np
 
 from hexathermal.learn.campaign import Campaign
-from hexathermal.learn.diagnosis.channels import Channel, Levels, marginal
+from hexathermal.learn.diagnosis.channels import Channel, Levels
 from hexathermal.learn.diagnosis.evidence import Base, Scored
 from hexathermal.learn.diagnosis.recorded import silent_inputs, silent_sensors, without_inputs
 from hexathermal.learn.diagnosis.search import REPEATED, TWINS, Ranked, Search, Step, base_sizes
@@ -166,10 +166,8 @@ class Stage:
 
     @cached_property
     def plain(self) -> Levels:
-        """A noise that weighs windows by their rows alone: least squares, as a law without causes is fitted."""
-        size = self.levels.rms
-        return replace(self.levels, white=size * float(np.sqrt(np.median(self.channel.rows))),
-                       landing=1e-3 * size, slow=1e-3 * size, offset=1e-3 * size)  # fmt: skip
+        """A noise of least squares."""
+        return self.channel.plain(self.levels)
 
     def left_squares(self, levels: Levels) -> float:
         """Return the mean square of what runs left out of a fit leave in a row [m^2]."""
@@ -201,26 +199,13 @@ class Stage:
     def left_out(self, levels: Levels) -> tuple[FloatArray, FloatArray]:
         """Return residuals in windows of each run by a fit of all others, as they are [m] and whitened, shape (n,)."""
         if levels not in self._left:
-            self._left[levels] = self._left_out(levels)
+            self._left[levels] = self.channel.left_out(*self._plain, levels)
         return self._left[levels]
 
     @cached_property
     def _left(self) -> dict[Levels, tuple[FloatArray, FloatArray]]:
         """What `left_out` found at each noise: a stage is compared with many that follow it."""
         return {}
-
-    def _left_out(self, levels: Levels) -> tuple[FloatArray, FloatArray]:
-        """Return `left_out`, worked out."""
-        X, sd = self._plain
-        table, _ = self.channel.whitened(np.column_stack([self.channel.y, X]), levels)
-        run = self.channel.run
-        left, white = np.empty(len(run)), np.empty(len(run))
-        for k in np.unique(run):
-            others = run != k
-            _, mean, _ = marginal(table[others, 0], table[others, 1:], sd)
-            left[~others] = self.channel.y[~others] - X[~others] @ mean
-            white[~others] = table[~others, 0] - table[~others, 1:] @ mean
-        return left, white
 
 
 def mended(rows: RunRows, repair: SensorRepair) -> RunRows:

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any, Protocol, TypeVar
 
 import numpy as np
 
+from hexathermal.learn.diagnosis.recorded import noisy_sensors, row_noise
 from hexathermal.learn.diagnosis.sensor_model import SensorModel, sensor_model
 from hexathermal.learn.diagnosis.view import View
 from hexathermal.poses import FloatArray
@@ -29,7 +30,9 @@ ASKED = 5
 """Thermometers outside the law that are asked for their bias."""
 
 FEIGNED = 0.35
-"""Part of the thermometers' errors that may look like a cause: most of it looks like a slow process."""
+FEIGNED_NOISE = 0.5
+"""Parts of the thermometers' errors, and of their noise, that may look like a cause: most looks like a slow process, or
+like white noise."""
 
 
 @dataclass(frozen=True)
@@ -161,6 +164,11 @@ class Workbench:
         size = [abs(self.slopes[name]) * self.view.temperatures(name).std() for name in self.view.base]
         return self.view.base[int(np.argmax(size))]
 
+    @cached_property
+    def noisy(self) -> tuple[str, ...]:
+        """Sensors too noisy to be trusted with what moves the part."""
+        return tuple(noisy_sensors(self.view.runs, self.view.sensors))
+
     def bystanders(self, most: int) -> list[str]:
         """Return sensors outside the law, evenly chosen."""
         return evenly([name for name in self.view.sensors if name not in self.view.base], most)
@@ -175,16 +183,18 @@ class Workbench:
     def feigned(self) -> float:
         """Misfit that errors of the law's thermometers may feign in thermal causes, RMS [m].
 
-        Each has a slow bias, as its parity shows, and a resolution, below which it sees no warming at all.
+        Each has a slow bias, as its parity shows, a resolution, below which it sees no warming at all, and noise that
+        smoothing leaves: whatever goes as the temperature does with less noise stands for a better reading.
         """
-        parts = []
+        parts, noises = [], []
         for sensor in self.view.base:
             model = self.model(sensor)
             bias = USUAL_BIAS_K if model is None else min(model.null[0].slow, self.usual_bias)
             error = np.hypot(bias, resolution(self.view, sensor) / np.sqrt(12.0))
             span = float(np.sqrt((self.slopes_span(sensor) ** 2).mean()))
             parts.append(self.slopes[sensor] * span * error)
-        return FEIGNED * float(np.sqrt(np.sum(np.square(parts))))
+            noises.append(self.slopes[sensor] * span * row_noise(self.view.runs, sensor) * self.view.noise_left)
+        return float(np.hypot(FEIGNED * np.linalg.norm(parts), FEIGNED_NOISE * np.linalg.norm(noises)))
 
     def slopes_span(self, sensor: str) -> FloatArray:
         """Return ``q0 + ratio q`` of a sensor of the law in windows [m]."""
@@ -209,8 +219,7 @@ def resolution(view: View, sensor: str) -> float:
     if not len(steps):
         return 0.0
     step = float(np.quantile(steps, 0.1))
-    noise = float(np.sqrt(np.mean(np.diff(raw) ** 2) / 2.0))
-    return step if step > noise else 0.0
+    return step if step > row_noise(view.runs, sensor) else 0.0
 
 
 class CauseModule(Protocol):

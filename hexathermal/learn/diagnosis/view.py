@@ -25,6 +25,9 @@ LONGEST_S = 300.0
 SMOOTHED_S = 300.0
 """Temperatures are smoothed by a parabola over so long: short against heat's times, long against readings' noise."""
 
+FEWEST_SMOOTHED = 5
+"""Fewer rows than this are not smoothed."""
+
 LONGER_S = (900.0, 2400.0)
 """Longer smoothing, for what the law may rather not believe of a thermometer."""
 
@@ -80,15 +83,19 @@ def pieces_of(rows: RunRows) -> Pieces:
 
 def smoothed(time: FloatArray, values: FloatArray, over: float = SMOOTHED_S) -> FloatArray:
     """Return values, shape (n, s), smoothed by a parabola over `over` seconds (Savitzky and Golay, 1964)."""
-    step = float(np.median(np.diff(time)))
-    count = 2 * int(over / step / 2.0) + 1
-    if count < 5 or count > len(values):
+    count = _smoothing_rows(time, over)
+    if count < FEWEST_SMOOTHED or count > len(values):
         return values
     out = np.asarray(signal.savgol_filter(values, count, 2, axis=0, mode="nearest"))
     edge = _edge(count)
     out[: len(edge)] = edge @ values[:count]
     out[len(out) - len(edge) :] = edge[::-1, ::-1] @ values[len(values) - count :]
     return out
+
+
+def _smoothing_rows(time: FloatArray, over: float) -> int:
+    """Return the rows of a parabola that smooths over so many seconds: an odd number."""
+    return 2 * int(over / float(np.median(np.diff(time))) / 2.0) + 1
 
 
 @lru_cache(maxsize=64)
@@ -156,6 +163,12 @@ class View:
             air = None if signals.air is None else smoothed(signals.time, signals.air[:, None])[:, 0]
             found.append(replace(signals, dT=dict(zip(self.sensors, table.T, strict=True)), air=air))
         return tuple(found)
+
+    @cached_property
+    def noise_left(self) -> float:
+        """What smoothing leaves of the white noise of readings, RMS: 3 / (2 sqrt(n)) of a parabola through n rows."""
+        count = _smoothing_rows(self.runs[0].signals.time, SMOOTHED_S)
+        return 1.5 / float(np.sqrt(count)) if count >= FEWEST_SMOOTHED else 1.0
 
     def tables(self, sensors: Sequence[str]) -> list[FloatArray]:
         """Return the smoothed temperatures of some sensors in all rows of each run, shape (n, s)."""

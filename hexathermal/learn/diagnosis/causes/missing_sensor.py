@@ -17,7 +17,7 @@ CAUSE = Cause(
         "frame-expansion",
     ),
     experiment="Heat the part near that thermometer alone.",
-    words="the temperature at {target}, which the law does not read, moves the leg",
+    words="the temperature at {target}, which the law does not read, moves the part",
     thermal=True,
 )
 
@@ -27,7 +27,7 @@ def trials(bench: Workbench) -> Iterator[Trial]:
     view = bench.view
     ratios = {0.0, bench.ratios[bench.main]} if view.kind == "leg" else {0.0}
     for sensor in view.sensors:
-        if sensor not in view.base:
+        if sensor not in view.base and sensor not in bench.noisy:
             for ratio in sorted(ratios):
                 yield bench.term(CAUSE.name, "temperature", sensor, quick=True, sensor=sensor, ratio=ratio)
             # as recorded: smoothing takes what is quicker than the noise of a good thermometer

@@ -1,0 +1,84 @@
+"""Thermometers' own failings are not taken for the part's: noise, and neighbours that are none."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from hexathermal.learn.diagnosis.base_choice import likelier_sensors
+from hexathermal.learn.diagnosis.course import base_law, searched
+from hexathermal.learn.diagnosis.recorded import noisy_sensors, row_noise
+from hexathermal.learn.diagnosis.search import REPEATED
+from hexathermal.learn.diagnosis.stage import Stage
+from hexathermal.learn.diagnosis.view import View
+from tests.learn.diagnosis.campaigns import viewed
+
+MEASURED = Path(__file__).parents[4] / "shared" / "measured"
+
+
+def with_noise(view: View, sensor: str, noise: float, rng: np.random.Generator) -> View:
+    """A view in which one thermometer is noisier [K]."""
+    runs = []
+    for rows in view.runs:
+        dT = dict(rows.signals.dT)
+        dT[sensor] = dT[sensor] + noise * rng.standard_normal(len(dT[sensor]))
+        runs.append(replace(rows, signals=replace(rows.signals, dT=dT)))
+    return replace(view, runs=tuple(runs))
+
+
+def test_a_noisy_thermometer_is_not_tried_as_a_missing_one(rng: np.random.Generator) -> None:
+    """A thermometer with ten times the usual noise is told apart, and no term is made of it; any other is tried."""
+    view, answer = viewed("modal", 5, (), 1.0)
+    noisy = next(name for name in view.sensors if name not in answer.base)
+    usual = float(np.median([row_noise(view.runs, name) for name in view.sensors]))
+    bad = with_noise(view, noisy, 10.0 * usual, rng)
+    assert noisy_sensors(view.runs, view.sensors) == {}
+    assert noisy_sensors(bad.runs, bad.sensors)[noisy][1] == pytest.approx(10.0, rel=0.1)
+    tried = {trial.target for trial in Stage(bad).search.trials if trial.cause == REPEATED}
+    assert tried == set(view.sensors) - {noisy, *answer.base}
+
+
+def test_what_smoothing_leaves_of_noise_is_a_parabolas(rng: np.random.Generator) -> None:
+    """White noise through the view's smoothing keeps the part of its RMS that is stated."""
+    view, _ = viewed("modal", 5, (), 1.0)
+    sensor, size = view.sensors[0], 5.0
+    once, again = (with_noise(view, sensor, size, np.random.default_rng(k)) for k in (1, 2))
+    pairs = zip(once.signals, again.signals, strict=True)
+    left = np.concatenate([off - off.mean() for off in (a.dT[sensor] - b.dT[sensor] for a, b in pairs)])
+    assert left.std() / np.sqrt(2.0) / size == pytest.approx(view.noise_left, rel=0.15)
+
+
+def test_only_thermometers_that_go_alike_are_exchanged() -> None:
+    """With every other thermometer gone its own way, the law keeps the one that was chosen, wrong as it is."""
+    view, answer = viewed("modal", 5, (), 1.0)
+    wrong = next(name for name in view.sensors if name not in answer.base)
+    assert likelier_sensors(replace(view, base=(wrong,))) == answer.base
+    apart = []
+    for rows in view.runs:
+        time = rows.signals.time
+        dT = {name: (values if name == wrong else values + 50.0 * np.sin(time / (500.0 + 40.0 * k)))
+              for k, (name, values) in enumerate(rows.signals.dT.items())}  # fmt: skip
+        apart.append(replace(rows, signals=replace(rows.signals, dT=dT)))
+    assert likelier_sensors(replace(view, base=(wrong,), runs=tuple(apart))) == (wrong,)
+
+
+@pytest.mark.parametrize("name", ["machine-tool-ch1", "machine-tool-ch2"])
+def test_on_a_real_machine_the_noisy_thermometer_is_not_trusted(name: str) -> None:
+    """T16 of a machine tool, nine times as noisy as the others, is in no law; no instant effect of speed is named."""
+    if not (MEASURED / name).is_dir():
+        pytest.skip("the measured campaigns are not beside the checkout")
+    from hexathermal.learn.campaign_files import load_campaign
+    from hexathermal.learn.signals import campaign_rows
+
+    campaign = load_campaign(MEASURED / name)
+    rows = campaign_rows(campaign, "identification")
+    law = base_law(campaign, rows, None, None)
+    assert law.sensors == ("T06",)
+    course = searched(campaign, law, rows)
+    assert list(noisy_sensors(rows, campaign.sensors)) == ["T16"]
+    assert {one.ranked.cause for one in course.found} <= {REPEATED, "hidden-heat", "thermal-lag"}
+    assert "T16" not in {one.ranked.best.trial.target for one in course.found}
+    assert course.found
