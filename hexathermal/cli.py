@@ -256,7 +256,10 @@ def _plain_warnings(voice: Voice) -> Iterator[None]:
     """Say what libraries warn of in one line each, at the end, without places in their code."""
     found: dict[str, str] = {}
 
-    def keep(message: Warning | str, category: type[Warning], *_place: Any) -> None:
+    def keep(
+        message: Warning | str, category: type[Warning], filename: str, lineno: int, file: TextIO | None = None,
+        line: str | None = None,
+    ) -> None:  # fmt: skip
         found.setdefault(str(message).strip(), category.__name__)
 
     before, warnings.showwarning = warnings.showwarning, keep
@@ -264,13 +267,15 @@ def _plain_warnings(voice: Voice) -> Iterator[None]:
         yield
     finally:
         warnings.showwarning = before
-        missing = {int(number[1]): text for text in found if (number := _NO_GLYPH.match(text))}
-        if missing and not voice.quiet:
-            letters = "".join(map(chr, missing))
-            _say(f"note: pictures show boxes for {letters}: their font lacks these letters; texts and tables have them")
-        for text, kind in found.items():
-            if text not in missing.values():
-                _say(f"warning: {text} ({kind})")
+        lacking = [(text, _NO_GLYPH.match(text)) for text in found]
+        letters = "".join(dict.fromkeys(chr(int(number[1])) for _text, number in lacking if number))
+        notes = [f"{text} ({found[text]})" for text, number in lacking if number is None]
+        if letters:
+            notes.append(
+                f"pictures show boxes for {letters}: their font lacks these letters; texts and tables have them"
+            )
+        for note in notes if not voice.quiet else ():
+            _say(f"note: {note}")
 
 
 @contextmanager

@@ -182,7 +182,7 @@ def test_what_a_library_warns_of_is_one_line(monkeypatch: pytest.MonkeyPatch, ca
 
     monkeypatch.setattr("hexathermal.show.commands.machines.run", run)
     assert cli.main(["machines"]) == 0
-    assert capsys.readouterr().err == "warning: odd numbers (RuntimeWarning)\n"
+    assert capsys.readouterr().err == "note: odd numbers (RuntimeWarning)\n"
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="pseudo-terminals")

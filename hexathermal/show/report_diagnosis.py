@@ -108,7 +108,7 @@ def _sizes(effect: Facts) -> list[tuple[str, ...]]:
     """Return the parameters of a cause: name, value, standard uncertainty, 95 % interval, unit."""
     # the JSON does not say of what kind the part is; its sentence has the unit of a part without a stroke
     kind = "component" if "um/K" in effect["sentence"] else "leg"
-    rows = []
+    rows: list[tuple[str, ...]] = []
     for name, value in effect["parameters"].items():
         number, std = (math.nan if value[key] is None else float(value[key]) for key in ("value", "std"))
         size = parameter(name, Quantity(number, std, value["unit"]), kind)
