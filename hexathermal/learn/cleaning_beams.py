@@ -138,10 +138,13 @@ class BeamRules:
         still: Flags = np.all(windows, axis=1)[: len(level)]
         size = np.where(still, np.abs(jumps(level[:, None])[: len(level), 0]), 0.0)
         limit = max(JUMP_NOISES * self.scales.at_rest, SMALLEST_STEP_M)
-        reason = (
-            f"the drift of a rest jumps by more than {limit * 1e6:.2f} um and stays there: all beams lost count "
-            "together, or the leg slipped; nothing is changed"
+        slipped = (
+            "all beams lost count together, or the leg slipped"
+            if len(self.scales.noise)
+            else "the displacement sensor lost count, or the part slipped"
         )
+        jumped = f"the drift of a rest jumps by more than {limit * 1e6:.2f} um and stays there"
+        reason = f"{jumped}: {slipped}; nothing is changed"
         sharp = _sharp(size, limit)
         self.ledger.note("drift step", "row", NOTED, reason, sharp[own], time[own])
 

@@ -184,7 +184,11 @@ def _enough(X: Sequence[FloatArray], windows: WindowSet) -> None:
         )
     size = np.sqrt((stacked**2).sum(axis=0))
     if not size.all():
-        raise ArgumentError("a chosen sensor never leaves its zero: its coefficient cannot be told")
+        which = " and ".join(str(k + 1) for k in np.flatnonzero(size == 0.0))
+        raise ArgumentError(
+            f"column {which} of the law's {p} is zero in every window of rest: the temperature of that sensor never "
+            "leaves its zero, or q does not; its coefficient cannot be told"
+        )
     sizes = np.linalg.svd(stacked / size, compute_uv=False)
     if sizes[-1] < 1e-9 * sizes[0]:
         raise ArgumentError(

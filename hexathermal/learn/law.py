@@ -213,8 +213,9 @@ class IdentifiedLaw(Shown):
         return self.columns(dT, signals.q if self.kind == "leg" else None)
 
     def predict_signals(
-        self, signals: LegSignals, memory: LegMemory | None = None, run: str | None = None
-    ) -> FloatArray:
+        self, signals: LegSignals, memory: LegMemory | None = None, run: str | None = None,
+        before: LegMemory | None = None,
+    ) -> FloatArray:  # fmt: skip
         """Return the predicted drift [m] of rows in the order of time, terms and repairs included.
 
         Parameters
@@ -226,6 +227,8 @@ class IdentifiedLaw(Shown):
             the rows are a whole run.
         run : str, optional
             Name of the run, for repairs that begin in a certain one.
+        before : LegMemory, optional
+            Of the terms in the runs before this whole run, which follows them on one clock; it goes on.
 
         Returns
         -------
@@ -237,15 +240,18 @@ class IdentifiedLaw(Shown):
             A sensor or a recorded input of a term is not there.
         """
         right = self._scaled(self.repaired(signals, memory, run))
-        return np.asarray(self.base_columns(right) @ self.coefficients + terms_drift(self.terms, right, memory))
+        kept = memory if before is None else before
+        return np.asarray(self.base_columns(right) @ self.coefficients + terms_drift(self.terms, right, kept))
 
-    def variance_signals(self, signals: LegSignals, run: str | None = None) -> FloatArray:
+    def variance_signals(
+        self, signals: LegSignals, run: str | None = None, before: LegMemory | None = None
+    ) -> FloatArray:
         """Return the variance of ``measured - predicted`` in all rows of a new run, shape (n,) [m^2].
 
         As `variance`, with the amplitudes' covariance; thermometers' errors count in the coefficients' part.
         """
         right = self._scaled(self.repaired(signals, None, run))
-        X = np.concatenate([self.base_columns(right), terms_columns(self.terms, right)], axis=1)
+        X = np.concatenate([self.base_columns(right), terms_columns(self.terms, right, before)], axis=1)
         own = np.einsum("np,pq,nq->n", X, self.whole_covariance, X)
         return self._in_rows(own, right.q if self.kind == "leg" else None, right.time)
 

@@ -7,6 +7,7 @@ does; the drift is that of the usable rows.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator
 from dataclasses import dataclass
 
@@ -22,6 +23,8 @@ from hexathermal.learn.cleaning_sheets import Sheet, stacked
 from hexathermal.learn.interferometer import index_along_run
 from hexathermal.machine.leg_signals import LegSignals
 from hexathermal.poses import FloatArray
+
+AIR = "air_temperature_degC"
 
 
 @dataclass(frozen=True, eq=False)
@@ -91,7 +94,8 @@ def run_rows(campaign: Campaign, run: RunFile | str) -> RunRows:
     assert reader.zero is not None  # a run without a usable row was refused
     sheet = stacked(reader.sheets)
     time = sheet.time[:, 0] - sheet.time[0, 0]
-    begin = 0.0 if campaign.zero == "run" else _begin(campaign, float(sheet.time[0, 0]))
+    began, level = (float(sheet.time[0, 0]), math.nan) if campaign.zero == "run" else _campaign_start(campaign)
+    begin = max(float(sheet.time[0, 0]) - began, 0.0)
     rows = np.searchsorted(time, block.time - 1e-9)
     drift = np.full(len(time), np.nan)
     landing = np.full(len(time), -1, dtype=np.int64)
@@ -104,7 +108,7 @@ def run_rows(campaign: Campaign, run: RunFile | str) -> RunRows:
         dT,
         _filled(time, sheet.q[:, 0]) if sheet.q.shape[1] else np.zeros(len(time)),
         campaign.leg.retracted_length if campaign.leg is not None and campaign.kind == "leg" else 1.0,
-        _since_zero(time, sheet.air[:, 0]),
+        _since_zero(time, sheet.air[:, 0], level),
         _index(campaign, sheet, time, reader.zero),
         _tilt(campaign.beams, sheet, time, block),
         {item.name: _filled(time, sheet.inputs[:, k]) for k, item in enumerate(campaign.inputs)},
@@ -112,12 +116,25 @@ def run_rows(campaign: Campaign, run: RunFile | str) -> RunRows:
     return RunRows(reader.run, signals, drift, landing, landing >= 0, _weather(time, sheet.air), lost, reader.record)
 
 
-def _begin(campaign: Campaign, start: float) -> float:
-    """Return when a run begins on the campaign's own clock [s]; 0 where each run's clock begins anew."""
-    for rows in RunTable(campaign, campaign.runs[0]):
-        first = float(np.nanmin(rows.numbers[:, 0]))
-        return max(start - first, 0.0)
-    return 0.0
+def follows_on(campaign: Campaign, before: LegSignals | None, after: LegSignals) -> bool:
+    """Return whether rows come after others on the campaign's own clock, so that what a law remembers goes on."""
+    return campaign.zero == "campaign" and before is not None and after.time[0] > before.time[-1]
+
+
+def _campaign_start(campaign: Campaign) -> tuple[float, float]:
+    """Return the time [s] and the air's temperature [degC] of a campaign's first row; NaN where it was not recorded."""
+    table = RunTable(campaign, campaign.runs[0])
+    names = [column.name for column in table.columns]
+    began = level = math.nan
+    for rows in table:
+        if math.isnan(began):
+            began = float(np.nanmin(rows.numbers[:, 0]))
+        air = rows.numbers[:, names.index(AIR)] if AIR in names else np.zeros(0)
+        known = air[np.isfinite(air)]
+        level = float(known[0]) if len(known) else math.nan
+        if len(known) or AIR not in names:
+            break
+    return (0.0 if math.isnan(began) else began), level
 
 
 def _filled(time: FloatArray, values: FloatArray) -> FloatArray:
@@ -128,12 +145,12 @@ def _filled(time: FloatArray, values: FloatArray) -> FloatArray:
     return np.interp(time, time[~lost], values[~lost])
 
 
-def _since_zero(time: FloatArray, air: FloatArray) -> FloatArray | None:
-    """Return the air's temperature less that of the first row, None where it was not recorded."""
+def _since_zero(time: FloatArray, air: FloatArray, level: float) -> FloatArray | None:
+    """Return the air's temperature less a level, by default that of the first row; None where it was not recorded."""
     if np.isnan(air).all():
         return None
     known = _filled(time, air)
-    return np.asarray(known - known[0])
+    return np.asarray(known - (known[0] if math.isnan(level) else level))
 
 
 def _weather(time: FloatArray, air: FloatArray) -> FloatArray | None:

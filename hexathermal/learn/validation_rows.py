@@ -7,12 +7,15 @@ import numpy as np
 from hexathermal.errors import ArgumentError
 from hexathermal.learn.campaign import Block, Campaign
 from hexathermal.learn.law import IdentifiedLaw
-from hexathermal.learn.signals import run_rows
+from hexathermal.learn.signals import follows_on, run_rows
 from hexathermal.learn.validation import Predicted
 from hexathermal.machine.leg_signals import LegSignals
+from hexathermal.machine.leg_states import LegMemory
 
 
-def law_on_rows(law: IdentifiedLaw, signals: LegSignals, run: str | None = None) -> Predicted:
+def law_on_rows(
+    law: IdentifiedLaw, signals: LegSignals, run: str | None = None, before: LegMemory | None = None
+) -> Predicted:
     """Return what a law says of all rows of a run, terms and repairs included.
 
     Parameters
@@ -22,14 +25,19 @@ def law_on_rows(law: IdentifiedLaw, signals: LegSignals, run: str | None = None)
         As recorded.
     run : str, optional
         Name of the run.
+    before : LegMemory, optional
+        Of the terms in the runs before, on the same clock; it goes on.
     """
     right = law.repaired(signals, run=run)
     dT = np.column_stack([right.temperature(name) for name in law.sensors])
-    return Predicted(dT, law.predict_signals(signals, run=run), law.variance_signals(signals, run=run))
+    variance = law.variance_signals(signals, run=run, before=None if before is None else before.copy())
+    return Predicted(dT, law.predict_signals(signals, run=run, before=before), variance)
 
 
 class RowsPredictor:
     """Predicts usable rows of a campaign's runs from all rows of the same run; the last run is kept.
+
+    Where the runs follow one another on the campaign's clock, the law remembers those before.
 
     Parameters
     ----------
@@ -41,6 +49,7 @@ class RowsPredictor:
         self.law, self.campaign = law, campaign
         self._run, self._time = "", np.zeros(0)
         self._said = Predicted(np.zeros((0, 0)), self._time, self._time)
+        self._past: dict[str, LegMemory] = {}
 
     def __call__(self, block: Block) -> Predicted:
         """Return what the law says of a block's rows."""
@@ -48,7 +57,7 @@ class RowsPredictor:
         if name != self._run:
             signals = run_rows(self.campaign, name).signals
             # blocks count from the run's first row, signals perhaps from the campaign's
-            self._said, self._run = law_on_rows(self.law, signals, name), name
+            self._said, self._run = law_on_rows(self.law, signals, name, self._before(name)), name
             self._time = signals.time - signals.time[0]
         at = np.searchsorted(self._time, block.time - 1e-9)
         said = Predicted(self._said.dT[at], self._said.drift[at], self._said.variance[at])
@@ -58,3 +67,25 @@ class RowsPredictor:
                 "signal that its terms read has no values; take runs that hold it"
             )
         return said
+
+    def _before(self, name: str) -> LegMemory:
+        """Return what the law remembers when a run begins."""
+        if not self._past:
+            self._past = memories(self.law, self.campaign)
+        return self._past[name].copy()
+
+
+def memories(law: IdentifiedLaw, campaign: Campaign) -> dict[str, LegMemory]:
+    """Return what a law's terms remember when each run begins; nothing, where runs count from their own first rows."""
+    found: dict[str, LegMemory] = {}
+    memory, last = law.memory(), None
+    for run in campaign.runs:
+        if campaign.zero == "run" or not law.terms:
+            found[run.name] = law.memory()
+            continue
+        signals = run_rows(campaign, run).signals
+        memory = memory if follows_on(campaign, last, signals) else law.memory()
+        found[run.name] = memory.copy()
+        law.predict_signals(signals, run=run.name, before=memory)
+        last = signals
+    return found

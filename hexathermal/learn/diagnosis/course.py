@@ -43,9 +43,9 @@ squares, is passed over; at most so many are; and the probability of "none" wher
 LEAST_SHARE = 0.03
 """Every cause after the first must take away this part of the squared residual of runs left out."""
 
-FORESEEN = 10.0
-"""Log likelihood of runs left out from which on a first cause joins although their squares do not fall: squares of few
-runs, whose rows share most of their scatter, tell less; they may not rise by more than their chance, though."""
+FORESEEN, CLEARLY_FORESEEN = 10.0, 100.0
+"""Log likelihood of runs left out from which on a first cause, or a later one, joins although their squares do not
+fall: squares of few runs, whose rows share most of their scatter, tell less; they may not rise by more than chance."""
 
 STANDING, CLEARLY = 0.1, 0.05
 """A target may stand for the leader's if it has this part of its evidence, and takes away so much more."""
@@ -168,7 +168,8 @@ def searched(
             break
         after = stage.with_effect(leader.best)
         share, sure = _share(stage, after, leader), _foresight(stage, after, leader)
-        if sure <= 0.0 or share <= (LEAST_SHARE if found else -MOST_LOSS):
+        clear = sure >= (CLEARLY_FORESEEN if found else FORESEEN) and share > -_spread(stage, after, leader)
+        if sure <= 0.0 or (share <= (LEAST_SHARE if found else -MOST_LOSS) and not clear):
             if found:
                 break
             if len(refused) == MOST_REFUSED:
@@ -180,7 +181,7 @@ def searched(
             decision = decided(step, threshold)
             continue
         stages.append(stage)
-        joins = share > (0.0 if found or sure < FORESEEN else -_spread(stage, after, leader))
+        joins = share > 0.0 or clear
         found.append(Found(leader, decision, joins, *stage.amplitudes(leader)))
         if not joins:
             break

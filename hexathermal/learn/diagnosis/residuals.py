@@ -13,7 +13,9 @@ from hexathermal.learn.diagnosis.stage import view_of
 from hexathermal.learn.diagnosis.view import View, smoothed
 from hexathermal.learn.law import IdentifiedLaw
 from hexathermal.learn.signals import RunRows
+from hexathermal.learn.validation_rows import memories
 from hexathermal.machine.leg_signals import Memory
+from hexathermal.machine.leg_states import LegMemory
 from hexathermal.poses import FloatArray
 
 
@@ -22,16 +24,16 @@ def run_residuals(
     extended: IdentifiedLaw,
 ) -> tuple[RunResidual, ...]:  # fmt: skip
     """Return the residuals of all runs, those for identification first."""
-    found = []
+    found, past = [], memories(extended, campaign)
     for runs in (rows, held):
         if runs:
             view = view_of(campaign, runs, law.sensors)
-            found += [_residual(view, k, law, extended) for k in range(len(runs))]
+            found += [_residual(view, k, law, extended, past[runs[k].run.name]) for k in range(len(runs))]
     return tuple(found)
 
 
-def _residual(view: View, k: int, law: IdentifiedLaw, extended: IdentifiedLaw) -> RunResidual:
-    """Return the residual of one run."""
+def _residual(view: View, k: int, law: IdentifiedLaw, extended: IdentifiedLaw, past: LegMemory) -> RunResidual:
+    """Return the residual of one run; `past` is what the extended law remembers of those before."""
     rows, piece = view.runs[k], view.pieces[k]
     signals = rows.signals
 
@@ -39,7 +41,7 @@ def _residual(view: View, k: int, law: IdentifiedLaw, extended: IdentifiedLaw) -
         return piece.means(np.asarray(values, dtype=np.float64))
 
     before = rows.drift - law.predict_signals(signals, run=rows.run.name)
-    after = rows.drift - extended.predict_signals(signals, run=rows.run.name)
+    after = rows.drift - extended.predict_signals(signals, run=rows.run.name, before=past.copy())
     own = view.signals[k].dT[law.sensors[0]]
     moves = Memory().moves(signals.q)
     last = np.maximum.accumulate(np.where(moves != 0.0, signals.time, -np.inf))

@@ -29,7 +29,7 @@ USUAL_BIAS_K = 0.05
 ASKED = 5
 """Thermometers outside the law that are asked for their bias."""
 
-FEIGNED = 0.35
+FEIGNED = 0.3
 FEIGNED_NOISE = 0.5
 """Parts of the thermometers' errors, and of their noise, that may look like a cause: most looks like a slow process, or
 like white noise."""

@@ -10,8 +10,8 @@ import numpy.typing as npt
 from hexathermal.learn.diagnosis.trials import PREFIX, Trial, Workbench
 from hexathermal.poses import FloatArray
 
-THERMAL = ("T", "qT", "input")
-"""What errors of thermometers can feign."""
+THERMAL = ("T", "qT", "input", "the humidity")
+"""What errors of thermometers can feign; the relative humidity of a room goes as its temperature."""
 
 PERIODS_S = (*np.geomspace(480.0, 7200.0, 28), 14400.0, 28800.0, 86400.0)
 """Periods of a rhythm."""

@@ -165,6 +165,13 @@ class View:
         return tuple(found)
 
     @cached_property
+    def goes_on(self) -> tuple[bool, ...]:
+        """Whether each run follows the one before on the campaign's clock."""
+        ends = [-np.inf, *(rows.signals.time[-1] for rows in self.runs)]
+        return tuple(not self.zeroed_by_run and bool(rows.signals.time[0] > end > -np.inf)
+                     for rows, end in zip(self.runs, ends, strict=False))  # fmt: skip
+
+    @cached_property
     def noise_left(self) -> float:
         """What smoothing leaves of the white noise of readings, RMS: 3 / (2 sqrt(n)) of a parabola through n rows."""
         count = _smoothing_rows(self.runs[0].signals.time, SMOOTHED_S)
@@ -194,10 +201,14 @@ class View:
                                for piece, value in zip(self.pieces, values, strict=True)])  # fmt: skip
 
     def columns(self, shape: str, parameters: Mapping[str, Any]) -> FloatArray:
-        """Return a shape's columns in windows, less their value at each run's zero, shape (n, k)."""
-        found = []
-        for signals, piece in zip(self.signals, self.pieces, strict=True):
-            rows = term_columns(shape, signals, parameters)
+        """Return a shape's columns in windows, less their value at each run's zero, shape (n, k).
+
+        Where runs follow one another on the campaign's clock, what the shape remembers goes on.
+        """
+        found, memory = list[FloatArray](), Memory()
+        for k, (signals, piece) in enumerate(zip(self.signals, self.pieces, strict=True)):
+            memory = memory if self.goes_on[k] else Memory()
+            rows = term_columns(shape, signals, parameters, memory)
             found.append(rows - (rows[piece.used[0]] if self.zeroed_by_run else 0.0))
         return self.windows(found)
 
