@@ -23,7 +23,7 @@ CONSTANTS = {
         "SLOW_PARITY_S",
     ),
     "search": ("LEADERS", "MOST_WITNESSED", "BYSTANDERS", "USUAL", "MOST_PARITY", "FOLLOWED"),
-    "trials": ("USUAL_BIAS_K", "FEIGNED", "FEIGNED_NOISE"),
+    "trials": ("USUAL_BIAS_K", "FEIGNED", "FEIGNED_NOISE", "MOST_FEIGNED"),
     "recorded": ("NOISY",),
     "base_choice": ("NEIGHBOURS",),
     "evidence": ("RHO", "TOLERATED"),

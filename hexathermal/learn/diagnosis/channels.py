@@ -66,8 +66,9 @@ class Channel:
         Of the scatter's variance in a window's landing: 1, or more where the scatter has heavy tails.
     has_landings : bool
         Whether landings scatter: a part without a stroke has none.
-    has_offsets : bool
-        Whether each run counts from its own first row, whose noise stays in the run.
+    tied_offsets : bool
+        Whether each run counts from its own first row, whose noise stays in the run as its offset; otherwise offsets of
+        runs are what they are: thermometers walk through a long campaign.
     """
 
     y: FloatArray
@@ -78,7 +79,7 @@ class Channel:
     run: npt.NDArray[np.int64]
     weight: FloatArray
     has_landings: bool = True
-    has_offsets: bool = True
+    tied_offsets: bool = True
 
     def __len__(self) -> int:
         return len(self.y)
@@ -122,7 +123,7 @@ class Channel:
         """Return the levels of log ratios to `scale`."""
         white, landing, slow, ratio = (math.exp(min(max(value, LOG_LOWEST), -LOG_LOWEST)) for value in theta)
         white, landing, slow = white * self.scale, landing * self.scale * self.has_landings, slow * self.scale
-        offset = ratio * math.hypot(white, landing, slow) * self.has_offsets
+        offset = ratio * math.hypot(white, landing, slow)
         return Levels(white, landing, slow, offset, slow_time)
 
     def theta(self, levels: Levels) -> tuple[float, ...]:
@@ -178,8 +179,8 @@ class Channel:
         loose = sum(
             (value / SPREAD) ** 2 for value, free in zip(theta, (True, self.has_landings, True), strict=True) if free
         )
-        tied = (ratio / OFFSET_SPREAD) ** 2 if self.has_offsets else 0.0
-        return float(-0.125 * loose - 0.5 * tied)
+        offset = 0.5 * (ratio / OFFSET_SPREAD) ** 2 if self.tied_offsets else 0.125 * (ratio / SPREAD) ** 2
+        return float(-0.125 * loose - offset)
 
     def fitted(
         self, X: FloatArray, sd: FloatArray, begin: Levels | None = None, most: int = 90
@@ -209,7 +210,7 @@ class Channel:
         """Return the best levels near a start for one slow time."""
         evidence = self._evidence_of(X, sd)
         whole = np.array(theta)
-        free = np.flatnonzero([True, self.has_landings, True, self.has_offsets])
+        free = np.flatnonzero([True, self.has_landings, True, True])
 
         def levels(point: FloatArray) -> Levels:
             whole[free] = point

@@ -78,8 +78,9 @@ class Stage:
     @cached_property
     def bench(self) -> Workbench:
         """What trials are built from, with the law as it fits at first."""
-        coefficients, _ = self.fit(self.levels if self.begin is None else self.begin)
-        return Workbench(self.view, coefficients[: self.view.base_columns.shape[1]])
+        levels = self.levels if self.begin is None else self.begin
+        coefficients, _ = self.fit(levels)
+        return Workbench(self.view, coefficients[: self.view.base_columns.shape[1]], levels.rms)
 
     @cached_property
     def _plain(self) -> tuple[FloatArray, FloatArray]:

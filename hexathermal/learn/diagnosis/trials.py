@@ -30,9 +30,11 @@ ASKED = 5
 """Thermometers outside the law that are asked for their bias."""
 
 FEIGNED = 0.3
-FEIGNED_NOISE = 0.5
-"""Parts of the thermometers' errors, and of their noise, that may look like a cause: most looks like a slow process, or
-like white noise."""
+"""Part of the thermometers' errors that may look like a cause: most of it looks like a slow process."""
+
+FEIGNED_NOISE, MOST_FEIGNED = 2.0, 1.5
+"""Part of their noise, times what it is of all noise, that may look like a cause, and the most: where readings scatter
+as much as the drift does, anything that scatters less and goes alike is preferred."""
 
 
 @dataclass(frozen=True)
@@ -140,10 +142,12 @@ class Workbench:
         B / A of each sensor of the law; 0 for a component.
     slopes : dict of str to float
         A of each sensor [1/K] (C [m/K]).
+    noise : float [m]
+        RMS of the noise in windows beside the law.
     """
 
-    def __init__(self, view: View, coefficients: FloatArray) -> None:
-        self.view = view
+    def __init__(self, view: View, coefficients: FloatArray, noise: float) -> None:
+        self.view, self.noise = view, noise
         k = len(view.base)
         A = coefficients[:k]
         B = coefficients[k : 2 * k] if view.kind == "leg" else np.zeros(k)
@@ -194,7 +198,9 @@ class Workbench:
             span = float(np.sqrt((self.slopes_span(sensor) ** 2).mean()))
             parts.append(self.slopes[sensor] * span * error)
             noises.append(self.slopes[sensor] * span * row_noise(self.view.runs, sensor) * self.view.noise_left)
-        return float(np.hypot(FEIGNED * np.linalg.norm(parts), FEIGNED_NOISE * np.linalg.norm(noises)))
+        noise = float(np.linalg.norm(noises))
+        lured = noise * min(MOST_FEIGNED, FEIGNED_NOISE * noise / self.noise)
+        return float(np.hypot(FEIGNED * np.linalg.norm(parts), lured))
 
     def slopes_span(self, sensor: str) -> FloatArray:
         """Return ``q0 + ratio q`` of a sensor of the law in windows [m]."""

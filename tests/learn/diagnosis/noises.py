@@ -10,7 +10,7 @@ from hexathermal.poses import FloatArray
 LEVELS = Levels(0.2, 0.15, 0.3, 0.25, 2400.0)
 
 
-def channel_like(rng: np.random.Generator, runs: int = 3, windows: int = 30, *, has_offsets: bool = True) -> Channel:
+def channel_like(rng: np.random.Generator, runs: int = 3, windows: int = 30, *, tied_offsets: bool = True) -> Channel:
     """A channel of runs whose windows and landings are of random length; its values are zero."""
     parts = []
     for k in range(runs):
@@ -22,7 +22,7 @@ def channel_like(rng: np.random.Generator, runs: int = 3, windows: int = 30, *, 
         )
     start, fresh, step, rows, run = (np.concatenate(items) for items in zip(*parts, strict=True))
     n = len(start)
-    return Channel(np.zeros(n), start, fresh, step, rows, run, np.ones(n), True, has_offsets)
+    return Channel(np.zeros(n), start, fresh, step, rows, run, np.ones(n), True, tied_offsets)
 
 
 def dense(channel: Channel, levels: Levels) -> FloatArray:

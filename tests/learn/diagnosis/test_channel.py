@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from hypothesis import given
@@ -113,12 +115,20 @@ def test_fitted_levels_are_as_likely_as_those_of_the_draw(rng: np.random.Generat
         assert drawn.fitted(X, sd)[1] > drawn.evidence(X, sd, LEVELS) - 1.0
 
 
-@pytest.mark.parametrize("absent", ["landing", "offset"])
-def test_a_part_of_the_noise_that_cannot_be_is_not_fitted(absent: str, rng: np.random.Generator) -> None:
-    """A component has no landings, a campaign's zero no offsets of runs: their levels stay 0."""
+def test_landings_of_a_component_are_not_fitted(rng: np.random.Generator) -> None:
+    """A component has no landings: their level stays 0."""
     base = noisy(channel_like(rng), LEVELS, rng)
-    channel = Channel(base.y, base.start, base.fresh, base.step, base.rows, base.run, base.weight,
-                      absent != "landing", absent != "offset")  # fmt: skip
+    channel = replace(base, has_landings=False)
     levels, _ = channel.fitted(rng.standard_normal((len(base), 1)), np.ones(1))
-    assert getattr(levels, absent) == 0.0
+    assert levels.landing == 0.0
     assert levels.white > 0.0
+
+
+@pytest.mark.parametrize("tied", [True, False])
+def test_offsets_of_runs_are_free_where_a_campaign_counts_from_one_row(tied: bool, rng: np.random.Generator) -> None:
+    """Offsets ten times the noise are found where nothing ties them; tied, they cannot be the first row's noise."""
+    levels = replace(LEVELS, offset=10.0 * LEVELS.rms)
+    base = noisy(channel_like(rng, runs=12, tied_offsets=tied), levels, rng)
+    found, _ = base.fitted(rng.standard_normal((len(base), 1)), np.ones(1))
+    ratio = found.offset / found.rms
+    assert ratio < 5.0 if tied else ratio > 4.0, ratio

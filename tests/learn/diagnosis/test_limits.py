@@ -91,7 +91,7 @@ def test_confusions_are_ordered_and_of_different_causes() -> None:
 def test_nameless_shapes_follow_something_and_are_no_cause() -> None:
     """Flexible columns are finite, vary, say what they follow, and bear no name of the catalogue."""
     stage = clean()
-    trials = list(flexible_trials(Workbench(stage.view, stage.fit(stage.step.levels)[0])))
+    trials = list(flexible_trials(Workbench(stage.view, stage.fit(stage.step.levels)[0], stage.step.levels.rms)))
     assert {"q", "T", "t"} <= {trial.target for trial in trials}
     for trial in trials:
         assert trial.cause.startswith(PREFIX)
