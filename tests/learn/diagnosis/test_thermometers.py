@@ -8,8 +8,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from hexathermal.learn.campaign_files import load_campaign
+from hexathermal.learn.campaign_laws import identify_campaign, validate_campaign
+from hexathermal.learn.diagnosing import diagnose
 from hexathermal.learn.diagnosis.base_choice import likelier_sensors
-from hexathermal.learn.diagnosis.course import base_law, searched
 from hexathermal.learn.diagnosis.recorded import noisy_sensors, row_noise
 from hexathermal.learn.diagnosis.search import REPEATED
 from hexathermal.learn.diagnosis.stage import Stage
@@ -66,19 +68,22 @@ def test_only_thermometers_that_go_alike_are_exchanged() -> None:
 
 
 @pytest.mark.parametrize("name", ["machine-tool-ch1", "machine-tool-ch2"])
-def test_on_a_real_machine_the_noisy_thermometer_is_not_trusted(name: str) -> None:
-    """T16 of a machine tool, nine times as noisy as the others, is in no law; no instant effect of speed is named."""
+def test_on_a_real_machine_the_extended_law_beats_the_best_pair(name: str) -> None:
+    """On runs never fitted it leaves 40 % less than the best pair of the paper's search, without the noisy T16.
+
+    The heat of the spindle is stored, not at once there; what nobody trusts or nothing shows is not named.
+    """
     if not (MEASURED / name).is_dir():
         pytest.skip("the measured campaigns are not beside the checkout")
-    from hexathermal.learn.campaign_files import load_campaign
-    from hexathermal.learn.signals import campaign_rows
-
     campaign = load_campaign(MEASURED / name)
-    rows = campaign_rows(campaign, "identification")
-    law = base_law(campaign, rows, None, None)
-    assert law.sensors == ("T06",)
-    course = searched(campaign, law, rows)
-    assert list(noisy_sensors(rows, campaign.sensors)) == ["T16"]
-    assert {one.ranked.cause for one in course.found} <= {REPEATED, "hidden-heat", "thermal-lag"}
-    assert "T16" not in {one.ranked.best.trial.target for one in course.found}
-    assert course.found
+    found = diagnose(campaign)
+    assert found.law.sensors == ("T06",)
+    assert {one.cause for one in found.effects} == {REPEATED, "hidden-heat"}
+    assert "T16" not in {one.target for one in found.effects}
+    assert any("T16 is not trusted" in note for note in found.notes)
+    ranked = identify_campaign(campaign, "auto").ranked
+    pairs = {ranked.names[ranked.best(2, left_out=left_out)] for left_out in (False, True)}
+    laws = [identify_campaign(campaign, pair).law for pair in pairs]
+    best = min(float(validate_campaign(law, campaign).total.rmse.value) for law in laws)
+    assert found.gain is not None
+    assert float(found.gain.total.rmse_after.value) < 0.6 * best
