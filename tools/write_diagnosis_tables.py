@@ -53,6 +53,7 @@ CONSTANTS = {
         "FEWEST_WINDOWS",
         "FEWEST_RUNS",
     ),
+    "pruning": ("LEAST_HARM",),
     "stage": ("LARGEST", "TAKEN_BACK"),
     "limits": ("CLOSE",),
 }

@@ -15,6 +15,7 @@ from hexathermal.learn.diagnosis.base_choice import FEWEST_WINDOWS, likelier_sen
 from hexathermal.learn.diagnosis.chance import chance_threshold
 from hexathermal.learn.diagnosis.deciding import LEAST, Decision, decided, together
 from hexathermal.learn.diagnosis.evidence import Scored, beside, screened, stacked_columns
+from hexathermal.learn.diagnosis.pruning import pruned
 from hexathermal.learn.diagnosis.search import REPEATED, Ranked, Step
 from hexathermal.learn.diagnosis.stage import Stage, view_of
 from hexathermal.learn.diagnosis.trials import Trial
@@ -190,7 +191,21 @@ def searched(
         step = stage.step
         steps.append(step)
         decision = decided(step, threshold + LATER)
-    return Course(first, stage, tuple(stages), tuple(steps), tuple(found), decision, threshold, tuple(refused))
+    course = Course(first, stage, tuple(stages), tuple(steps), tuple(found), decision, threshold, tuple(refused))
+    return _asked_again(course)
+
+
+def _asked_again(course: Course) -> Course:
+    """Return a course whose causes still pay at the end; what does not stays named, but leaves the law."""
+    if sum(one.joined for one in course.found) < 2 or course.last.repairs:
+        return course
+    kinds = [(item.trial.cause, item.trial.target) for item in course.last.joined]
+    bests = [one.ranked.best for one in course.found]
+    asked = [best for best in bests if best.trial.shape and kinds.count((best.trial.cause, best.trial.target)) == 1]
+    last, gone = pruned(course.last, asked)
+    found = tuple(replace(one, joined=one.joined and all(one.ranked.best is not item for item in gone))
+                  for one in course.found)  # fmt: skip
+    return replace(course, last=last, found=found)
 
 
 def _tolerant(stage: Stage, threshold: float) -> Stage:

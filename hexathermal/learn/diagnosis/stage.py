@@ -175,6 +175,11 @@ class Stage:
         return float(np.average(self.left_out(levels)[0] ** 2, weights=self.channel.rows))
 
     @cached_property
+    def kinder_left(self) -> float:
+        """The mean square of what runs left out leave, at the kinder of two noises [m^2]."""
+        return min(self.left_squares(self.levels), self.left_squares(self.plain))
+
+    @cached_property
     def law(self) -> tuple[FloatArray, FloatArray]:
         """The coefficients that leave less of runs left out, of `fit` and of plain least squares, and their covariance.
 
