@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack, contextmanager
+from dataclasses import replace
 from functools import cached_property
 from typing import Any
 from unittest.mock import patch
@@ -21,8 +22,8 @@ def _constant(value: Any) -> Callable[..., Any]:
 def _without_parity(search: Any) -> list[Any]:
     """The drift alone speaks, with order and clocks."""
 
-    def drift_alone(_search: Any, trial: Any, drift: float) -> float:
-        return float(drift + trial.advantage)
+    def drift_alone(_search: Any, ranked: Any) -> Any:
+        return replace(ranked, value=ranked.value + ranked.best.trial.advantage)
 
     return [patch.object(search, "_parity", _constant(0.0)), patch.object(search, "_with_witness", drift_alone)]
 
@@ -86,8 +87,6 @@ def _no_threshold() -> list[Any]:
 
 def _white_noise() -> list[Any]:
     """Windows are independent: no scatter of landings, no slow process, no offsets."""
-    from dataclasses import replace
-
     from hexathermal.learn.diagnosis.channels import Channel
 
     fitted = Channel.levels

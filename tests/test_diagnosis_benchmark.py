@@ -18,6 +18,7 @@ from benchmarks.hidden_effects import BENCHES, CLEAN, HELD_OUT, ONE, OUTSIDE, TW
 from benchmarks.hidden_timing import finer, longer
 from hexathermal.simulate.hidden import benches
 from hexathermal.simulate.hidden.drawing import campaign_of
+from tests.learn.diagnosis.campaigns import viewed
 
 CREEP = Outcome("quiet", 1, ["creep"], [1.0], "effect", ["creep"], [], 0.99, 0.4, 0.3, 0.4, 0.28, 0.27, 5.0, 1000, 6.0)
 CLEARED = replace(CREEP, causes=[], strengths=[], verdict="none", names=[], after=0.4, oracle_after=0.4)
@@ -114,6 +115,16 @@ def test_switches_replace_what_is_there_and_put_it_back(name: str) -> None:
     with without(name):
         assert (state() == before) == (name == diagnosis.WHOLE)
     assert state() == before
+
+
+@pytest.mark.parametrize("name", ["no parity of the sensors", "noise not fitted again for leaders"])
+def test_a_switched_search_still_finds_a_plain_effect(name: str) -> None:
+    """What takes the place of a method fits the method's callers: a ranking comes out, a plain effect leads it."""
+    from hexathermal.learn.diagnosis.stage import Stage
+
+    view, _answer = viewed("modal", 5, ("backlash",), 2.0)
+    with without(name):
+        assert Stage(view).step.ranking[0].cause == "backlash"
 
 
 def test_finer_and_longer_campaigns_are_the_same_physics() -> None:
