@@ -117,7 +117,9 @@ def _notes(course: Course) -> tuple[str, ...]:
     ]
     for one in course.found:
         if not one.joined:
-            notes.append(f"{one.ranked.cause} does not pay on runs left out of the fit: it does not join the law")
+            target = one.ranked.best.trial.target
+            which = one.ranked.cause if target is None else f"{one.ranked.cause} ({target})"
+            notes.append(f"{which} does not pay on runs left out of the fit: it does not join the law")
         if one.ranked.cause == "periodic-screw-error":
             notes += _aliases(course)
     view = course.first.view
