@@ -116,9 +116,9 @@ def run_rows(campaign: Campaign, run: RunFile | str) -> RunRows:
     return RunRows(reader.run, signals, drift, landing, landing >= 0, _weather(time, sheet.air), lost, reader.record)
 
 
-def follows_on(campaign: Campaign, before: LegSignals | None, after: LegSignals) -> bool:
+def follows_on(zero: str, before: LegSignals | None, after: LegSignals) -> bool:
     """Return whether rows come after others on the campaign's own clock, so that what a law remembers goes on."""
-    return campaign.zero == "campaign" and before is not None and after.time[0] > before.time[-1]
+    return zero == "campaign" and before is not None and bool(after.time[0] > before.time[-1])
 
 
 def _campaign_start(campaign: Campaign) -> tuple[float, float]:

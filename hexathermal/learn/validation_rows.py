@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+
 import numpy as np
 
 from hexathermal.errors import ArgumentError
@@ -75,17 +77,27 @@ class RowsPredictor:
         return self._past[name].copy()
 
 
-def memories(law: IdentifiedLaw, campaign: Campaign) -> dict[str, LegMemory]:
-    """Return what a law's terms remember when each run begins; nothing, where runs count from their own first rows."""
+def memories(
+    law: IdentifiedLaw, campaign: Campaign, read: Mapping[str, LegSignals] | None = None
+) -> dict[str, LegMemory]:
+    """Return what a law's terms remember when each run begins; nothing, where runs count from their own first rows.
+
+    Parameters
+    ----------
+    law : IdentifiedLaw
+    campaign : Campaign
+    read : mapping of str to LegSignals, optional
+        Signals of the runs to go through, where they were read already; by default all are read.
+    """
+    names = [run.name for run in campaign.runs if read is None or run.name in read]
+    if campaign.zero == "run" or not law.terms:
+        return {name: law.memory() for name in names}
     found: dict[str, LegMemory] = {}
     memory, last = law.memory(), None
-    for run in campaign.runs:
-        if campaign.zero == "run" or not law.terms:
-            found[run.name] = law.memory()
-            continue
-        signals = run_rows(campaign, run).signals
-        memory = memory if follows_on(campaign, last, signals) else law.memory()
-        found[run.name] = memory.copy()
-        law.predict_signals(signals, run=run.name, before=memory)
+    for name in names:
+        signals = run_rows(campaign, name).signals if read is None else read[name]
+        memory = memory if follows_on(campaign.zero, last, signals) else law.memory()
+        found[name] = memory.copy()
+        law.predict_signals(signals, run=name, before=memory)
         last = signals
     return found

@@ -79,7 +79,7 @@ def test_the_diagnosis_sees_the_same_columns_in_both(
     law = law_that_remembers(shape, "campaign")
     campaign = campaign_of(tmp_path / "two", {"a": first, "b": second, "c": leg_table(2)}, "campaign")
     rows = campaign_rows(campaign, "identification")
-    assert follows_on(campaign, rows[0].signals, rows[1].signals)
+    assert follows_on(campaign.zero, rows[0].signals, rows[1].signals)
     view = view_of(campaign, rows, law.sensors)
     assert view.goes_on == (False, True)
     past = memories(law, campaign)
@@ -96,7 +96,7 @@ def test_runs_that_count_from_their_own_rows_begin_anew(tables: tuple[Table, Tab
     _whole, first, second = tables
     campaign = campaign_of(tmp_path / "two", {"a": first, "b": second, "c": leg_table(2)}, "run")
     rows = campaign_rows(campaign, "identification")
-    assert not follows_on(campaign, rows[0].signals, rows[1].signals)
+    assert not follows_on(campaign.zero, rows[0].signals, rows[1].signals)
     assert view_of(campaign, rows, ("T01",)).goes_on == (False, False)
     law = law_that_remembers("room", "run")
     signals = run_rows(campaign, "b").signals

@@ -225,12 +225,10 @@ class Channel:
 
 def marginal(r: FloatArray, X: FloatArray, sd: FloatArray) -> tuple[float, FloatArray, FloatArray]:
     """Return the log evidence of whitened data with coefficients integrated, their means, and their covariance."""
-    Xs = X * sd
-    M = Xs.T @ Xs
-    M[np.diag_indices_from(M)] += 1.0
-    factor = linalg.cho_factor(M, lower=True)
-    b = Xs.T @ r
-    z = linalg.cho_solve(factor, b)
-    value = 0.5 * b @ z - np.log(np.diag(factor[0])).sum() - 0.5 * r @ r
-    inverse = linalg.cho_solve(factor, np.eye(len(sd)))
-    return float(value), sd * z, inverse * np.outer(sd, sd)
+    from hexathermal.learn.diagnosis.whitening_loops import integrated
+
+    table = np.column_stack([r, X * sd])
+    value, factor, z = integrated(table.T @ table)
+    mean = linalg.solve_triangular(factor, z, lower=True, trans=1)
+    inverse = linalg.cho_solve((factor, True), np.eye(len(sd)))
+    return float(value), sd * mean, inverse * np.outer(sd, sd)

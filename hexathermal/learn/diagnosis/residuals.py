@@ -24,7 +24,8 @@ def run_residuals(
     extended: IdentifiedLaw,
 ) -> tuple[RunResidual, ...]:  # fmt: skip
     """Return the residuals of all runs, those for identification first."""
-    found, past = [], memories(extended, campaign)
+    past = memories(extended, campaign, {one.run.name: one.signals for one in (*rows, *held)})
+    found = []
     for runs in (rows, held):
         if runs:
             view = view_of(campaign, runs, law.sensors)

@@ -13,7 +13,7 @@ from scipy import signal
 
 from hexathermal.learn.cleaning_record import BEAM_STEP
 from hexathermal.learn.diagnosis.channels import Channel
-from hexathermal.learn.signals import RunRows
+from hexathermal.learn.signals import RunRows, follows_on
 from hexathermal.machine.leg_signals import LegSignals, Memory
 from hexathermal.machine.leg_terms import term_columns
 from hexathermal.poses import FloatArray
@@ -167,9 +167,9 @@ class View:
     @cached_property
     def goes_on(self) -> tuple[bool, ...]:
         """Whether each run follows the one before on the campaign's clock."""
-        ends = [-np.inf, *(rows.signals.time[-1] for rows in self.runs)]
-        return tuple(not self.zeroed_by_run and bool(rows.signals.time[0] > end > -np.inf)
-                     for rows, end in zip(self.runs, ends, strict=False))  # fmt: skip
+        zero = "run" if self.zeroed_by_run else "campaign"
+        before = [None, *(rows.signals for rows in self.runs[:-1])]
+        return tuple(follows_on(zero, one, rows.signals) for one, rows in zip(before, self.runs, strict=True))
 
     @cached_property
     def noise_left(self) -> float:

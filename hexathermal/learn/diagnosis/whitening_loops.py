@@ -75,21 +75,18 @@ def whiten(C, start, fresh, step, white, landing, slow, tau, offset, out):
 
 
 @loop
-def log_evidence(C, start, fresh, step, white, landing, slow, tau, offset):
-    """Return ``log p(y) + n/2 log 2 pi`` with the coefficients of columns, of prior N(0, 1), integrated.
+def integrated(G):
+    """Return ``1/2 b' M^-1 b - 1/2 log det M - 1/2 r'r``, the lower factor L of M, and ``L^-1 b``.
 
-    C (n, 1 + m) holds y and the columns times the sizes of their priors; the noise is that of `whiten`.  With whitened
-    r and X: ``1/2 b' M^-1 b - 1/2 log det M - 1/2 r'r - 1/2 log det V``, M = X'X + I, b = X'r.
+    G (1 + m, 1 + m) holds the products of whitened r and X, the columns times the sizes of their priors:  M = X'X + I,
+    b = X'r.  It is the log evidence of r with coefficients of prior N(0, 1) integrated, constants left out.
     """
-    out = np.empty_like(C)
-    logdet = whiten(C, start, fresh, step, white, landing, slow, tau, offset, out)
-    G = out.T @ out
-    m = C.shape[1] - 1
+    m = G.shape[0] - 1
     M = G[1:, 1:].copy()
     for k in range(m):
         M[k, k] += 1.0
     L = np.linalg.cholesky(M)
-    value = -0.5 * (G[0, 0] + logdet)
+    value = -0.5 * G[0, 0]
     z = np.empty(m)
     for k in range(m):
         e = G[1 + k, 0]
@@ -97,4 +94,16 @@ def log_evidence(C, start, fresh, step, white, landing, slow, tau, offset):
             e -= L[k, c] * z[c]
         z[k] = e / L[k, k]
         value += 0.5 * z[k] * z[k] - np.log(L[k, k])
-    return value
+    return value, L, z
+
+
+@loop
+def log_evidence(C, start, fresh, step, white, landing, slow, tau, offset):
+    """Return ``log p(y) + n/2 log 2 pi`` of a channel with the coefficients of columns `integrated`.
+
+    C (n, 1 + m) holds y and the columns times the sizes of their priors; the noise is that of `whiten`.
+    """
+    out = np.empty_like(C)
+    logdet = whiten(C, start, fresh, step, white, landing, slow, tau, offset, out)
+    value, _L, _z = integrated(out.T @ out)
+    return value - 0.5 * logdet
