@@ -4,9 +4,6 @@ from __future__ import annotations
 
 import io
 import json
-import threading
-import urllib.error
-import urllib.request
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
@@ -23,7 +20,7 @@ from hexathermal.learn.hexapod_validation import validate_hexapod
 from hexathermal.machine.leg_terms import LegTerm
 from hexathermal.machine.thermal import LegLaw
 from hexathermal.predict.pose_errors import pose_errors
-from hexathermal.show.viewer import PageServer, magnification, palette, temperature_range, viewer_page
+from hexathermal.show.viewer import magnification, palette, temperature_range, viewer_page
 from hexathermal.show.viewer_campaign import campaign_course
 from hexathermal.show.viewer_course import Course, still_course, temperatures_course, tool_errors
 from hexathermal.show.viewer_day import day_course
@@ -309,25 +306,6 @@ def test_a_name_cannot_become_part_of_the_page(course: Course) -> None:
     assert "<i>day" not in html
 
 
-def test_the_page_is_served_to_this_computer_alone() -> None:
-    """The address gives the page, other paths nothing; a port that is taken is refused."""
-    server = PageServer("<p>here</p>")
-    thread = threading.Thread(target=server.serve, args=(False,))
-    thread.start()
-    try:
-        assert server.address.startswith("http://127.0.0.1:")
-        with urllib.request.urlopen(server.address) as answer:
-            assert answer.read() == b"<p>here</p>"
-        with pytest.raises(urllib.error.HTTPError, match="404") as refused:
-            urllib.request.urlopen(server.address + "etc/passwd")
-        refused.value.close()
-        with pytest.raises(ArgumentError, match="cannot be used"):
-            PageServer("", int(server.address.rsplit(":", 1)[1].strip("/")))
-    finally:
-        server.stop()
-        thread.join()
-
-
 def test_the_command_writes_a_page_and_says_what_it_shows(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:  # fmt: skip
@@ -344,22 +322,6 @@ def test_the_command_writes_a_page_and_says_what_it_shows(
     assert file.read_text(encoding="utf-8").startswith("<!DOCTYPE html>")
     assert main(words) == 2
     assert "exists already" in capsys.readouterr().err
-
-
-def test_ctrl_c_ends_the_page_and_says_so(
-    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> None:  # fmt: skip
-    """It is the way to end a served page: exit code 0, and one line that says what is left; silent with --quiet."""
-
-    def stop(_server: object, poll_interval: float) -> None:
-        raise KeyboardInterrupt
-
-    monkeypatch.setattr("http.server.ThreadingHTTPServer.serve_forever", stop)
-    words = ["view", "--machine", "rubin-m2", "--no-browser"]
-    assert main(words) == 0
-    assert "the page is no longer served; nothing was written" in capsys.readouterr().err
-    assert main([*words, "--quiet"]) == 0
-    assert capsys.readouterr().err == ""
 
 
 @pytest.mark.parametrize(
