@@ -40,7 +40,7 @@ def visible_words(found: Diagnosis, k: int) -> str:
     one: Candidate = found.candidates[k]
     std = visible_std(found.effects[k]) * 1e6 if k < len(found.effects) else math.nan
     value = one.visible * 1e6
-    return f"{rounded(value, std)} ({span(value, std)})" if math.isfinite(std) else f"{value:.2g}"
+    return f"{rounded(value, std)} ({span(value, std, positive=True)})" if math.isfinite(std) else f"{value:.2g}"
 
 
 def probability(value: float) -> str:

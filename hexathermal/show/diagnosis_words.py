@@ -18,6 +18,9 @@ ENDINGS = ("_per_K2", "_urad_per_K", "_um_per_K", "_um_per_h", "_um_per_unit", "
            "_ppm", "_s", "_m")  # fmt: skip
 """Of a parameter's name: the unit, which is shown apart."""
 
+POSITIVE = ("time_constant_s", "pitch_m", "play_m")
+"""Parameters that are above zero by what they are."""
+
 LABELS = {
     "first_per_K": "amplitude, first order",
     "second_per_K": "amplitude, second order",
@@ -55,17 +58,21 @@ class Shown:
     value, std : float
         `std` is NaN where none could be told.
     unit : str
+    positive : bool
+        Whether it is above zero by what it is, like a time constant.
     """
 
     name: str
     value: float
     std: float
     unit: str
+    positive: bool = False
 
     @property
     def cells(self) -> tuple[str, str, str]:
         """Value, standard uncertainty and 95 % interval, rounded to two digits of the uncertainty."""
-        return (rounded(self.value, self.std), rounded(self.std, self.std), span(self.value, self.std))
+        ends = span(self.value, self.std, self.positive)
+        return (rounded(self.value, self.std), rounded(self.std, self.std), ends)
 
 
 def parameter(name: str, quantity: Quantity, kind: str = "leg") -> Shown:
@@ -78,6 +85,8 @@ def parameter(name: str, quantity: Quantity, kind: str = "leg") -> Shown:
     >>> from hexathermal.learn.diagnosis.result import Quantity
     >>> parameter("pitch_m", Quantity(2e-3, 1e-5, "m")).cells
     ('2.000', '0.010', '1.980 to 2.020')
+    >>> parameter("time_constant_s", Quantity(240.0, 180.0, "s")).cells  # never below zero
+    ('4.0', '3.0', 'below 9.9')
     """
     from hexathermal.learn.diagnosis.words import WORKSHOP
 
@@ -86,7 +95,7 @@ def parameter(name: str, quantity: Quantity, kind: str = "leg") -> Shown:
         unit = unit.replace("/m/K", "/K")
     if quantity.unit == "s" and abs(quantity.value) >= 120.0:
         unit, factor = "min", 1.0 / 60.0
-    return Shown(_label(name), quantity.value * factor, quantity.std * factor, unit)
+    return Shown(_label(name), quantity.value * factor, quantity.std * factor, unit, name in POSITIVE)
 
 
 def rounded(value: float, std: float) -> str:
@@ -104,11 +113,18 @@ def rounded(value: float, std: float) -> str:
     return f"{value:.{max(0, 1 - math.floor(math.log10(std)))}f}"
 
 
-def span(value: float, std: float) -> str:
-    """Return a 95 % interval; "-" where none could be told."""
+def span(value: float, std: float, positive: bool = False) -> str:
+    """Return a 95 % interval, without what is below zero where that cannot be; "-" where none could be told.
+
+    Examples
+    --------
+    >>> span(12.0, 4.0), span(12.0, 8.0), span(12.0, 8.0, positive=True), span(12.0, float("nan"))
+    ('4.2 to 19.8', '-3.7 to 27.7', 'below 27.7', '-')
+    """
     if not math.isfinite(std):
         return "-"
-    return f"{rounded(value - COVERAGE * std, std)} to {rounded(value + COVERAGE * std, std)}"
+    low, high = rounded(value - COVERAGE * std, std), rounded(value + COVERAGE * std, std)
+    return f"below {high}" if positive and value <= COVERAGE * std else f"{low} to {high}"
 
 
 def percent(part: float) -> str:

@@ -81,7 +81,7 @@ def amplitude(one: MachineEffect, rotation: bool = False) -> str:
     """Return the RMS of an effect on the platform with its 95 % interval [um or urad]."""
     value = (one.rotation if rotation else one.translation) * UM
     std = value * relative_std(one)
-    return f"{rounded(value, std)} ({span(value, std)})" if math.isfinite(std) else f"{value:.2g}"
+    return f"{rounded(value, std)} ({span(value, std, positive=True)})" if math.isfinite(std) else f"{value:.2g}"
 
 
 def gain_words(found: MachineDiagnosis) -> str:

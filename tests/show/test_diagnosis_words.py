@@ -31,6 +31,17 @@ def test_an_interval_holds_its_value_in_the_middle(value: float) -> None:
     assert high == pytest.approx(value + 1.96 * 0.31, abs=0.0051)
 
 
+@given(st.floats(1.0, 1e4), st.floats(0.01, 3.0))
+def test_an_interval_of_what_is_above_zero_has_no_end_below_it(value: float, part: float) -> None:
+    """A time constant's interval ends where that of the plain number does, and has no negative end."""
+    shown = parameter("time_constant_s", Quantity(value, part * value, "s")).cells[2]
+    factor = 1.0 if value < 120.0 else 60.0
+    assert "-" not in shown
+    assert shown.startswith("below ") == (part >= 1.0 / 1.96)
+    assert float(shown.split()[-1]) == pytest.approx((1.0 + 1.96 * part) * value / factor, rel=0.06)
+    assert parameter("offset_s", Quantity(1.0, 1.0, "s")).cells[2] == "-1.0 to 3.0"
+
+
 @pytest.mark.parametrize(
     ("unit", "kind", "shown", "value"),
     [("1/K", "leg", "um/m/K", 2.0), ("1/K", "component", "um/K", 2.0), ("1/K^2", "leg", "um/m/K^2", 2.0),
