@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 import hexathermal as ht
-from tests.pages import ROOT, anchors, blocks, links, type_in
+from tests.pages import ROOT, anchors, blocks, links, tokens, type_in
 
 BUILT = ("docs/_build", "docs/reference/generated")
 PAGES = sorted(
@@ -31,6 +31,12 @@ def test_examples_of_a_page_run(page: Path) -> None:
     """What a page's examples print is what the page says."""
     failed, _count = doctest.testfile(str(page), module_relative=False, optionflags=doctest.NORMALIZE_WHITESPACE)
     assert failed == 0
+
+
+@pytest.mark.parametrize("page", PAGES, ids=name)
+def test_examples_of_a_page_look_like_code(page: Path) -> None:
+    """What is typed at a prompt stands in a block of code, never in a quotation of a quotation of a quotation."""
+    assert [token.map for token in tokens(page) if token.type == "blockquote_open" and token.level > 0] == []
 
 
 @pytest.mark.parametrize("page", WALKED, ids=name)
