@@ -25,10 +25,21 @@ LARGEST_RUNS, LARGEST_POSES = 200, 5000
 DESCRIPTION = """\
 A whole hexapod with a 6-D positioning system: six virtual legs, each with motor, screw, body and rod of its own,
 between two plates that six joints warm; a room; thermometers; a tracker that sees the platform. It works, goes from
-pose to pose, rests, and is measured. Nothing follows a drift law: heat flows, parts grow, and the true pose is the
-exact forward kinematics of the true lengths between the true joints (docs/six-legs.md). A payload, exchanged plugs and
-a drifting measuring frame are as the machine states them; terms of its legs' laws are not simulated.
+pose to pose, rests, and is measured. Heat flows, parts grow, and the true pose is the exact forward kinematics of the
+true lengths between the true joints (docs/six-legs.md). A payload, exchanged plugs and a drifting measuring frame are
+as the machine states them; terms of its legs' laws are not simulated.
+
+--growth heat (default) is a machine like any: it follows no drift law exactly. Its parts differ by --spread, they are
+not warm all over, thermometers are taped on. 'identify' finds its laws; 'diagnose' rightly finds that those of
+hexapod.toml are off, and that legs lag behind their thermometers. --growth law is a machine that does exactly what its
+hexapod.toml says, within the noise of tracker and thermometers: 'diagnose' finds nothing, and what you change in the
+machine's file before, it finds: simulate the changed machine, diagnose with --machine of the unchanged one.
 """
+
+GROWN = {
+    "heat": "Legs and plates grow as heat flows in them and follow no law exactly (--growth law: they do).",
+    "law": "Legs and plates grow exactly as hexapod.toml says, from the first row on.",
+}
 
 EPILOG = f"""\
 written into the folder of --out:
@@ -46,6 +57,7 @@ examples:
   hexathermal simulate machine --out campaign
   hexathermal simulate machine --out campaign --machine rubin-camera --runs 3 --validation 1 --truth truth.json
   hexathermal simulate machine --out campaign --spread 0 --noise-um 0.1 --noise-urad 0.3 --seed 7
+  hexathermal simulate machine --out clean --growth law
 
 {EXIT_CODES}"""
 
@@ -63,8 +75,11 @@ def add_machine(kinds: Any) -> None:
     one.add_argument("--rows", type=whole(2, LARGEST_POSES), default=POSES, metavar="N",
                      help="measured poses of a run (default: %(default)s)")  # fmt: skip
     one.add_argument("--poses", type=path, metavar="FILE", help="poses to measure, see below (default: drawn)")
-    one.add_argument("--spread", type=number, default=0.05, metavar="PART",
-                     help="standard deviation of the legs' expansions (default: %(default)g)")  # fmt: skip
+    one.add_argument("--growth", choices=("heat", "law"), default="heat",
+                     help="legs and plates grow as heat flows in them, or exactly as the machine's law says "
+                          "(default: %(default)s)")  # fmt: skip
+    one.add_argument("--spread", type=number, metavar="PART",
+                     help="standard deviation of the legs' expansions (default: 0.05; law: none)")  # fmt: skip
     one.add_argument("--sensors", metavar="NAMES", help="thermometers of each leg: T1,T2 (default: those of its law)")
     one.add_argument("--noise-um", type=number, default=0.4, metavar="UM",
                      help="noise of x, y, z (default: %(default)g)")  # fmt: skip
@@ -105,7 +120,7 @@ def answer(arguments: argparse.Namespace, progress: Progress) -> Answer:
     def runs() -> Iterator[MachineRun]:
         """Hand the runs on, and note what is said of them."""
         progress(0, len(plans), "simulating")
-        for k, run in enumerate(simulate_machine(made, arguments.seed, plans)):
+        for k, run in enumerate(simulate_machine(made, arguments.seed, plans, arguments.zero)):
             kept.append(run)
             if pictures is not None:
                 figures.append(arguments.plots / _drawn(pictures, made, run).name)
@@ -122,7 +137,7 @@ def answer(arguments: argparse.Namespace, progress: Progress) -> Answer:
         extra.append(arguments.truth)
     summaries = [machine_run_summary(made, run) for run in kept]
     data = {"folder": str(arguments.out), "machine": made.hexapod.name, "seed": arguments.seed, "zero": arguments.zero,
-            "sensors": list(made.columns), "runs": summaries,
+            "growth": made.growth, "sensors": list(made.columns), "runs": summaries,
             "written": [str(file) for file in (*files, *extra)]}  # fmt: skip
     warnings = [f"warning: {text}" for text in _left_out(machine(arguments.machine))]
     return Answer(_shown(arguments, made, plans, summaries, extra), data, tuple(warnings))
@@ -145,7 +160,7 @@ def asked_machine(arguments: argparse.Namespace) -> VirtualMachine:
 
     for name, value, most in (("--noise-um", arguments.noise_um, 1e3), ("--noise-urad", arguments.noise_urad, 1e3),
                               ("--frame-um", arguments.frame_um, 1e3), ("--frame-urad", arguments.frame_urad, 1e3),
-                              ("--spread", arguments.spread, 0.3)):  # fmt: skip
+                              ("--spread", arguments.spread or 0.0, 0.3)):  # fmt: skip
         if not 0.0 <= value <= most:
             raise ArgumentError(f"{name} must be 0 to {most:g}, found {value:g}")
     sensors = None
@@ -159,8 +174,9 @@ def asked_machine(arguments: argparse.Namespace) -> VirtualMachine:
         (shift, shift, shift, turn, turn, turn), arguments.frame_um * 1e-6, arguments.frame_urad * 1e-6
     )
     return virtual_machine(
-        machine(arguments.machine), arguments.seed, spread=arguments.spread, sensors=sensors, tracker=tracker
-    )
+        machine(arguments.machine), arguments.seed, spread=arguments.spread, sensors=sensors, tracker=tracker,
+        growth=arguments.growth,
+    )  # fmt: skip
 
 
 def read_poses(file: Path) -> FloatArray:
@@ -221,7 +237,7 @@ def _shown(
         "legs, platform, base: largest rise; shift and turn: largest and RMS distance of the measured from the "
         "commanded pose."
     )
-    last = f"Written:\n  {arguments.out}: campaign.toml, hexapod.toml and {len(plans)} runs"
+    last = GROWN[made.growth] + f"\nWritten:\n  {arguments.out}: campaign.toml, hexapod.toml and {len(plans)} runs"
     last += "".join(f"\n  {file}" for file in extra)
     if arguments.truth is None:
         last += "\nWhat it truly was made of is not kept (--truth FILE keeps it; the same --seed makes the same again)."

@@ -45,6 +45,7 @@ FEWEST_ROWS = 30
 
 MOST_CANDIDATES = 16
 STEPS = 5
+OF_A_LAW = "leg-coefficient"
 SLOW_NOTE = 0.5
 """Slow drift, over the noise, that is told."""
 
@@ -301,6 +302,20 @@ def _scattering(course: Course) -> list[str]:
             "disturbed the measurement there"]  # fmt: skip
 
 
+def _several_laws(course: Course) -> list[str]:
+    """Return what is to be said where nothing has a name, and the laws of several legs each look off."""
+    left = course.left
+    if course.adopted or left is None or course.case.named(left.which):
+        return []
+    odd = {course.case.candidates[one.which].target for one in course.end.ranking
+           if one.odds > course.end.threshold and course.case.candidates[one.which].cause == OF_A_LAW}  # fmt: skip
+    if len(odd) < 2:
+        return []
+    legs = ", ".join(sorted(map(str, odd)))
+    return [f"the laws of several legs each look off ({legs}): where all differ, 'hexathermal identify' finds all of "
+            "them in these runs, and 'diagnose --machine' of what it writes asks again"]  # fmt: skip
+
+
 def _notes(course: Course, rows: HexapodRows, seen: MachineObservability, gain: MachineGain | None) -> tuple[str, ...]:
     """Return what a reader must know besides."""
     notes = [*course.notes, *far_poses(rows), *(f"{n} rows were left out: {why}" for why, n in rows.left_out.items())]
@@ -311,6 +326,7 @@ def _notes(course: Course, rows: HexapodRows, seen: MachineObservability, gain: 
         notes.append("the measuring frame is offset in the whole campaign: constant motions are not told")
     if max(levels.slow, levels.leg) >= SLOW_NOTE:
         notes.append("something slow in time is in the poses that no cause explains: drift of the tracker, or heat")
+    notes += _several_laws(course)
     notes += _scattering(course)
     notes += _constant(rows)
     notes += list(seen.missing)

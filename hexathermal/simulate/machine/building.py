@@ -22,6 +22,11 @@ PLATE_CONVECTION = 4.0
 """Of both faces of a plate [W/m2/K]: as the legs'. Engineering value."""
 
 
+SPREAD = 0.05
+
+NOISY_ALONE = Thermocouples(bias=0.0, cold_junction=0.0, gain=0.0, contact_error=(0.0, 0.0))
+"""Thermometers whose differences of temperature are true but for noise."""
+
 CELLS = 16
 """Of a leg's body, and of its rod: 27 change a growth of some 10 um by up to 0.1 um, and A by 0.5 % (tested)."""
 
@@ -87,25 +92,31 @@ def virtual_machine(
     hexapod: Hexapod,
     seed: int = 1,
     *,
-    spread: float = 0.05,
+    spread: float | None = None,
     sensors: tuple[tuple[str, float], ...] | None = None,
     tracker: PositioningSystem | None = None,
     cells: int = CELLS,
+    growth: str = "heat",
 ) -> VirtualMachine:
     """Return a virtual machine whose legs and plates differ a little from each other and from what its maker says.
+
+    Or one that is what its maker says: with ``growth="law"``.
 
     Parameters
     ----------
     hexapod : Hexapod
     seed : int
-    spread : float
-        Relative standard deviation of the expansions of bodies, scales and plates from part to part; motors, friction
-        and convection spread by 10 % whatever it is. 0: all legs follow one law.
+    spread : float, optional
+        Relative standard deviation of the expansions of bodies, scales and plates from part to part, by default 0.05;
+        motors, friction and convection spread by 10 % whatever it is. 0: all legs follow one law.
     sensors : tuple of (str, float), optional
         See `VirtualMachine`; default: those of the machine's law, else ``T1``.
     tracker : PositioningSystem, optional
     cells : int
         Of each leg's body and rod.
+    growth : str
+        ``"heat"``, or ``"law"``: legs and plates are warm as heat flows, and grow exactly as the machine's laws say
+        (`VirtualMachine`); its thermometers then err by noise and a constant alone.
 
     Examples
     --------
@@ -114,6 +125,12 @@ def virtual_machine(
     >>> machine.columns[:2], machine.columns[-1]
     (('leg1_T1', 'leg2_T1'), 'base_T1')
     """
+    if spread is None:
+        spread = 0.0 if growth == "law" else SPREAD
+    if growth == "law" and spread:
+        raise ArgumentError(
+            f"legs that follow the machine's law exactly have no spread, found {spread!r}: leave it out"
+        )
     if not 0.0 <= spread <= 0.3:
         raise ArgumentError(f"spread is a relative standard deviation from 0 to 0.3, found {spread!r}")
     if hexapod.stroke is None or hexapod.retracted_length is None:
@@ -141,9 +158,10 @@ def virtual_machine(
     platform, base = (_plate(built, part, drawn(spread)) for part in ("platform", "base"))
     if sensors is None:
         sensors = placed(built.thermal.legs[0].sensors) if built.thermal is not None else (("T1", 0.44),)
-    return VirtualMachine(
-        built, MachineHeat(tuple(legs), platform, base), sensors, tracker=tracker or PositioningSystem()
+    made = VirtualMachine(
+        built, MachineHeat(tuple(legs), platform, base), sensors, tracker=tracker or PositioningSystem(), growth=growth
     )
+    return replace(made, thermocouples=NOISY_ALONE, landing=0.0) if growth == "law" else made
 
 
 def placed(names: tuple[str, ...]) -> tuple[tuple[str, float], ...]:

@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from hexathermal.errors import ArgumentError
+from hexathermal.kinematics.formulas import leg_drift
 from hexathermal.machine.hexapod import Hexapod
 from hexathermal.machine.thermometers import AS_RECORDED
 from hexathermal.poses import FloatArray
@@ -14,6 +15,8 @@ from hexathermal.simulate.bench.room import Room
 from hexathermal.simulate.bench.thermocouples import Thermocouples
 from hexathermal.simulate.machine.heat import MachineHeat, MachineHistory
 from hexathermal.simulate.machine.parts import MachineScenario, PositioningSystem
+
+GROWTHS = ("heat", "law")
 
 
 @dataclass(frozen=True)
@@ -35,6 +38,9 @@ class VirtualMachine:
         Their errors; their places on the bench do not count here.
     landing : float [m]
         Standard deviation by which a leg's end misses its scale at each landing. Engineering value.
+    growth : str
+        ``"heat"``: legs and plates grow as heat flows in them, which no law follows exactly; ``"law"``: exactly as the
+        laws of `hexapod` say, from the true temperatures under its thermometers.
     """
 
     hexapod: Hexapod
@@ -45,6 +51,7 @@ class VirtualMachine:
     scenario: MachineScenario = field(default_factory=MachineScenario)
     thermocouples: Thermocouples = field(default_factory=Thermocouples)
     landing: float = 5e-8
+    growth: str = "heat"
 
     def __post_init__(self) -> None:
         if self.hexapod.stroke is None or self.hexapod.retracted_length is None:
@@ -55,6 +62,14 @@ class VirtualMachine:
             raise ArgumentError(f"a leg needs thermometers with names of their own, found {self.sensors!r}")
         if not (np.isfinite(self.landing) and self.landing >= 0.0):
             raise ArgumentError(f"VirtualMachine.landing must be 0 or more, found {self.landing!r}")
+        if self.growth not in GROWTHS:
+            raise ArgumentError(f"growth is {self.growth!r}, expected {' or '.join(map(repr, GROWTHS))}")
+        if self.growth == "law" and not self.law_told:
+            raise ArgumentError(
+                f"machine {self.hexapod.name!r} has no law of the thermometers "
+                f"{', '.join(name for name, _place in self.sensors)} that its legs could follow: let them grow as heat "
+                "flows, or give a machine with such a law"
+            )
 
     @property
     def lowest(self) -> FloatArray:
@@ -103,3 +118,26 @@ class VirtualMachine:
             for _name, place in self.sensors
         ]
         return np.column_stack([*found, history.platform, history.base])
+
+    def told_growth(self, rise: FloatArray, q: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Return by how much the machine's laws let legs and plates grow.
+
+        Parameters
+        ----------
+        rise : array, shape (n, c) [K]
+            Of the temperatures under the thermometers, in the order of `columns`.
+        q : array, shape (n, 6) [m]
+
+        Returns
+        -------
+        growth : array, shape (n, 6) [m]
+        expansions : array, shape (n, 2)
+            Of platform and base.
+        """
+        model = self.hexapod.thermal
+        assert model is not None  # checked when it was made
+        of_leg = rise[:, :-2].reshape(len(rise), 6, -1)
+        a, b = (np.stack([of_leg[:, i] @ part[i] for i in range(6)], axis=1)
+                for part in ([law.A for law in model.legs], [law.B for law in model.legs]))  # fmt: skip
+        plates = [0.0 if plate is None else plate.expansion for plate in (model.platform, model.base)]
+        return np.asarray(leg_drift(a, b, self.retracted, q)), rise[:, -2:] * plates

@@ -141,17 +141,26 @@ def planned_machine_runs(
     return tuple(plans)
 
 
-def true_machine_run(machine: VirtualMachine, plan: MachinePlan, generator: np.random.Generator) -> TrueMachineRun:
-    """Return what truly happens in a run: the machine starts at rest, in equilibrium with its room."""
+def true_machine_run(
+    machine: VirtualMachine, plan: MachinePlan, generator: np.random.Generator, zero: FloatArray | None = None
+) -> TrueMachineRun:
+    """Return what truly happens in a run: the machine starts at rest, in equilibrium with its room.
+
+    Parameters
+    ----------
+    machine : VirtualMachine
+    plan : MachinePlan
+    generator : numpy.random.Generator
+    zero : array, shape (c,) [degC], optional
+        Temperatures under the thermometers from which a machine that follows its law grows; default: those with which
+        the run begins.
+    """
     motion, hexapod = plan.motion, machine.hexapod
     weather = machine.room.weather(motion.time, generator)
     own = np.clip(motion.q - machine.lowest, 0.0, None)
     start = machine.heat.at_rest(float(weather.temperature[0]), own[0])
     history = machine.heat.warm(motion.time, own, weather.temperature, start).at(motion.rows)
-    reference = machine.reference()
-    growth = history.growth(reference)
-    rise = np.column_stack([history.platform - reference[1], history.base - reference[0]])
-    expansions = rise * [machine.heat.platform.expansion, machine.heat.base.expansion]
+    growth, expansions = _grown(machine, history, motion.q[motion.rows], zero)
     told = np.array(machine.retracted + motion.q[motion.rows])
     landed = machine.landing * generator.standard_normal(growth.shape)
     poses = true_poses(hexapod, told + growth + landed, told, expansions)
@@ -160,6 +169,18 @@ def true_machine_run(machine: VirtualMachine, plan: MachinePlan, generator: np.r
         plan, history.time, frozen(motion.q[motion.rows]), frozen(poses), frozen(growth), frozen(expansions), history,
         air,
     )  # fmt: skip
+
+
+def _grown(
+    machine: VirtualMachine, history: MachineHistory, q: FloatArray, zero: FloatArray | None
+) -> tuple[FloatArray, FloatArray]:
+    """Return the growth of the legs (n, 6) [m] and the relative one of platform and base (n, 2)."""
+    if machine.growth == "law":
+        surfaces = machine.surfaces(history)
+        return machine.told_growth(surfaces - (surfaces[0] if zero is None else zero), q)
+    reference = machine.reference()
+    rise = np.column_stack([history.platform - reference[1], history.base - reference[0]])
+    return history.growth(reference), rise * [machine.heat.platform.expansion, machine.heat.base.expansion]
 
 
 def true_poses(hexapod: Hexapod, lengths: FloatArray, told: FloatArray, expansions: FloatArray) -> FloatArray:
@@ -227,7 +248,7 @@ def recorded_poses(
 
 
 def simulate_machine(
-    machine: VirtualMachine, seed: int = 1, plans: tuple[MachinePlan, ...] | None = None
+    machine: VirtualMachine, seed: int = 1, plans: tuple[MachinePlan, ...] | None = None, zero: str = "campaign"
 ) -> Iterator[MachineRun]:
     """Simulate a campaign, one run after the other; the same seed makes the same campaign.
 
@@ -238,6 +259,9 @@ def simulate_machine(
         Of all that is drawn besides the machine itself.
     plans : tuple of MachinePlan, optional
         Default: `planned_machine_runs`, 6 runs to identify and 2 to validate, 150 poses each.
+    zero : str
+        A machine that follows its law has the geometry of its file at the first row of the ``"campaign"`` or of each
+        ``"run"``: what temperatures of the campaign are to count from.
 
     Yields
     ------
@@ -253,6 +277,9 @@ def simulate_machine(
     ((20, 6), (20, 8))
     """
     thermometers = mounted_thermometers(machine, seed)
+    first: FloatArray | None = None
     for k, plan in enumerate(planned_machine_runs(machine, seed) if plans is None else plans):
-        truth = true_machine_run(machine, plan, np.random.default_rng([seed, 13, k]))
+        truth = true_machine_run(machine, plan, np.random.default_rng([seed, 13, k]), first)
+        if zero == "campaign" and first is None:
+            first = machine.surfaces(truth.history)[0]
         yield recorded_poses(machine, truth, thermometers, np.random.default_rng([seed, 14, k]))

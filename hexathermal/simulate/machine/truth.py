@@ -19,6 +19,9 @@ FORMAT = "hexathermal-machine-truth/1"
 
 def homogeneous_laws(machine: VirtualMachine) -> FloatArray:
     """Return A and B of each leg where it is warm all over, exactly, shape (6, 2) [1/K]."""
+    model = machine.hexapod.thermal
+    if machine.growth == "law" and model is not None:
+        return np.array([[law.A.sum(), law.B.sum()] for law in model.legs])
     found = np.empty((6, 2))
     for i, leg in enumerate(machine.heat.legs):
         cold = np.zeros(leg.size)
@@ -76,6 +79,7 @@ def machine_truth(machine: VirtualMachine, seed: int, runs: Sequence[MachineRun]
     return {
         "format": FORMAT,
         "seed": seed,
+        "growth": machine.growth,
         "legs": [
             {"homogeneous": {"A_per_K": float(a), "B_per_K": float(b)},
              "effective": {"A_per_K": float(c), "B_per_K": float(d)},
