@@ -2,9 +2,9 @@
 
 Coefficients may be off by what the file says of their uncertainty.  A thermometer reads ``dT + n``, and the law makes
 ``-(A q0 + B q) n`` of its error. What of ``n`` is fast is seen in the readings themselves: it is their difference from
-a local parabola of time (`readings`), and a column each lets the rows decide whether it was noise or heat. The zero
+a smooth course of time (`readings`), and a column each lets the rows decide whether it was noise or heat. The zero
 that readings count from has the same noise, in the whole campaign and in each run: an offset. What its own reading is
-off the parabola is known of it, and what the parabola may be off is not.
+off its course is known of it, and what the course may be off is not.
 """
 
 from __future__ import annotations
@@ -54,8 +54,9 @@ def law_columns(view: MachineView, laws: str = "kept") -> LawColumns:
     """Return the law's columns, scaled by the square root of its prior covariance.
 
     With ``"kept"`` what is stated counts: ``covariance`` of a leg's law (one law for six legs is off by the same on
-    all, but for its ``spread``), ``expansion_std`` of a plate; what states nothing is taken as exact. With ``"refit"``
-    the laws are fitted anew: one for all legs where the machine has one, else six.
+    all, but for its ``spread``; where it states none, all may be off together, and each by as much by itself),
+    ``expansion_std`` of a plate; what states nothing is taken as exact. With ``"refit"`` the laws are fitted anew: one
+    for all legs where the machine has one, else six.
 
     Parameters
     ----------
@@ -156,7 +157,7 @@ def _errors(
 def zero_errors(view: MachineView, flicker: FloatArray) -> FloatArray:
     """Return the errors of the zeros, as far as the readings that they were tell them, shape (n, ...) [K].
 
-    What such a reading is off its parabola it is off itself, as far as that is noise, and all that count from it are
+    What such a reading is off its course it is off itself, as far as that is noise, and all that count from it are
     too small by that.
 
     Parameters
@@ -202,6 +203,7 @@ def _roots(view: MachineView, laws: str) -> list[tuple[tuple[int, ...], FloatArr
         if law.covariance is None:
             continue
         places = _places(view, law.sensors)
+        # equal laws that state no spread may be off by what they state together, and each by itself
         spread = np.zeros(len(law.covariance)) if law.spread is None else law.spread
         shared = law.covariance - np.diag(spread**2)
         if not thermal.common_law:
@@ -209,7 +211,9 @@ def _roots(view: MachineView, laws: str) -> list[tuple[tuple[int, ...], FloatArr
             continue
         if leg == 0:
             found.append((every, _placed(_root(shared), places, view), "the legs' law"))
-        if spread.any():
+        if law.spread is None:
+            found.append(((leg,), _placed(_root(law.covariance), places, view), f"the law of leg {leg + 1}"))
+        elif spread.any():
             found.append(((leg,), _placed(_used(np.diag(spread)), places, view), f"the law of leg {leg + 1}"))
     return found
 

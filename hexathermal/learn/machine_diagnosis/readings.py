@@ -1,13 +1,17 @@
-"""What readings of thermometers tell of their own noise: their difference from a local parabola of time.
+"""What readings of thermometers tell of their own noise: their difference from a smooth course of time.
 
-A parabola that fits the rows about row i best is ``sum_j w_ij x_j``; a reading has the part ``h_i = w_ii`` in it. Of
-white noise of variance s^2, ``x_i - sum_j w_ij x_j`` keeps ``(1 - h_i) s^2``, and once that difference f is known, the
-reading's own error is f, give or take ``s sqrt(h_i)``. The width of the parabola is that which foretells readings left
-out best, ``sum (f_i / (1 - h_i))^2`` (Allen, Technometrics 16 (1974) 125): wide over slow heat, narrow over fast.
+A course is a normal process of covariance ``c k(t - t')``, smooth over a length of time, beside a parabola that may be
+anything; readings add white noise of variance ``s^2``.  With ``G = s^2 (c K + s^2)^-1`` the readings x hold the errors
 
-Where a run begins a parabola has rows on one side alone and follows heat worse, so the width is chosen for these rows
-by themselves, and what f holds besides noise is seen in its size, ``r^2 = mean f^2 / (1 - h)``. With ``l = s^2 / r^2``
-a reading's own error is ``l f`` there, give or take ``s sqrt(1 - l (1 - h))``: the best linear estimate.
+    f = G x,    each give or take  s sqrt(h),   h_i = 1 - G_ii
+
+(Rasmussen and Williams, Gaussian Processes for Machine Learning, 2006, 2.25 and 2.26): ``h_i`` is the part that a
+reading has in its own smooth course, and ``f_i`` has the variance ``(1 - h_i) s^2``.  Length and ``s^2 / c`` are those
+of a grid that make the readings likeliest: long over slow heat, short over fast.
+
+Where a run begins, heat often sets in, and is less smooth than elsewhere.  What f holds there besides noise is seen in
+its size, ``r^2 = mean f^2 / (1 - h)``. With ``l = s^2 / r^2`` a reading's own error is ``l f`` there, give or take ``s
+sqrt(1 - l (1 - h))``: the best linear estimate.
 """
 
 from __future__ import annotations
@@ -20,8 +24,20 @@ import numpy.typing as npt
 
 from hexathermal.poses import FloatArray
 
-WIDTHS = (11, 21, 41)
-"""Rows of which a parabola of time is made; shorter runs tell nothing of noise."""
+FEWEST = 12
+"""Rows of a run that tell of noise; shorter runs tell nothing."""
+
+MOST = 150
+"""Rows that are looked at together; longer runs are cut."""
+
+LENGTHS = (4.0, 8.0, 16.0, 32.0, 64.0)
+"""Of what is smooth, in intervals of rows."""
+
+RATIOS = 10.0 ** np.arange(-6.0, 1.1, 0.5)
+"""Variance of the noise over that of the course."""
+
+ANYTHING = 1e4
+"""Prior variance of the parabola, over that of the course."""
 
 BEGINNING = 3
 """Rows with which a run begins."""
@@ -34,9 +50,9 @@ class Readings:
     Attributes
     ----------
     flicker : array, shape (n, ...) [K]
-        What of each reading is off its parabola; 0 in runs too short to tell.
+        What of each reading is off its smooth course; 0 in runs too short to tell.
     own : array, shape (n, ...)
-        Part h of a reading in its parabola; 1 in runs too short to tell.
+        Part h of a reading in its smooth course; 1 in runs too short to tell.
     beginning : float [K]
         Size r of all thermometers' flicker where runs begin, as noise; 0 where it cannot be told.
     """
@@ -65,61 +81,60 @@ def flickering(time: FloatArray, run: npt.NDArray[np.int64], values: FloatArray)
     Examples
     --------
     >>> t = np.arange(20.0)
-    >>> bool(np.abs(flickering(t, np.zeros(20, dtype=int), t**2).flicker).max() < 1e-9)
+    >>> bool(np.abs(flickering(t, np.zeros(20, dtype=int), t**2).flicker).max() < 0.01)
     True
     """
     flat = values.reshape(len(values), -1)
     parts = [np.flatnonzero(run == k) for k in np.unique(run)]
-    first = np.zeros(len(flat), dtype=bool)
-    first[np.concatenate([rows[:BEGINNING] for rows in parts])] = True
-    best, least = np.full(flat.shape[1], np.inf), np.inf
+    cut = [own for rows in parts if len(rows) >= FEWEST for own in np.array_split(rows, -(-len(rows) // MOST))]
     flicker, own = np.zeros(flat.shape), np.ones(flat.shape)
-    for width in WIDTHS:
-        off, kept = _off(time, parts, flat, width)
-        left_out = np.square(np.divide(off, 1.0 - kept, out=np.zeros_like(off), where=kept < 1.0))
-        better = left_out[~first].sum(axis=0) < best
-        best = np.where(better, left_out[~first].sum(axis=0), best)
-        chosen = ~first[:, None] & better
-        if left_out[first].sum() < least:
-            least = float(left_out[first].sum())
-            chosen |= first[:, None]
-        flicker[chosen], own[chosen] = off[chosen], kept[chosen]
+    for k, (length, ratio) in enumerate(_likeliest(time, cut, flat)):
+        for rows in cut:
+            w, V = _modes(_steps(time[rows]).tobytes(), length)
+            g = ratio / (w + ratio)
+            flicker[rows, k] = V @ (g * (V.T @ (flat[rows, k] - flat[rows[0], k])))
+            own[rows, k] = 1.0 - V**2 @ g
+    first = np.concatenate([rows[:BEGINNING] for rows in parts])
     told = own[first] < 1.0
     size = float(np.sqrt((flicker[first][told] ** 2 / (1.0 - own[first][told])).mean())) if told.any() else 0.0
     return Readings(flicker.reshape(values.shape), own.reshape(values.shape), size)
 
 
-def _off(
-    time: FloatArray, parts: list[npt.NDArray[np.int64]], values: FloatArray, width: int
-) -> tuple[FloatArray, FloatArray]:
-    """Return what values (n, m) are off parabolas of a width, narrower in short runs, and each one's own part."""
-    off, kept = np.zeros(values.shape), np.ones(values.shape)
-    for rows in parts:
-        fitting = max((one for one in WIDTHS if one <= width and one < len(rows)), default=0)
-        if fitting:
-            at = np.ascontiguousarray(time[rows], dtype=np.float64)
-            smooth, h = _smoothed(at, values[rows], fitting)
-            off[rows], kept[rows] = values[rows] - smooth, h[:, None]
-    return off, kept
+def _likeliest(time: FloatArray, parts: list[npt.NDArray[np.int64]], values: FloatArray) -> list[tuple[float, float]]:
+    """Return length and ratio of each column of values (n, m) that make it likeliest, with the best noise."""
+    count = sum(len(rows) for rows in parts)
+    if not count:
+        return []
+    best, found = np.full(values.shape[1], -np.inf), [(LENGTHS[0], float(RATIOS[0]))] * values.shape[1]
+    for length in LENGTHS:
+        square, cost = np.zeros((len(RATIOS), values.shape[1])), np.zeros(len(RATIOS))
+        for rows in parts:
+            w, V = _modes(_steps(time[rows]).tobytes(), length)
+            g = RATIOS[:, None] / (w + RATIOS[:, None])
+            square += g @ (V.T @ (values[rows] - values[rows[0]])) ** 2
+            cost += np.log(g).sum(axis=1)
+        # a course without any noise at all has no likeliest size of it
+        value = 0.5 * cost[:, None] - 0.5 * count * np.log(np.maximum(square / count, 1e-24))
+        for k in np.flatnonzero(value.max(axis=0) > best):
+            at = int(np.argmax(value[:, k]))
+            best[k], found[k] = value[at, k], (length, float(RATIOS[at]))
+    return found
 
 
-def _smoothed(time: FloatArray, values: FloatArray, width: int) -> tuple[FloatArray, FloatArray]:
-    """Return values (n, m) by the parabola through the `width` rows about each, and each row's own part, (n,)."""
-    window, weights, own = _parabolas(time.tobytes(), width)
-    return np.asarray(np.einsum("nk,nkm->nm", weights, values[window])), own
+def _steps(time: FloatArray) -> FloatArray:
+    """Return times from the first on, in usual intervals."""
+    usual = float(np.median(np.diff(time)))
+    return np.asarray((time - time[0]) / usual if usual > 0.0 else np.arange(len(time), dtype=np.float64))
 
 
-@lru_cache(maxsize=64)
-def _parabolas(times: bytes, width: int) -> tuple[npt.NDArray[np.int64], FloatArray, FloatArray]:
-    """Return windows (n, width) of rows, their weights (n, width), and each row's own weight (n,); plans ask often."""
-    time = np.frombuffer(times)
-    n = len(time)
-    first = np.clip(np.arange(n) - width // 2, 0, n - width)
-    window = first[:, None] + np.arange(width)
-    x = time[window] - time[:, None]
-    span = np.abs(x).max(axis=1, keepdims=True)
-    V = (x / np.where(span > 0.0, span, 1.0))[..., None] ** np.arange(3)
-    # rows of one and the same time carry no slope: the pseudo-inverse leaves it 0
-    inverse = np.linalg.pinv(np.swapaxes(V, 1, 2) @ V, hermitian=True)
-    weights = np.einsum("nj,nkj->nk", inverse[:, 0], V)
-    return window, weights, weights[np.arange(n), np.arange(n) - first]
+@lru_cache(maxsize=128)
+def _modes(steps: bytes, length: float) -> tuple[FloatArray, FloatArray]:
+    """Return the course's variances and modes at times, (n,) and (n, n); plans ask often."""
+    t = np.frombuffer(steps)
+    x = np.linspace(-1.0, 1.0, len(t)) if not np.ptp(t) else 2.0 * t / t[-1] - 1.0
+    K = (
+        np.exp(-0.5 * ((t[:, None] - t) / length) ** 2)
+        + ANYTHING * (x[:, None] ** np.arange(3)) @ (x[:, None] ** np.arange(3)).T
+    )
+    w, V = np.linalg.eigh(K)
+    return np.maximum(w, 0.0), V

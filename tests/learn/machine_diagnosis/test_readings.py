@@ -18,7 +18,7 @@ from tests.learn.machine_diagnosis.machines import Fault, drawn
 
 
 def test_noise_of_readings_is_told_over_slow_and_over_fast_heat() -> None:
-    """White noise of 0.02 K is told within 15 %, over a slow course by wide parabolas, over a fast one by narrow."""
+    """White noise of 0.02 K is told within 15 %, over a slow course by much of it, over a fast one by little."""
     rng = np.random.default_rng(3)
     t, run = np.arange(400) * 20.0, np.zeros(400, dtype=np.int64)
     course = np.column_stack([5.0 * np.sin(t / 3000.0), 5.0 * np.sin(t / 300.0)])
@@ -29,14 +29,14 @@ def test_noise_of_readings_is_told_over_slow_and_over_fast_heat() -> None:
 
 
 def test_the_error_of_a_zero_is_known_by_its_own_reading() -> None:
-    """Of what temperatures are off, since the reading that they count from was, a third and more is known."""
+    """Of what temperatures are off, since the reading that they count from was, half of the variance and more is known."""
     rows, rng = drawn(14, runs=6, poses=60), np.random.default_rng(8)
     noise = 0.02 * rng.standard_normal(rows.dT.shape)
     read = np.tile(np.sin(np.arange(60) / 20.0), 6)[:, None, None] + noise
     first = np.repeat(np.arange(6) * 60, 60)
     view = case_of(replace(rows, dT=read - read[first])).view
     true = noise[first]
-    assert (zero_errors(view, view.readings.flicker) - true).std() < 0.8 * true.std()
+    assert (zero_errors(view, view.readings.flicker) - true).std() < 0.7 * true.std()
 
 
 @pytest.mark.parametrize("swapped", [(0, 1), None])
