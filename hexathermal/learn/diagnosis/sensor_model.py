@@ -14,6 +14,7 @@ import numpy as np
 from hexathermal.learn.diagnosis.along_leg import smooth_along
 from hexathermal.learn.diagnosis.channels import Channel, Levels
 from hexathermal.learn.diagnosis.view import View, leading_profiles, smoothed
+from hexathermal.machine.leg_signals import Memory
 from hexathermal.poses import FloatArray
 
 FEWEST_OTHERS = 5
@@ -88,7 +89,12 @@ class SensorModel:
         told, spread = smooth_along(x, V[rows], rest, at)
         return told[0], WIDER * spread
 
-    def weights(self, rows: list[slice] | None = None, nuisance: list[FloatArray] | None = None) -> FloatArray:
+    def weights(
+        self,
+        rows: list[slice] | None = None,
+        nuisance: list[FloatArray] | None = None,
+        late: tuple[float, ...] = (),
+    ) -> FloatArray:
         """Return the weights of the leading profiles that foretell the sensor, shape (k,).
 
         Parameters
@@ -97,20 +103,23 @@ class SensorModel:
             Of each run, to learn from; by default all.
         nuisance : list of array, optional
             Columns in all rows of each run that the sensor may follow besides.
+        late : tuple of float, optional
+            Time constants [s] of the stages behind which the sensor follows what the weights foretell.
         """
         chosen = [slice(None)] * len(self.own) if rows is None else rows
         count = sum(len(own[part]) for own, part in zip(self.own, chosen, strict=True))
         centre, spread = self.expected
         if count < FEWEST_ROWS:
-            return centre if np.all(spread < LOOSE) else self.weights()
+            return centre if np.all(spread < LOOSE) else self.weights(late=late)
         k = len(centre)
         prior = spread if nuisance is None else np.append(spread, np.full(nuisance[0].shape[1], LOOSE))
+        profiles = self.behind(late) if late else self.profiles
         M, z = np.zeros((len(prior), len(prior))), np.zeros(len(prior))
         for run, part in enumerate(chosen):
-            if part == slice(None) and nuisance is None:
+            if part == slice(None) and nuisance is None and not late:
                 own = self._products[run]
             else:
-                P = self.profiles[run][part]
+                P = profiles[run][part]
                 own = _products(P if nuisance is None else np.column_stack([P, nuisance[run][part]]),
                                 self.own[run][part])  # fmt: skip
             M += own[0]
@@ -121,6 +130,16 @@ class SensorModel:
         z = z - M[:, :k] @ centre
         return np.asarray(centre + np.linalg.solve(M / together + np.diag(1.0 / prior**2), z / together)[:k])
 
+    def behind(self, late: tuple[float, ...]) -> list[FloatArray]:
+        """Return the profiles in all rows of each run behind low passes of these time constants [s]."""
+        found, memory = list[FloatArray](), Memory()
+        for signals, goes_on, profiles in zip(self.view.signals, self.view.goes_on, self.profiles, strict=True):
+            memory = memory if goes_on else Memory()
+            for stage, tau in enumerate(late):
+                profiles = memory.low_pass(f"stage {stage}", signals.time, profiles, tau)
+            found.append(profiles)
+        return found
+
     @cached_property
     def _products(self) -> list[tuple[FloatArray, FloatArray]]:
         """Products of each run's profiles with themselves and with the sensor."""
@@ -130,9 +149,14 @@ class SensorModel:
         """Return what weights of the profiles are for each other sensor."""
         return dict(zip(self.others, (self.basis @ weights).tolist(), strict=True))
 
-    def foretold(self, rows: list[slice] | None = None, nuisance: list[FloatArray] | None = None) -> list[FloatArray]:
-        """Return what the others foretell in all rows of each run; learnt from some rows of each, or from all."""
-        weights = self.weights(rows, nuisance)
+    def foretold(
+        self,
+        rows: list[slice] | None = None,
+        nuisance: list[FloatArray] | None = None,
+        late: tuple[float, ...] = (),
+    ) -> list[FloatArray]:
+        """Return what the others foretell in all rows of each run; learnt as `weights` tells."""
+        weights = self.weights(rows, nuisance, late)
         return [p @ weights for p in self.profiles]
 
     @cached_property

@@ -10,6 +10,7 @@ import numpy as np
 
 from hexathermal.learn.diagnosis.sensor_model import SensorModel
 from hexathermal.learn.diagnosis.trials import Cause, Parameter, Trial, Workbench
+from hexathermal.machine.leg_repairs import SensorRepair
 from hexathermal.machine.leg_signals import Memory
 from hexathermal.poses import FloatArray
 
@@ -39,12 +40,16 @@ CAUSE = Cause(
 
 TIMES_S = (60.0, 120.0, 240.0, 480.0, 960.0, 1920.0, 3840.0, 7680.0, 15360.0)
 
-
 LEAD_TIMES_S = (60.0, 150.0, 400.0, 1000.0)
+LATE_TIMES_S = (150.0, 400.0, 1000.0, 2500.0, 6000.0)
+"""Of a thermometer that is so late that only the others know what it has yet to show."""
 
 
 def trials(bench: Workbench) -> Iterator[Trial]:
-    """Give low passes of each sensor of the law, of first and second order, and what a late sensor has yet to show."""
+    """Give low passes of each sensor of the law, of first and second order, and what a late sensor has yet to show.
+
+    That is what its own rates tell, or where it is very late what the others foretell: they see it warm at once.
+    """
     for sensor in bench.view.base:
         own = {"sensor": sensor, "ratio": bench.ratios[sensor]}
         for tau in TIMES_S:
@@ -53,6 +58,7 @@ def trials(bench: Workbench) -> Iterator[Trial]:
         for tau in LEAD_TIMES_S:
             trial = bench.term(CAUSE.name, "lead", sensor, time_constant_s=tau, **own)
             yield replace(trial, parity=partial(_parity, tau), least_parity=0.0)
+        yield from _late(bench, sensor)
 
 
 def _parity(tau: float, model: SensorModel) -> tuple[FloatArray, FloatArray]:
@@ -64,3 +70,32 @@ def _parity(tau: float, model: SensorModel) -> tuple[FloatArray, FloatArray]:
         lacks.append(np.stack([told - once, told - memory.low_pass("twice", signals.time, once, tau)], axis=1))
     columns = model.means(lacks)
     return columns, np.full(2, 2.0)
+
+
+def _late(bench: Workbench, sensor: str) -> Iterator[Trial]:
+    """Give what the others foretell in place of a late sensor: weights with which they explain it behind low passes."""
+    model = bench.model(sensor)
+    if model is None:
+        return
+    span = bench.slopes_span(sensor)
+    for tau in LATE_TIMES_S:
+        for stages in ((tau,), (tau / 2.0, tau / 2.0)):
+            lacks = [told - own for told, own in zip(model.foretold(late=stages), model.own, strict=True)]
+            yield Trial(CAUSE.name, (span * bench.view.windows_zeroed(lacks))[:, None], sensor, "",
+                        {"time_constant_s": tau, "order": len(stages), "late": "the thermometer"},
+                        parity=partial(_late_parity, stages), least_parity=0.0,
+                        repair=partial(_repair, model, stages))  # fmt: skip
+
+
+def _repair(model: SensorModel, stages: tuple[float, ...]) -> SensorRepair:
+    """Return the repair: the others speak for the sensor."""
+    weights = model.sensor_weights(model.weights(late=stages))
+    return SensorRepair(CAUSE.name, "detached", {"sensor": model.sensor, "weights": weights})
+
+
+def _late_parity(stages: tuple[float, ...], model: SensorModel) -> tuple[FloatArray, FloatArray]:
+    """Return by how much a late sensor is behind what the others foretell, in its parity."""
+    weights = model.weights(late=stages)
+    late = [(behind - at_once) @ weights
+            for behind, at_once in zip(model.behind(stages), model.profiles, strict=True)]  # fmt: skip
+    return model.means(late)[:, None], np.ones(1)
