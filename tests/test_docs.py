@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import doctest
+import re
 from pathlib import Path
+from urllib.parse import urlsplit
 
 import pytest
 
@@ -17,6 +19,10 @@ PAGES = sorted(
     for page in ROOT.glob(place)
     if not page.relative_to(ROOT).as_posix().startswith(BUILT)
 )
+ADDRESS = re.compile(r"https?://[^\s)>\"'`\]]+")
+ADDRESSES = {"https://github.com/lsst-ts/ts_mthexapod"}
+"""All that pages name outside the repository; whether it answers is asked by ``make docs-check``, on a network."""
+
 WALKS = ("README.md", "docs/tour.md", "docs/tutorials/*.md", "docs/how-to/*.md")
 WALKED = sorted(page for place in WALKS for page in ROOT.glob(place) if page.name != "index.md")
 
@@ -56,6 +62,16 @@ def test_links_of_a_page_lead_somewhere(page: Path) -> None:
         assert file.exists(), f"{page.name} links to {target}, which does not exist"
         if anchor and file.suffix == ".md":
             assert anchor in anchors(file), f"{page.name} links to {link}; {file.name} has no such heading"
+
+
+def test_addresses_outside_are_known() -> None:
+    """Pages lead outside to a few addresses only, each looked at once: a misspelt one, or one in clear, is none."""
+    named = {found.rstrip(".,;:") for page in PAGES for found in ADDRESS.findall(page.read_text(encoding="utf-8"))}
+    assert named == ADDRESSES
+    for address in named:
+        parts = urlsplit(address)
+        assert (parts.scheme, parts.port, parts.query) == ("https", None, "")
+        assert re.fullmatch(r"([a-z0-9-]+\.)+[a-z]{2,}", parts.netloc)
 
 
 def test_the_machine_of_the_formats_page_loads(tmp_path: Path) -> None:

@@ -41,14 +41,16 @@ def ranking_figure(found: Diagnosis | MachineDiagnosis, width: float) -> Figure:
             named = k < len(found.effects)
             axes.barh(k, max(one.evidence, 0.0), height=0.62, color=VERMILION if named else GREY)
             at = _beyond(one.evidence, found.threshold)
-            axes.annotate(f"{one.evidence:.1f}" + ("  named" if named else ""), (at, k), (4, 0), va="center",
+            axes.annotate(f"{one.evidence:z.1f}" + ("  named" if named else ""), (at, k), (4, 0), va="center",
                           textcoords="offset points", fontsize=8.0, color=VERMILION if named else BLACK)  # fmt: skip
-        axes.axvline(found.threshold, color=BLACK, ls=":", lw=1.2)
-        axes.annotate(f"a name needs {found.threshold:.1f}", (found.threshold, 1.0), (3, 3), va="bottom", fontsize=8.0,
-                      xycoords=("data", "axes fraction"), textcoords="offset points")  # fmt: skip
-        axes.set_yticks(range(len(shown)), names)
         room = 1.22 if width > NARROW_IN else 1.55
-        axes.set_xlim(0.0, room * max(found.threshold, *(one.evidence for one in shown)))
+        end = room * max(found.threshold, *(one.evidence for one in shown))
+        side, gap = ("left", 3) if found.threshold < 0.5 * end else ("right", -3)
+        axes.axvline(found.threshold, color=BLACK, ls=":", lw=1.2)
+        axes.annotate(f"a name needs {found.threshold:.1f}", (found.threshold, 1.0), (gap, 3), ha=side, va="bottom",
+                      fontsize=8.0, xycoords=("data", "axes fraction"), textcoords="offset points")  # fmt: skip
+        axes.set_yticks(range(len(shown)), names)
+        axes.set_xlim(0.0, end)
         axes.set_xlabel("evidence (natural logarithm)")
     return figure
 

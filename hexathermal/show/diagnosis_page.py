@@ -110,7 +110,7 @@ def table(caption: str, columns: Sequence[str], rows: Sequence[Sequence[str]], n
     named : sequence of int
         Rows that stand out.
     """
-    numbers = [' class="n"' if column.endswith(">") else "" for column in columns]
+    numbers = ["", *(' class="n"' if column.endswith(">") else "" for column in columns[1:])]
     head = "".join(
         f'<th scope="col"{number}>{text(column.removesuffix(">"))}</th>'
         for column, number in zip(columns, numbers, strict=True)

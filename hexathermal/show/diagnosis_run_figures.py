@@ -187,7 +187,7 @@ def _cloud(axes: Axes, x: FloatArray, y: FloatArray, colour: str, name: str) -> 
         # dots of a direction would stand on one line: each is moved aside by the golden ratio's fractions
         spread = 0.5 * ((0.618034 * np.arange(len(x))) % 1.0 - 0.5)
         still = [0.0] if (x == 0.0).any() else []
-        axes.set_xticks([-1.0, *still, 1.0], ["inward", *["not yet"] * len(still), "outward"])
+        axes.set_xticks([-1.0, *still, 1.0], ["inward", *["not\nyet"] * len(still), "outward"])
         axes.set_xlim(-1.6, 1.6)
     if name == "since_move":
         axes.set_xscale("function", functions=(_root, np.square))

@@ -19,6 +19,7 @@ from hexathermal.show.diagnosis_words import (
     percent,
     sentences,
     settings_words,
+    where,
 )
 
 
@@ -179,8 +180,8 @@ def _ranking(found: Diagnosis, drawn: dict[str, str]) -> str:
     """Return the ranking."""
     head = ("cause", "target", "visible RMS, um (95 %)>", "evidence>", "probability>", "at best with")
     rows = [
-        (one.cause, "-" if one.cause.startswith("follows") else one.target or "-", visible_words(found, k),
-         f"{one.evidence:.1f}", probability(one.probability), settings_words(one.settings) or "-")
+        (one.cause, where(one.cause, one.target), visible_words(found, k),
+         f"{one.evidence:z.1f}", probability(one.probability), settings_words(one.settings) or "-")
         for k, one in enumerate(found.candidates)
     ]  # fmt: skip
     return (

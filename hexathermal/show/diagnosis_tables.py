@@ -19,6 +19,7 @@ from hexathermal.show.diagnosis_words import (
     settings_words,
     span,
     visible_std,
+    where,
 )
 from hexathermal.show.tables import framed
 
@@ -30,7 +31,7 @@ def ranking_table(found: Diagnosis, pretty: bool) -> Table:
     )
     for k, one in enumerate(found.candidates):
         named = "yes" if k < len(found.effects) else ""
-        table.add_row(one.cause, named, one.target or "-", visible_words(found, k), f"{one.evidence:z.1f}",
+        table.add_row(one.cause, named, where(one.cause, one.target), visible_words(found, k), f"{one.evidence:z.1f}",
                       probability(one.probability), settings_words(one.settings) or "-")  # fmt: skip
     return table
 

@@ -15,7 +15,7 @@ COVERAGE = 1.96
 """Half of a 95 % interval over the standard uncertainty."""
 
 ENDINGS = ("_per_K2", "_urad_per_K", "_um_per_K", "_um_per_h", "_um_per_unit", "_K_per_h", "_per_K", "_um", "_mm",
-           "_ppm", "_s", "_m")  # fmt: skip
+           "_ppm", "_K", "_s", "_m")  # fmt: skip
 """Of a parameter's name: the unit, which is shown apart."""
 
 POSITIVE = ("time_constant_s", "pitch_m", "play_m")
@@ -150,6 +150,17 @@ def _label(name: str) -> str:
     """Return what a parameter is called, its unit apart."""
     bare = next((name.removesuffix(one) for one in ENDINGS if name.endswith(one)), name)
     return LABELS.get(name, bare.replace("_", " "))
+
+
+def where(cause: str, target: str | None) -> str:
+    """Return where a candidate sits; "-" for the whole, and for a signal, which its name tells already.
+
+    Examples
+    --------
+    >>> where("missing-sensor", "T15"), where("backlash", None), where("follows the pressure", "the pressure")
+    ('T15', '-', '-')
+    """
+    return "-" if cause.startswith("follows") else target or "-"
 
 
 def settings_words(settings: Mapping[str, Any]) -> str:

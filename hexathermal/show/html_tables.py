@@ -45,7 +45,7 @@ def from_table(shown: Table, caption: str = "", *, without: Sequence[int] = (), 
 
 
 def _unbroken(cell: str) -> str:
-    """Return a cell in which an interval stays on one line.
+    """Return a cell in which an interval stays on one line, with the signs that a page has for arrow and infinity.
 
     Examples
     --------
@@ -53,5 +53,11 @@ def _unbroken(cell: str) -> str:
     True
     >>> _unbroken("up to 3 rows of the run")
     'up to 3 rows of the run'
+    >>> _unbroken("4 -> 0.87").split(), _unbroken("inf")
+    (['4', '→', '0.87'], '∞')
     """
+    if cell in ("inf", "-inf"):
+        return cell.replace("inf", "\N{INFINITY}")
+    if re.fullmatch(r"[-+]?\S+ -> [-+]?\S+", cell):
+        return cell.replace(" -> ", "\N{NO-BREAK SPACE}\N{RIGHTWARDS ARROW}\N{NO-BREAK SPACE}")
     return cell.replace(" ", "\N{NO-BREAK SPACE}") if re.match(r"[-+]?\d\S*( %)? to [-+]?\d\S*( \S+)?$", cell) else cell

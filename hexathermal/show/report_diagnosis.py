@@ -10,7 +10,7 @@ from hexathermal.errors import FileFormatError, Problem
 from hexathermal.learn.diagnosis.result import Quantity
 from hexathermal.show.diagnosis_page import paragraph, table, text
 from hexathermal.show.diagnosis_tables import probability
-from hexathermal.show.diagnosis_words import VERDICTS, how_apart, odds, parameter, settings_words
+from hexathermal.show.diagnosis_words import VERDICTS, how_apart, odds, parameter, settings_words, where
 from hexathermal.show.report_chart import Chart
 from hexathermal.show.report_diagnosis_charts import disturbances_chart, gain_chart, limits_chart, ranking_chart
 from hexathermal.show.report_page import Report, Section
@@ -54,9 +54,9 @@ def _report(told: Facts, place: Path) -> Report:
     if gain is not None:
         for key, unit in _measures(gain):
             before, after = gain[f"{key}_before_{unit}"], gain[f"{key}_after_{unit}"]
-            name = {"rmse": "RMSE"}.get(key, key.replace("_", " ").replace("rmse", "RMSE"))
+            name = _measure(key)
             shown = unit.replace("um", "µm").replace("urad", "µrad")
-            same = abs(after - before) <= 1e-9 * max(abs(before), 1.0)
+            same = not _joined(gain)
             value = f"{before:.3f} {shown}" if same else f"{before:.3f} → {after:.3f} {shown}"
             pairs.append((f"{name}, for validation", value, "nothing joined the law" if same else "before → after"))
     notes = [str(note) for note in told["notes"]]
@@ -119,8 +119,11 @@ def _sizes(effect: Facts) -> list[tuple[str, ...]]:
 def _ranking(told: Facts) -> Section:
     """Return every cause that was tried."""
     head = ("cause", "where", "evidence>", "probability>", "at best with")
-    rows = [(one["cause"], one["target"] or "-", f"{one['evidence']:.1f}", probability(float(one["probability"])),
-             settings_words(one["settings"]) or "-") for one in told["candidates"]]  # fmt: skip
+    rows = [
+        (one["cause"], where(one["cause"], one["target"]), f"{one['evidence']:z.1f}",
+         probability(float(one["probability"])), settings_words(one["settings"]) or "-")
+        for one in told["candidates"]
+    ]  # fmt: skip
     words = (
         "Evidence is the logarithm of how much more probable these data are with the cause than without: 2.3 is 10 to "
         f"1, 7 is 1000 to 1. A name needed {told['threshold']:.1f}."
@@ -131,16 +134,37 @@ def _ranking(told: Facts) -> Section:
 
 
 def _gain(gain: Facts) -> Section:
-    """Return errors before and after, run by run."""
-    rows = []
+    """Return errors before and after, run by run; where nothing joined, there is no after."""
+    rows: list[tuple[str, ...]] = []
+    joined = _joined(gain)
     for name, one in (*gain["runs"].items(), ("all", gain)):
         for key, unit in _measures(one):
+            if not joined:
+                rows.append((name, _measure(key), f"{one[f'{key}_before_{unit}']:.3f}", unit))
+                continue
             less = 100.0 * (1.0 - one[f"{key}_after_{unit}"] / max(one[f"{key}_before_{unit}"], 1e-12))
-            rows.append((name, key.replace("_", " "), f"{one[f'{key}_before_{unit}']:.3f}",
+            rows.append((name, _measure(key), f"{one[f'{key}_before_{unit}']:.3f}",
                          f"{one[f'{key}_after_{unit}']:.3f}", f"{less:.1f} %", unit))  # fmt: skip
+    drawn = gain_chart(gain, _measures, joined)
+    if not joined:
+        head: tuple[str, ...] = ("run", "measure", "RMSE>", "unit")
+        words = paragraph("Nothing joined: what is left on runs never fitted is what was left before.")
+        return Section("gain", "What is left", "What is left on runs never fitted",
+                       (words, *drawn, table("What is left, run by run", head, rows)))  # fmt: skip
     head = ("run", "measure", "before>", "after>", "less by>", "unit")
     return Section("gain", "Before and after", "Before and after, on runs never fitted",
-                   (*gain_chart(gain, _measures), table("The law, and the extended law", head, rows)))  # fmt: skip
+                   (*drawn, table("Before and after the extension", head, rows)))  # fmt: skip
+
+
+def _measure(key: str) -> str:
+    """Return a measure's name."""
+    return key.replace("_", " ").replace("rmse", "RMSE")
+
+
+def _joined(gain: Facts) -> bool:
+    """Return whether anything changed by what was found."""
+    pairs = [(gain[f"{key}_before_{unit}"], gain[f"{key}_after_{unit}"]) for key, unit in _measures(gain)]
+    return any(abs(after - before) > 1e-9 * max(abs(before), 1.0) for before, after in pairs)
 
 
 def _limits(told: Facts) -> Section:

@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from hexathermal.show.diagnosis_words import where
 from hexathermal.show.figures import BLUE, GREEN, GREY, PURPLE, VERMILION
 from hexathermal.show.report_chart import Bars, Chart, Panel
 
@@ -19,7 +20,7 @@ Facts = dict[str, Any]
 def ranking_chart(told: Facts) -> Chart:
     """Return the evidence of each candidate, best first."""
     shown = told["candidates"][:MOST_BARS]
-    names = _each_once([f"{one['cause']} {one['target'] or ''}".strip() for one in shown])
+    names = _each_once([f"{one['cause']} {where(one['cause'], one['target']).strip('-')}".strip() for one in shown])
     values = np.array([float(one["evidence"]) for one in shown])
     named = np.arange(len(shown)) < len(told["effects"])
     bars = [
@@ -45,8 +46,8 @@ def _each_once(names: list[str]) -> tuple[str, ...]:
     return tuple(found)
 
 
-def gain_chart(gain: Facts, measures: Callable[[Facts], list[tuple[str, str]]]) -> list[Chart]:
-    """Return errors before and after of each run."""
+def gain_chart(gain: Facts, measures: Callable[[Facts], list[tuple[str, str]]], joined: bool) -> list[Chart]:
+    """Return errors before and after of each run; where nothing joined, there is no after."""
     names, panels, words = tuple(gain["runs"]), [], []
     for key, unit in measures(gain):
         pairs = [[float(one[f"{key}_{when}_{unit}"]) for one in gain["runs"].values() if f"{key}_{when}_{unit}" in one]
@@ -54,16 +55,18 @@ def gain_chart(gain: Facts, measures: Callable[[Facts], list[tuple[str, str]]]) 
         if len(pairs[0]) != len(names):
             continue
         shown = unit.replace("um", "µm").replace("urad", "µrad")
-        bars = (
-            Bars("law", names, np.array(pairs[0]), VERMILION),
-            Bars("extended law", names, np.array(pairs[1]), BLUE),
-        )
+        bars: tuple[Bars, ...] = (Bars("before", names, np.array(pairs[0]), VERMILION),)
+        if joined:
+            bars += (Bars("after", names, np.array(pairs[1]), BLUE),)
         title = key.replace("_", " ").replace("rmse", "RMSE")
         panels.append(Panel(title[0].upper() + title[1:], bars, "run", "RMSE", "", shown))
-        words += [f"{name} {a:.3f} to {b:.3f} {shown}" for name, a, b in zip(names, *pairs, strict=True)]
+        words += [f"{name} {a:.3f}{f' to {b:.3f}' if joined else ''} {shown}"
+                  for name, a, b in zip(names, *pairs, strict=True)]  # fmt: skip
     if not panels:
         return []
-    return [Chart("gain", "Before and after", f"RMSE of the law and of the extended law: {'; '.join(words)}.",
+    title = "Before and after" if joined else "What is left of each run"
+    told = "before and after the extension" if joined else "of the law as it is"
+    return [Chart("gain", title, f"RMSE {told}: {'; '.join(words)}.",
                   "Each run for validation, to which no law was fitted.", tuple(panels))]  # fmt: skip
 
 

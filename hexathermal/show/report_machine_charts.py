@@ -40,7 +40,7 @@ def drawing_chart(hexapod: Hexapod) -> Chart:
             ring = np.concatenate([ring, ring[:1]])
             marks.append(Curve(f"{name.split()[0]} plate", ring[:, right], ring[:, up], colour, "dotted"))
             marks.append(Curve(name, joints[:, right], joints[:, up], colour, "dots",
-                               labels=tuple(str(k + 1) for k in range(6))))  # fmt: skip
+                               labels=_numbers(joints[:, [right, up]])))  # fmt: skip
         gap = np.full((6, 1, 3), np.nan)
         legs = np.concatenate([base[:, None], platform[:, None], gap], axis=1).reshape(-1, 3)
         marks.append(Curve("legs", legs[:, right], legs[:, up], BLACK))
@@ -54,6 +54,19 @@ def drawing_chart(hexapod: Hexapod) -> Chart:
         f"{lengths.max():.1f} mm, platform origin at ({origin}) mm.",
         "Base frame. Numbers are those of the legs.", tuple(panels),
     )  # fmt: skip
+
+
+def _numbers(seen: FloatArray) -> tuple[str, ...]:
+    """Return the numbers of six joints as they are seen: those behind one another share the first one's place.
+
+    Examples
+    --------
+    >>> _numbers(np.array([[0.0, 0], [1, 0], [0, 0], [2, 0], [3, 0], [1, 0]]))
+    ('1, 3', '2, 6', '', '4', '5', '')
+    """
+    near = np.hypot(*(seen[:, None] - seen).transpose(2, 0, 1)) < 0.01 * np.ptp(seen, axis=0).max()
+    first = near.argmax(axis=1)
+    return tuple(", ".join(str(j + 1) for j in np.flatnonzero(first == k)) for k in range(len(seen)))
 
 
 def _around(joints: FloatArray) -> npt.NDArray[np.int64]:
