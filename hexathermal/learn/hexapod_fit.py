@@ -203,7 +203,7 @@ def fit_model(equations: HexapodEquations, model: HexapodModel) -> HexapodFit:
     without = [_without(model, S, z, run, R) for run in equations.runs]
     b_out = np.array([np.full(b.shape, np.nan) if one is None else model.fixed + model.C @ one for one in without])
     left_out = np.array([
-        np.nan if one is None else run.square(b_one) / run.freedom
+        np.nan if one is None or not run.freedom else run.square(b_one) / run.freedom
         for run, one, b_one in zip(equations.runs, without, b_out, strict=True)
     ])  # fmt: skip
     by_rows = inverse * max(1.0, chi2 / freedom)

@@ -1,7 +1,8 @@
 """Flexible shapes without a name: what follows a pose, a displacement, a temperature or time, and no cause explains.
 
 They stand beside the causes as rivals, and what one cause has on a single place they have wider: a leg that is any
-smooth function of the pose contains what its joint's offset makes; steps at reversals in all legs contain one leg's.
+smooth function of the pose contains what its joint's offset makes, one that stands otherwise in each run as well; steps
+at reversals in all legs contain one leg's.
 """
 
 from __future__ import annotations
@@ -23,6 +24,9 @@ CUBES = 0.5
 
 PLAYS_M = (0.0, 120e-6, 480e-6)
 """Ways of the rods in which reversals in all legs become whole."""
+
+MOST_OF_RUNS = 8
+"""Columns of what differs from run to run."""
 
 SPREADS = np.concatenate([[1.0], 1.0 / np.arange(1, WAVES + 1)])
 """Sizes of a constant and of cosines of time, as those of a random walk."""
@@ -61,7 +65,20 @@ def wide_candidates(view: MachineView) -> list[Candidate]:
         columns = np.zeros((len(view), 6, len(sizes)))
         columns[:, leg] = smooth
         found.append(_family(f"the pose, in leg{leg + 1}", columns, sizes))
+    from_run = _of_runs(view)
+    for leg in range(6 if from_run.shape[1] > 1 else 0):
+        columns = np.zeros((len(view), 6, from_run.shape[1]))
+        columns[:, leg] = from_run
+        found.append(_family(f"the run, in leg{leg + 1}", columns))
     return [one for one in found if one.columns.any()]
+
+
+def _of_runs(view: MachineView) -> FloatArray:
+    """Return 1 and cosines of the runs' numbers, shape (n, at most `MOST_OF_RUNS`): of few runs, any value of each."""
+    number = np.unique(view.run, return_inverse=True)[1]
+    count = int(number.max()) + 1
+    waves = np.arange(min(count, MOST_OF_RUNS))
+    return np.asarray(np.cos(np.pi * (number[:, None] + 0.5) / count * waves))
 
 
 def _of_time(view: MachineView) -> FloatArray:

@@ -17,7 +17,9 @@ from hexathermal.learn.machine_diagnosis.unexplained import wide_candidates
 from hexathermal.learn.machine_diagnosis.view import machine_view
 from tests.learn.machine_diagnosis.machines import Fault, drawn
 
+JUMP = 1.2e-6
 STRANGERS = {
+    "jumped": (Fault(), "follows the run, in leg3"),
     "friction": (Fault(friction=1e-6), "follows the last move of every leg"),
     "bent": (Fault(bent=(1, 1.5e-6)), "follows the pose, in leg2"),
 }
@@ -25,9 +27,16 @@ STRANGERS = {
 
 @pytest.mark.parametrize("stranger", STRANGERS)
 def test_a_stranger_gets_no_name_of_a_part_of_it(stranger: str) -> None:
-    """All legs with friction are no leg-backlash of one, a leg that waves with the pose no offset of its joint."""
+    """All legs with friction are no leg-backlash of one, a leg that waves with the pose no offset of its joint, nor one
+    whose scale lost its zero between two runs.
+    """
     fault, follows = STRANGERS[stranger]
-    course = searched(case_of(drawn(31, fault, runs=3, poses=60)))
+    rows = drawn(31, fault, runs=3, poses=60)
+    if stranger == "jumped":
+        q = rows.q.copy()
+        q[rows.run > 0, 2] -= JUMP
+        rows = replace(rows, q=q)
+    course = searched(case_of(rows))
     assert not course.adopted
     named, probability, said = verdict(course)
     assert (named, said) == ("unexplained", follows)

@@ -29,7 +29,7 @@ def test_noise_of_readings_is_told_over_slow_and_over_fast_heat() -> None:
 
 
 def test_the_error_of_a_zero_is_known_by_its_own_reading() -> None:
-    """Of what temperatures are off, since the reading that they count from was, half of the variance and more is known."""
+    """Of what temperatures are off, since the reading that they count from was, half of the variance is known."""
     rows, rng = drawn(14, runs=6, poses=60), np.random.default_rng(8)
     noise = 0.02 * rng.standard_normal(rows.dT.shape)
     read = np.tile(np.sin(np.arange(60) / 20.0), 6)[:, None, None] + noise
