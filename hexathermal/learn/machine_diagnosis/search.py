@@ -33,10 +33,9 @@ LEADERS = 8
 WIDER = 3.0
 """Prior of an amplitude that was adopted, over the size at which it was found."""
 
-MARGIN = 1.0
-"""Log odds above what chance reaches that a name needs besides: levels are estimates."""
+LEAST_ODDS = 0.5
+"""Log odds that a name needs, however little chance reaches: levels are estimates."""
 
-LEAST_ODDS = 1.0
 PAIRS = ("leg-coefficient", "platform-expansion", "base-expansion", "leg-backlash", "tracker-drift",
          "payload-compliance")  # fmt: skip
 """Causes of which two together are asked for at once."""
@@ -176,7 +175,7 @@ def step(case: Case, adopted: Sequence[Adoption], begin: Levels | None = None) -
     S, none = pool[first].S, pool[first].value
     ranked = [Ranked(one.which[0], one, pool[at].value + one.value - none + float(case.prior[one.which[0]]), at)
               for one, at in _best(case, pool, out)]  # fmt: skip
-    threshold = max(chance_threshold(case, S[:-1, :-1]) + MARGIN, LEAST_ODDS)
+    threshold = max(chance_threshold(case, S[:-1, :-1]), LEAST_ODDS)
     open_ = dict.fromkeys([first, *(one.levels for one in ranked[:FOR_PAIRS])])
     sides = tuple((pool[levels].value - none, pool[levels].S) for levels in open_)
     return Step(tuple(ranked), first, none, threshold, S, sides)
