@@ -112,7 +112,9 @@ def run_rows(campaign: Campaign, run: RunFile | str) -> RunRows:
         _index(campaign, sheet, time, reader.zero),
         _tilt(campaign.beams, sheet, time, block),
         {item.name: _filled(time, sheet.inputs[:, k]) for k, item in enumerate(campaign.inputs)},
-    )
+        {name: float(value) for name, value in zip(campaign.sensors, reader.zero.heat, strict=True)
+         if math.isfinite(value)},
+    )  # fmt: skip
     return RunRows(reader.run, signals, drift, landing, landing >= 0, _weather(time, sheet.air), lost, reader.record)
 
 

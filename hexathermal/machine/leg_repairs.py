@@ -129,6 +129,8 @@ def repaired(
         if repair.kind == "clock":
             signals = replace(signals, dT=_clock(signals, repair, number, memory))
         else:
+            if repair.kind == "swap":
+                signals = replace(signals, zero_degC=_swapped_zeros(signals.zero_degC, repair.parameters))
             signals = replace(signals, dT={**signals.dT, **_AT_ONCE[repair.kind](signals, repair.parameters, run_name)})
     return signals
 
@@ -137,6 +139,12 @@ def _swapped(signals: LegSignals, parameters: Mapping[str, Any], run: str | None
     """Return the temperatures of two sensors, exchanged."""
     first, second = parameters["first"], parameters["second"]
     return {first: signals.temperature(second), second: signals.temperature(first)}
+
+
+def _swapped_zeros(zeros: Mapping[str, float], parameters: Mapping[str, Any]) -> dict[str, float]:
+    """Return the temperatures of the zero with those of two sensors exchanged, as far as they are known."""
+    other = {parameters["first"]: parameters["second"], parameters["second"]: parameters["first"]}
+    return {other.get(name, name): value for name, value in zeros.items()}
 
 
 def _without_drift(signals: LegSignals, parameters: Mapping[str, Any], run: str | None) -> dict[str, FloatArray]:

@@ -46,6 +46,8 @@ class LegSignals:
         Of the target about x and y, from the beams' differences, less that of the zero; NaN where there are no beams.
     inputs : mapping of str to array, shape (n,)
         Recorded inputs in their own units.
+    zero_degC : mapping of str to float [degC]
+        Temperatures of the sensors at the zero, where they are known.
     """
 
     time: FloatArray
@@ -56,6 +58,7 @@ class LegSignals:
     index: FloatArray | None = None
     tilt: FloatArray | None = None
     inputs: Mapping[str, FloatArray] = field(default_factory=dict)
+    zero_degC: Mapping[str, float] = field(default_factory=dict)
 
     def __len__(self) -> int:
         return len(self.time)
@@ -65,6 +68,14 @@ class LegSignals:
         if sensor not in self.dT:
             raise ArgumentError(f"the law needs sensor {sensor!r}; there are: {', '.join(self.dT) or 'none'}")
         return self.dT[sensor]
+
+    def zero_of(self, sensor: str) -> float:
+        """Return a sensor's temperature at the zero [degC]."""
+        if sensor not in self.zero_degC:
+            raise ArgumentError(
+                f"the law needs the temperature of sensor {sensor!r} at the zero [degC]; it is not given"
+            )
+        return float(self.zero_degC[sensor])
 
     def recorded(self, name: str) -> FloatArray:
         """Return ``air``, ``index``, ``tilt`` or a recorded input."""

@@ -17,7 +17,7 @@ from hexathermal.machine.leg_signals import LegSignals, Memory
 from hexathermal.machine.leg_terms import LegTerm
 from hexathermal.poses import FloatArray
 
-STATELESS = ("temperature", "expansion", "square", "position", "periodic")
+STATELESS = ("temperature", "expansion", "square", "bend", "position", "periodic")
 """Shapes that follow from the displacement and temperatures of one row alone."""
 
 OWN_ZERO = ("position", "periodic")
@@ -228,7 +228,7 @@ class LegController:
         return LegSignals(
             np.array([time - start]), {name: np.array([degC[name] - reference[name]]) for name in self.sensors},
             np.array([float(q)]), self.retracted_length, since("air", air), since("index", index), since("tilt", tilt),
-            values,
+            values, {name: reference[name] for name in self.sensors},
         )  # fmt: skip
 
     def _keep_zero(

@@ -26,7 +26,8 @@ PARAMETERS: dict[str, dict[str, str]] = {
     "temperature": {"sensor": "text!", "ratio": "number!"},
     "expansion": {"sensor": "text!"},
     "stored-heat": {"source": "text!", "power": "number", "time_constant_s": "number!", "ratio": "number"},
-    "square": {"sensor": "text!", "ratio": "number!"},
+    "square": {"sensor": "text!", "ratio": "number!", "reference_degC": "number"},
+    "bend": {"sensor": "text!", "ratio": "number!", "middle_degC": "number!", "width_K": "number!"},
     "room": {"time_constant_s": "number!"},
     "air-index": {"path_mm": "mm!", "stroke_share": "number!"},
     "tilt": {},
@@ -39,10 +40,10 @@ PARAMETERS: dict[str, dict[str, str]] = {
 """Parameters of each shape in files and their rules, see `hexathermal.machine.forms.Form`."""
 
 POSITIVE = {"lag": ("time_constant_s", "order"), "lead": ("time_constant_s",), "relaxation": ("time_constant_s",),
-            "periodic": ("pitch_mm",), "direction": ("play_mm",)}  # fmt: skip
+            "periodic": ("pitch_mm",), "bend": ("width_K",), "direction": ("play_mm",)}  # fmt: skip
 """Parameters that must be above 0; other time constants may be 0, which stands for no delay."""
 
-UNITS = {"lag": "1/K", "lead": "1/K", "temperature": "1/K", "expansion": "1/K", "square": "1/K^2",
+UNITS = {"lag": "1/K", "lead": "1/K", "temperature": "1/K", "expansion": "1/K", "square": "1/K^2", "bend": "1/K^2",
          "air-index": "1", "position": "1",
          "room": "um/K", "tilt": "um/rad", "time": "um/h"}  # fmt: skip
 """Units of the amplitudes of each shape; of the others micrometres for a unit of the column."""

@@ -160,8 +160,24 @@ def heat_left(signals: LegSignals, heat: FloatArray, parameters: Mapping[str, An
 
 
 def square(signals: LegSignals, parameters: Mapping[str, Any], memory: Memory) -> FloatArray:
-    """Return ``(q0 + ratio q) dT^2`` [m K^2]."""
-    return signals.span(parameters["ratio"]) * signals.temperature(parameters["sensor"]) ** 2
+    """Return ``(q0 + ratio q) (u^2 - u0^2)``, u the temperature from ``reference_degC``, u0 that of the zero [m K^2].
+
+    Without a reference it is the zero itself: ``(q0 + ratio q) dT^2``.
+    """
+    dT, reference = signals.temperature(parameters["sensor"]), parameters.get("reference_degC")
+    u0 = 0.0 if reference is None else signals.zero_of(parameters["sensor"]) - reference
+    return signals.span(parameters["ratio"]) * dT * (dT + 2.0 * u0)
+
+
+def bend(signals: LegSignals, parameters: Mapping[str, Any], memory: Memory) -> FloatArray:
+    """Return ``2 w^2 (q0 + ratio q) (ln cosh(u / w) - ln cosh(u0 / w))``: a square near its middle, straight far off.
+
+    u is the temperature from ``middle_degC``, u0 that of the zero, w ``width_K``; its unit is m K^2.
+    """
+    u0 = signals.zero_of(parameters["sensor"]) - parameters["middle_degC"]
+    x = np.append(signals.temperature(parameters["sensor"]) + u0, u0) / parameters["width_K"]
+    curve = np.logaddexp(x, -x)
+    return np.asarray(2.0 * parameters["width_K"] ** 2 * signals.span(parameters["ratio"]) * (curve[:-1] - curve[-1]))
 
 
 def room(signals: LegSignals, parameters: Mapping[str, Any], memory: Memory) -> FloatArray:
@@ -223,7 +239,7 @@ def time(signals: LegSignals, parameters: Mapping[str, Any], memory: Memory) -> 
 
 SHAPES: dict[str, Shape] = {
     "lag": lag, "lead": lead, "temperature": temperature, "expansion": expansion,
-    "stored-heat": stored_heat, "square": square, "room": room,
+    "stored-heat": stored_heat, "square": square, "bend": bend, "room": room,
     "air-index": air_index, "tilt": tilt, "direction": direction, "periodic": periodic, "position": position,
     "relaxation": relaxation, "time": time,
 }  # fmt: skip

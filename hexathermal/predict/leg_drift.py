@@ -69,9 +69,10 @@ def leg_signals(
     model = active_model(hexapod)
     own = dict(zip(model.legs[leg].sensors, dT[:, model.columns_of_leg[leg]].T, strict=True))
     q = hexapod.strokes(lengths)[:, leg]
+    zero = dict(zip(own, model.reference_temperature_degC[model.columns_of_leg[leg]].tolist(), strict=True))
     assert hexapod.retracted_length is not None  # a thermal law asks for it
     q0 = float(hexapod.retracted_length[leg])
-    return LegSignals(np.zeros(len(q)) if time is None else time, own, q, q0, inputs=inputs or {})
+    return LegSignals(np.zeros(len(q)) if time is None else time, own, q, q0, inputs=inputs or {}, zero_degC=zero)
 
 
 def added_drift(

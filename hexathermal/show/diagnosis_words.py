@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 COVERAGE = 1.96
 """Half of a 95 % interval over the standard uncertainty."""
 
-ENDINGS = ("_per_K2", "_urad_per_K", "_um_per_K", "_um_per_h", "_um_per_unit", "_K_per_h", "_per_K", "_um", "_mm",
+ENDINGS = ("_degC", "_per_K2", "_urad_per_K", "_um_per_K", "_um_per_h", "_um_per_unit", "_K_per_h", "_per_K", "_um", "_mm",
            "_ppm", "_K", "_s", "_m")  # fmt: skip
 """Of a parameter's name: the unit, which is shown apart."""
 
@@ -175,7 +175,7 @@ def settings_words(settings: Mapping[str, Any]) -> str:
     return ", ".join(words for words in said if words)
 
 
-HIDDEN = ("sensor", "sensors", "ratio", "source", "path_m", "first")
+HIDDEN = ("sensor", "sensors", "ratio", "source", "path_m", "first", "reference_degC")
 """Settings that say nothing beside the target."""
 
 
@@ -194,7 +194,7 @@ def _setting(name: str, value: Any) -> str:
         return f"{label} {duration(float(value))}"
     if name.endswith("_m"):
         return f"{label} {float(value) * 1e3:.3g} mm"
-    return f"{label} {float(value):.3g}" + (" K" if name.endswith("_K") else "")
+    return f"{label} {float(value):.3g}" + (" K" if name.endswith("_K") else " °C" if name.endswith("_degC") else "")
 
 
 def duration(seconds: float) -> str:

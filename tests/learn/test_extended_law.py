@@ -37,6 +37,11 @@ from tests.learn.extended_laws import EXAMPLES, Q0, REPAIRS, drawn_signals, law_
 EVERY = [shape for shape in SHAPES if shape in EXAMPLES]
 
 
+def read_at(signals, k: int) -> dict[str, float]:  # type: ignore[no-untyped-def]
+    """Return the temperatures of a row, as a controller is given them [degC]."""
+    return {name: signals.zero_of(name) + values[k] for name, values in signals.dT.items()}
+
+
 def weather(signals, k: int) -> dict:  # type: ignore[no-untyped-def]
     """Return what a row holds beside temperatures and displacement, as a controller is given it."""
     return {"air": 21.3 + signals.air[k], "index": 1.00027 + signals.index[k], "tilt": signals.tilt[k],
@@ -60,7 +65,7 @@ def test_a_controller_row_by_row_gives_what_all_rows_at_once_give(shape: str) ->
     controller = law.controller()
     found = [
         controller.update(
-            1000.0 + signals.time[k], {name: 22.0 + v[k] for name, v in signals.dT.items()}, signals.q[k],
+            1000.0 + signals.time[k], read_at(signals, k), signals.q[k],
             **weather(signals, k),
         )
         for k in range(len(signals))
@@ -83,7 +88,9 @@ def test_repairs_do_what_they_say() -> None:
     signals = drawn_signals(3)
     t, dT = signals.time, signals.dT
     swap, drift, late, detached = REPAIRS
-    assert np.array_equal(repaired(signals, [swap]).dT["T01"], dT["T02"])
+    swapped = repaired(signals, [swap])
+    assert np.array_equal(swapped.dT["T01"], dT["T02"])
+    assert swapped.zero_degC == signals.zero_degC | {"T01": signals.zero_of("T02"), "T02": signals.zero_of("T01")}
     assert np.allclose(repaired(signals, [drift]).dT["T01"], dT["T01"] - 0.03 * t / 3600.0, atol=1e-14)
     assert np.allclose(repaired(signals, [detached]).dT["T02"], 0.4 * dT["T01"] + 0.7 * dT["T03"], atol=1e-14)
     assert np.allclose(repaired(signals, [late]).dT["T03"], np.interp(t - 47.5, t, dT["T03"]), atol=1e-14)
@@ -117,7 +124,7 @@ def test_a_leg_that_follows_the_law_is_corrected_to_zero(shape: str) -> None:
     controller, wanted = law.controller(), Q0 + signals.q
     commands = np.empty(len(signals))
     for k in range(len(signals)):
-        at = (signals.time[k], {name: 20.0 + values[k] for name, values in signals.dT.items()})
+        at = (signals.time[k], read_at(signals, k))
         commands[k] = controller.corrected_length(wanted[k], *at, **weather(signals, k))
         controller.update(*at, commands[k] - Q0, **weather(signals, k))
         assert controller.corrected_length(commands[k] + controller.drift) == pytest.approx(commands[k], abs=1e-12)

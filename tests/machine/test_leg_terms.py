@@ -68,6 +68,30 @@ def test_shapes_of_motion_are_their_recursions(seed: int) -> None:
     assert np.allclose(stored[:, 0], heat, atol=1e-18)
 
 
+@given(seed=st.integers(0, 10**6), middle=st.floats(15.0, 28.0))
+def test_a_square_counts_from_its_middle_and_a_bend_is_one_there(seed: int, middle: float) -> None:
+    """``(T - T_m)^2`` less that of the zero, times the span; a wide bend is that square, a narrow one two lines."""
+    signals = drawn_signals(seed, 40)
+    span, T0 = 0.6 + 0.4 * signals.q, signals.zero_of("T01")
+    T = T0 + signals.dT["T01"]
+    own = {"sensor": "T01", "ratio": 0.4}
+    square = term_columns("square", signals, own | {"reference_degC": middle})[:, 0]
+    own |= {"middle_degC": middle}
+    assert np.allclose(square, span * ((T - middle) ** 2 - (T0 - middle) ** 2), atol=1e-11)
+    wide = term_columns("bend", signals, own | {"width_K": 1e3})[:, 0]
+    assert np.allclose(wide, square, atol=1e-3 * (np.abs(square).max() + 1e-6))
+    narrow = term_columns("bend", signals, own | {"width_K": 1e-4})[:, 0]
+    assert np.allclose(narrow, 2e-4 * span * (np.abs(T - middle) - np.abs(T0 - middle)), atol=2e-8)
+
+
+def test_a_square_from_a_middle_needs_the_zero() -> None:
+    """Without the temperature of the zero it is refused, by the sensor's name; counted from the zero it is not."""
+    signals = LegSignals(np.zeros(2), {"T01": np.array([0.0, 2.0])}, np.zeros(2), 0.5)
+    assert term_columns("square", signals, {"sensor": "T01", "ratio": 0.0})[1, 0] == 2.0
+    with pytest.raises(ArgumentError, match="temperature of sensor 'T01' at the zero"):
+        term_columns("square", signals, {"sensor": "T01", "ratio": 0.0, "reference_degC": 20.0})
+
+
 def test_every_shape_has_an_example_a_unit_and_rules() -> None:
     """So that none is forgotten by the files and by the tests of streams; examples have as many amplitudes as told."""
     for shape, examples in EXAMPLES.items():

@@ -163,6 +163,9 @@ LEG_TERMS = {
     ),
     "creep": LegTerm("creep", "relaxation", {"time_constant_s": 200.0, "kick": "step"}, [2e-7]),
     "square": LegTerm("nonlinear-expansion", "square", {"sensor": "T2", "ratio": 0.5}, [2e-8]),
+    "bend": LegTerm(
+        "nonlinear-expansion", "bend", {"sensor": "T2", "ratio": 0.5, "middle_degC": 22.0, "width_K": 3.0}, [2e-8]
+    ),
     "missing": LegTerm("missing-sensor", "temperature", {"sensor": "T2", "ratio": 0.5}, [4e-7]),
     "scale": LegTerm("scale-error", "position", {}, [3e-6]),
     "screw": SCREW,

@@ -355,7 +355,9 @@ def test_apply_carries_what_is_of_the_leg(tmp_path: Path, capsys: pytest.Capture
         tuple(term for term in kept if term.shape in STATELESS and term.shape not in ("position", "periodic"))
     )
     q, dT = np.linspace(0.0, 0.25, 6), np.array([3.0, -1.0, 2.0])
-    rows = LegSignals(np.zeros(6), {f"T0{k + 1}": np.full(6, dT[k]) for k in range(3)}, q, Q0)
+    names = [f"T0{k + 1}" for k in range(3)]
+    rows = LegSignals(np.zeros(6), {name: np.full(6, dT[k]) for k, name in enumerate(names)}, q, Q0,
+                      zero_degC=dict.fromkeys(names, 20.0))  # fmt: skip
     write_leg_law(one, file)
     assert main(["apply", str(file), "--machine", "reference", "--out", str(tmp_path / "n")]) == 0
     drift = ht.load_hexapod(tmp_path / "n").leg_drift(Q0 + q, np.tile(20.0 + dT, 6))

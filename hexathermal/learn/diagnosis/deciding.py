@@ -30,7 +30,7 @@ SOUND = 0.98
 """How often the truth is among the hypotheses as they are drawn: so many of the names given as certain were right."""
 
 NAME_LEAD = 1.0
-"""A cause may be that far behind something nameless and still be the name: flexible columns imitate any shape."""
+"""A cause may be that far behind flexible columns without a name and still be the name: they imitate any shape."""
 
 NAME_SHARE = 0.03
 IMITATED = 0.6
@@ -93,7 +93,8 @@ def decided(step: Step, threshold: float) -> Decision:
         return Decision(None, min(probabilities[NONE], NONE_AT_MOST), probabilities, ())
     best = standing[0]
     names = [item for item in standing if item.named]
-    if names and names[0].value >= best.value - NAME_LEAD - NAME_SHARE * best.value:
+    imitates = not best.named and best.best.trial.columns.shape[1] > 1
+    if names and names[0].value >= best.value - imitates * (NAME_LEAD + NAME_SHARE * best.value):
         # of names that fit alike, the one that the least of a tolerated misfit could stand for
         as_good = ALIKE * probabilities[names[0].cause]
         best = max((item for item in names if probabilities[item.cause] >= as_good), key=lambda item: item.gated)

@@ -16,6 +16,9 @@ THERMAL = ("T", "qT", "input", "the humidity")
 PERIODS_S = (*np.geomspace(480.0, 7200.0, 28), 14400.0, 28800.0, 86400.0)
 """Periods of a rhythm."""
 
+KINKS = (0.3, 0.4, 0.5, 0.6, 0.7, 0.8)
+"""Where a kink in temperature may be, quantiles of it."""
+
 
 def flexible_trials(bench: Workbench) -> Iterator[Trial]:
     """Give banks of smooth bumps in position, temperature and time, rhythms, weather, inputs and travel."""
@@ -31,6 +34,7 @@ def flexible_trials(bench: Workbench) -> Iterator[Trial]:
             yield Trial(PREFIX + "the way travelled", columns, "travel")
     for sensor in view.base:
         T = view.temperatures(sensor)
+        yield from _kinks(bench, sensor)
         for count in (4, 8, 16):
             yield Trial(PREFIX + "the temperature", bench.slopes_span(sensor)[:, None] * _hinges(T, count), "T", "",
                         {"sensor": sensor, "hinges": count})  # fmt: skip
@@ -52,6 +56,18 @@ def flexible_trials(bench: Workbench) -> Iterator[Trial]:
         values = np.concatenate([s.inputs[name] for s in view.windowed])
         if np.ptp(values) > 0.0:
             yield Trial(PREFIX + f"the input {name}", _hinges(values, 5), "input")
+
+
+def _kinks(bench: Workbench, sensor: str) -> Iterator[Trial]:
+    """Give straight lines above some temperatures, less what they are at the zero, where that is known."""
+    told = bench.view.degC(sensor)
+    if told is None:
+        return
+    now, zero = told
+    for kink in np.quantile(now, KINKS).tolist():
+        line = np.maximum(now - kink, 0.0) - np.maximum(zero - kink, 0.0)
+        yield Trial(PREFIX + "the temperature beyond a kink", line[:, None], "T", "",
+                    {"sensor": sensor, "kink_degC": kink})  # fmt: skip
 
 
 def _bumps(values: FloatArray, count: int) -> FloatArray:

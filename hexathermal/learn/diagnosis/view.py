@@ -267,6 +267,13 @@ class View:
         """Return a sensor's smoothed temperature in windows [K]."""
         return np.concatenate([signals.dT[sensor] for signals in self.windowed])
 
+    def degC(self, sensor: str) -> tuple[FloatArray, FloatArray] | None:
+        """Return a sensor's temperature in windows and at the zero of each, shape (n,) [degC]; None if not known."""
+        if any(sensor not in rows.signals.zero_degC for rows in self.runs):
+            return None
+        zeros = np.array([rows.signals.zero_degC[sensor] for rows in self.runs])[self.channel.run]
+        return zeros + self.temperatures(sensor), zeros
+
     def recorded(self, sensor: str) -> FloatArray:
         """Return a sensor's temperature as recorded, in windows [K]."""
         return self.windows_zeroed([rows.signals.dT[sensor] for rows in self.runs])

@@ -21,6 +21,7 @@ AMPLITUDES: dict[str, tuple[tuple[str, ...], str, float]] = {
     "expansion": (("A_per_K", "B_per_K"), "1/K", 1.0),
     "stored-heat": (("amplitude",), "m per unit", 1.0),
     "square": (("curvature_per_K2",), "1/K^2", 1.0),
+    "bend": (("curvature_per_K2",), "1/K^2", 1.0),
     "room": (("coefficient_um_per_K",), "um/K", UM),
     "air-index": (("share",), "1", 1.0),
     "tilt": (("lever_x_mm", "lever_y_mm"), "mm", 1e3),
@@ -48,7 +49,7 @@ SPOKEN = {
 }  # fmt: skip
 """Words of parameters that a sentence tells."""
 
-HIDDEN = ("ratio", "path_m", "stroke_share", "decay_runs", "order", "power")
+HIDDEN = ("ratio", "path_m", "stroke_share", "decay_runs", "order", "power", "reference_degC")
 """Settings of shapes that say nothing to a reader."""
 
 WORKSHOP: dict[str, tuple[str, float]] = {
@@ -61,7 +62,8 @@ WORKSHOP: dict[str, tuple[str, float]] = {
 }
 """Unit in which people measure, for a unit of a parameter, and its factor; others stay."""
 
-UNITS = {"time_constant_s": "s", "pitch_m": "m", "time_s": "s", "offset_s": "s", "rate_K_per_h": "K/h"}
+UNITS = {"time_constant_s": "s", "pitch_m": "m", "time_s": "s", "offset_s": "s", "rate_K_per_h": "K/h", "middle_degC": "degC",
+         "width_K": "K"}  # fmt: skip
 
 
 def effect_of(found: Found, stage: Stage, final: Stage, covariance: FloatArray, mean: FloatArray) -> Effect:

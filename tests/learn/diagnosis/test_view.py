@@ -14,6 +14,7 @@ from tests.learn.diagnosis.campaigns import viewed
 MEMORYLESS = {
     "temperature": lambda view: {"sensor": view.sensors[3], "ratio": 0.4},
     "square": lambda view: {"sensor": view.base[0], "ratio": 0.4},
+    "bend": lambda view: {"sensor": view.base[0], "ratio": 0.4, "middle_degC": 21.0, "width_K": 2.0},
     "position": lambda view: {},
     "time": lambda view: {},
 }

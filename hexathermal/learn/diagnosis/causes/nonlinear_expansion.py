@@ -3,6 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from itertools import product
+
+import numpy as np
 
 from hexathermal.learn.diagnosis.trials import Cause, Parameter, Trial, Workbench
 
@@ -11,7 +14,7 @@ CAUSE = Cause(
     physics=(
         "The coefficient of expansion changes with the temperature (Invar, polymers), or the thermometer is not linear."
     ),
-    signature="The residual is a parabola of the temperature, the same in heating and cooling.",
+    signature="The residual bends with the temperature: a parabola, or two straight lines; heating and cooling alike.",
     parameters=(Parameter("curvature", "1/K^2", "visible effect of 0.25 to 4 times the noise"),),
     confused_with=(
         "missing-sensor",
@@ -22,10 +25,24 @@ CAUSE = Cause(
     thermal=True,
 )
 
+MIDDLES, WIDTHS = (0.15, 0.4, 0.65), (0.3, 0.7)
+"""Middles of bends, quantiles of the temperature, and their widths over its range."""
+
 
 def trials(bench: Workbench) -> Iterator[Trial]:
-    """Give the square of each of the law's temperatures."""
-    for sensor in bench.view.base:
+    """Give the square of each of the law's temperatures, and bends in its range; the bench's zero is in degC."""
+    view = bench.view
+    for sensor in view.base:
+        told = view.degC(sensor)
+        own = {} if told is None else {"reference_degC": float(np.median(told[1]))}
+        span = 0.0 if told is None else float(np.ptp(told[0]))
         # the retracted length, the law's own mixture, or the whole length
-        for ratio in sorted({0.0, bench.ratios[sensor], *([1.0] if bench.view.kind == "leg" else [])}):
-            yield bench.term(CAUSE.name, "square", sensor, quick=True, sensor=sensor, ratio=ratio)
+        for ratio in sorted({0.0, bench.ratios[sensor], *([1.0] if view.kind == "leg" else [])}):
+            yield bench.term(CAUSE.name, "square", sensor, quick=True, sensor=sensor, ratio=ratio, **own)
+        for place, width in product(MIDDLES, WIDTHS):
+            if told is None or span <= 0.0:
+                break
+            middle = float(np.quantile(told[0], place))
+            for ratio in sorted({0.0, bench.ratios[sensor]}):
+                yield bench.term(CAUSE.name, "bend", sensor, quick=True, sensor=sensor, ratio=ratio,
+                                 middle_degC=middle, width_K=width * span)  # fmt: skip

@@ -1,0 +1,45 @@
+"""What the temperature does: expansion that bends, a kink that is none, a thermometer that is very late."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from hexathermal.learn.diagnosis.deciding import decided
+from hexathermal.learn.diagnosis.stage import Stage
+from tests.learn.diagnosis.campaigns import viewed
+
+
+def test_runs_that_begin_at_other_temperatures_share_one_curve() -> None:
+    """A bend in degC is found although each run counts from its own zero; squares of what runs count see less of it."""
+    view, answer = viewed("modal", 733, ("nonlinear-expansion",), 1.2)
+    stage = Stage(view)
+    best, target = stage.step.ranking[0], answer.targets[0]
+    assert (best.cause, best.best.trial.target) == ("nonlinear-expansion", target)
+    blind = stage.bench.term("nonlinear-expansion", "square", target, sensor=target, ratio=0.0)
+    assert stage.search.scored(stage.step.levels, [blind])[0].value < best.best.value - 3.0
+
+
+@pytest.mark.parametrize("seed", [733, 735])
+def test_a_kink_in_temperature_has_no_name(seed: int) -> None:
+    """What begins at once above a temperature explains more than any bend does: it follows T, and stays nameless."""
+    view, _ = viewed("quiet", seed, ("outside: kink",), 1.5)
+    decision = decided(Stage(view).step, 6.0)
+    assert decision.leader is not None
+    assert not decision.named
+    assert decision.leader.best.trial.target == "T"
+
+
+@pytest.mark.parametrize("seed", [733, 736, 742])
+def test_a_very_late_thermometer_is_named_and_the_others_speak_for_it(seed: int) -> None:
+    """A lag of a third of an hour or more, of the thermometer, not of the part: neighbours alone explain it less."""
+    view, answer = viewed("modal", seed, ("thermal-lag",), 1.4)
+    assert answer.parameters[0]["side"] == "sensor"
+    leader = decided(Stage(view).step, 6.0).leader
+    assert leader is not None
+    trial = leader.best.trial
+    assert (trial.cause, trial.target) == ("thermal-lag", answer.targets[0])
+    assert trial.repair is not None
+    weights = trial.repair().parameters["weights"]
+    assert set(weights) == set(view.sensors) - {trial.target}
+    assert np.isfinite(list(weights.values())).all()
