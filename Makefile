@@ -27,6 +27,8 @@ pictures: $(VENV)/installed
 	$(BIN)/hexathermal demo --out $(VENV)/demo
 	cp $(VENV)/demo/day.png docs/demo.png
 	$(BIN)/python tools/draw_docs.py
+	$(BIN)/python tools/draw_viewer.py
+	$(BIN)/python tools/draw_report.py
 
 docs: $(VENV)/installed
 	$(BIN)/python -m sphinx -W --keep-going -q -b html -d docs/_build/doctrees docs docs/_build/html
