@@ -32,8 +32,9 @@ as the machine states them; terms of its legs' laws are not simulated.
 --growth heat (default) is a machine like any: it follows no drift law exactly. Its parts differ by --spread, they are
 not warm all over, thermometers are taped on. 'identify' finds its laws; 'diagnose' rightly finds that those of
 hexapod.toml are off, and that legs lag behind their thermometers. --growth law is a machine that does exactly what its
-hexapod.toml says, within the noise of tracker and thermometers: 'diagnose' finds nothing, and what you change in the
-machine's file before, it finds: simulate the changed machine, diagnose with --machine of the unchanged one.
+hexapod.toml says, within the noise of tracker and thermometers: 'diagnose' finds nothing. Change a copy of the
+hexapod.toml that was written (a law, a payload, exchanged plugs), simulate that, and diagnose it with --machine of the
+one before: the change is found.
 """
 
 GROWN = {
