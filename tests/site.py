@@ -37,17 +37,6 @@ def built_site(folder: Path) -> Path:
     return site
 
 
-def checked_links(folder: Path) -> str:
-    """Return what Sphinx's own check of links complains of; what the site was built from is read, not read anew."""
-    built_site(folder)
-    done = subprocess.run(
-        [sys.executable, "-m", "sphinx", "-W", "--keep-going", "-q", "-b", "linkcheck", "-D", "nb_execution_mode=off",
-         "-d", str(folder / "doctrees"), str(ROOT / "docs"), str(folder / "links")],
-        capture_output=True, text=True, check=False,
-    )  # fmt: skip
-    return done.stdout + done.stderr if done.returncode or done.stderr else ""
-
-
 @dataclass
 class Page(HTMLParser):
     """What stands in a page of HTML: identifiers, what it asks for by tag, pictures without words, headings, text."""

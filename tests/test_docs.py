@@ -21,7 +21,7 @@ PAGES = sorted(
 )
 ADDRESS = re.compile(r"https?://[^\s)>\"'`\]]+")
 ADDRESSES = {"https://github.com/lsst-ts/ts_mthexapod"}
-"""All that pages name outside the repository; whether it answers is asked by ``make docs-check``, on a network."""
+"""All that pages name outside the repository. Tests ask nobody; who adds one looks whether it answers."""
 
 WALKS = ("README.md", "docs/tour.md", "docs/tutorials/*.md", "docs/how-to/*.md")
 WALKED = sorted(page for place in WALKS for page in ROOT.glob(place) if page.name != "index.md")

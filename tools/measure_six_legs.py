@@ -75,7 +75,7 @@ def measured(seed: int, spread: float) -> Measured:
     fitted = [run for run in runs if run.role == "identification"]
     truth = effective_laws(machine, fitted, mounted_thermometers(machine, seed))
     both = {plates: errors(one, truth) for plates, one in found.items()}
-    return Measured(spread, *scores, known.chosen, {name: one[0] for name, one in both.items()},
+    return Measured(spread, scores[0], scores[1], known.chosen, {name: one[0] for name, one in both.items()},
                     {name: one[1] for name, one in both.items()})  # fmt: skip
 
 
@@ -151,8 +151,8 @@ def drawn() -> Iterator[str]:
 def scored(rows: HexapodRows) -> tuple[list[FloatArray], list[FloatArray]]:
     """Return the errors of each run without and with the law that the rows were drawn with."""
     legs = ht.LegLaw(("T1",), EQUAL[0, :1], EQUAL[0, 1:])
-    plates = [ht.PlateLaw(float(value), "T1") for value in PLATES]
-    exact = replace(rows.hexapod, thermal=ht.ThermalModel(legs, *plates))
+    platform_plate, base_plate = (ht.PlateLaw(float(value), "T1") for value in PLATES)
+    exact = replace(rows.hexapod, thermal=ht.ThermalModel(legs, platform_plate, base_plate))
     temps = 20.0 + np.concatenate([rows.dT[:, :, 0], rows.plates], axis=1)
     lengths = rows.retracted + rows.q
     told = [rows.hexapod.forward_kinematics(lengths), exact.predicted_pose(lengths, temps)]
@@ -172,7 +172,9 @@ def intervals() -> Iterator[str]:
     ]
     yield from (f"| {' | '.join(heads)} |", "|---|---|---|---|")
     for count in (2, 3, 6):
-        after, less, said = [], [], 0
+        after: list[bool] = []
+        less: list[bool] = []
+        said = 0
         for seed in range(MACHINES):
             errors = scored(drawn_rows(np.random.default_rng([seed, count]), runs=count))
             found, gain = pose_scores(*errors), best_factor(*errors)

@@ -62,7 +62,8 @@ footer{color:var(--soft);font-size:.88rem;padding:2rem 1rem 3rem}
 td:last-child:not(.n){min-width:14rem}}
 @media print{:root{color-scheme:light}nav,.skip{display:none}body{font-size:10pt}main,header,footer{max-width:none}
 h2,h3,h2+p{break-after:avoid}figure,tr,.card,.note{break-inside:avoid}
-.scroll{overflow:visible}figure img{max-width:17cm}}
+.scroll{overflow:visible}figure img{max-width:17cm}
+@page{size:A4;margin:16mm 15mm}}
 """
 """The page's style: one column, the reader's colour scheme, paper."""
 

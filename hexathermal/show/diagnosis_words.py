@@ -14,8 +14,8 @@ if TYPE_CHECKING:
 COVERAGE = 1.96
 """Half of a 95 % interval over the standard uncertainty."""
 
-ENDINGS = ("_degC", "_per_K2", "_urad_per_K", "_um_per_K", "_um_per_h", "_um_per_unit", "_K_per_h", "_per_K", "_um", "_mm",
-           "_ppm", "_K", "_s", "_m")  # fmt: skip
+ENDINGS = ("_degC", "_per_K2", "_urad_per_K", "_um_per_K", "_um_per_h", "_um_per_unit", "_K_per_h", "_per_K", "_um",
+           "_mm", "_ppm", "_K", "_s", "_m")  # fmt: skip
 """Of a parameter's name: the unit, which is shown apart."""
 
 POSITIVE = ("time_constant_s", "pitch_m", "play_m")

@@ -85,7 +85,10 @@ def _finding(told: Facts) -> Section:
     """Return what was named."""
     parts: list[str | Chart] = []
     for one in told["effects"]:
-        rows, head = _sizes(one), ("parameter", "value>", "standard uncertainty>", "95 % interval>", "unit")
+        rows, head = (
+            _sizes(one, told.get("kind") == "hexapod"),
+            ("parameter", "value>", "standard uncertainty>", "95 % interval>", "unit"),
+        )
         where = f", {one['target']}" if one["target"] else ""
         alike = f" As likely: {', '.join(one['equivalent'])}." if one["equivalent"] else ""
         sizes = table(f"Size of {one['cause']}", head, rows)
@@ -104,15 +107,17 @@ def _finding(told: Facts) -> Section:
     return Section("finding", "Finding", "What was found", tuple(parts))
 
 
-def _sizes(effect: Facts) -> list[tuple[str, ...]]:
-    """Return the parameters of a cause: name, value, standard uncertainty, 95 % interval, unit."""
+def _sizes(effect: Facts, whole: bool) -> list[tuple[str, ...]]:
+    """Return the parameters of a cause, of a `whole` machine or a part: name, value, uncertainty, interval, unit."""
+    from hexathermal.learn.machine_diagnosis.quantities import spoken
+
     # the JSON does not say of what kind the part is; its sentence has the unit of a part without a stroke
     kind = "component" if "um/K" in effect["sentence"] else "leg"
     rows: list[tuple[str, ...]] = []
     for name, value in effect["parameters"].items():
         number, std = (math.nan if value[key] is None else float(value[key]) for key in ("value", "std"))
         size = parameter(name, Quantity(number, std, value["unit"]), kind)
-        rows.append((size.name, *size.cells, size.unit or "-"))
+        rows.append((spoken(name) if whole else size.name, *size.cells, size.unit or "-"))
     return rows
 
 
