@@ -16,6 +16,9 @@ THERMAL = ("T", "qT", "input", "the humidity")
 PERIODS_S = (*np.geomspace(480.0, 7200.0, 28), 14400.0, 28800.0, 86400.0)
 """Periods of a rhythm."""
 
+WEAR = (1.0, 0.75, 0.5)
+"""Powers of the way with which a part wears: straight on, or running in."""
+
 KINKS = (0.3, 0.4, 0.5, 0.6, 0.7, 0.8)
 """Where a kink in temperature may be, quantiles of it."""
 
@@ -29,9 +32,12 @@ def flexible_trials(bench: Workbench) -> Iterator[Trial]:
             yield Trial(PREFIX + "the displacement", _bumps(q, count), "q", "", {"bumps": count})
         for power in (2, 3):
             yield Trial(PREFIX + "the displacement", _powers(q, power), "q", "", {"power": power})
-        travel = np.concatenate([s.q for s in view.travelled])
-        for columns in (travel[:, None], (travel * q / np.ptp(q))[:, None], np.sqrt(travel)[:, None]):
-            yield Trial(PREFIX + "the way travelled", columns, "travel")
+        way, zero = view.travelled
+        for wear in WEAR:
+            yield Trial(PREFIX + "the way travelled", (way**wear - zero**wear)[:, None], "travel", "", {"power": wear})
+        since = np.maximum(way - zero, 0.0)
+        for columns in (since * q / np.ptp(q), np.sqrt(since)):
+            yield Trial(PREFIX + "the way travelled", columns[:, None], "travel")
     for sensor in view.base:
         T = view.temperatures(sensor)
         yield from _kinks(bench, sensor)

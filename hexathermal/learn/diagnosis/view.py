@@ -213,14 +213,15 @@ class View:
         return self.windows(found)
 
     @cached_property
-    def travelled(self) -> tuple[LegSignals, ...]:
-        """Windows of each run with the way gone since the first run's begin in place of the displacement [m]."""
-        found, before = [], 0.0
+    def travelled(self) -> tuple[FloatArray, FloatArray]:
+        """The way gone since the first run's begin in windows, and that at each window's zero, shape (n,) [m]."""
+        ways, zeros, gone = [], [], 0.0
         for signals, piece in zip(self.signals, self.pieces, strict=True):
-            way = before + np.cumsum(np.abs(Memory().moves(signals.q)))
-            found.append(_mean_signals(replace(signals, q=way - (way[0] if self.zeroed_by_run else 0.0)), piece))
-            before = float(way[-1]) if not self.zeroed_by_run else 0.0
-        return tuple(found)
+            way = gone + np.cumsum(np.abs(Memory().moves(signals.q)))
+            ways.append(piece.means(way))
+            zeros.append(np.full(len(ways[-1]), float(way[piece.used[0]]) if self.zeroed_by_run else 0.0))
+            gone = float(way[-1])
+        return np.concatenate(ways), np.concatenate(zeros)
 
     def weather(self, column: int) -> FloatArray | None:
         """Return a column of the weather, at once and behind half an hour, less its value at the zero, shape (n, 2)."""
