@@ -61,7 +61,8 @@ footer{color:var(--soft);font-size:.88rem;padding:2rem 1rem 3rem}
 @media (max-width:40rem){.finding{font-size:1.15rem}h2{font-size:1.15rem}table{font-size:.86rem}
 td:last-child:not(.n){min-width:14rem}}
 @media print{:root{color-scheme:light}nav,.skip{display:none}body{font-size:10pt}main,header,footer{max-width:none}
-h2,h3,h2+p{break-after:avoid}figure,tr,.card,.note{break-inside:avoid}
+h2,h3,h2+p:not(:last-child){break-after:avoid}figure,tr,p,.card,.note{break-inside:avoid}
+caption,thead{break-after:avoid}tbody tr:nth-child(-n+2){break-before:avoid}
 .scroll{overflow:visible}figure img{max-width:17cm}
 @page{size:A4;margin:16mm 15mm}}
 """
