@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 import numpy as np
@@ -13,6 +13,7 @@ from hexathermal.learn.diagnosis.channels import Channel, Levels
 from hexathermal.learn.diagnosis.evidence import Base, Scored
 from hexathermal.learn.diagnosis.recorded import silent_inputs, silent_sensors, without_inputs
 from hexathermal.learn.diagnosis.search import FORETOLD_TWINS, REPEATED, TWINS, Ranked, Search, Step, base_sizes
+from hexathermal.learn.diagnosis.sensor_model import SensorModel
 from hexathermal.learn.diagnosis.trials import Trial, Workbench
 from hexathermal.learn.diagnosis.view import View
 from hexathermal.learn.signals import RunRows
@@ -56,6 +57,8 @@ class Stage:
         Causes that are not asked any more: they predict runs left out no better.
     begin : Levels or None
         Noise at which the law is fitted at first, where one is known; by default its own.
+    models : dict of str to SensorModel or None
+        Of the view's sensors, as far as they were made: stages with the same view share them.
     """
 
     view: View
@@ -64,6 +67,7 @@ class Stage:
     tolerated: tuple[Scored, ...] = ()
     refused: tuple[str, ...] = ()
     begin: Levels | None = None
+    models: dict[str, SensorModel | None] = field(default_factory=dict)
 
     @cached_property
     def channel(self) -> Channel:
@@ -80,7 +84,7 @@ class Stage:
         """What trials are built from, with the law as it fits at first."""
         levels = self.levels if self.begin is None else self.begin
         coefficients, _ = self.fit(levels)
-        return Workbench(self.view, coefficients[: self.view.base_columns.shape[1]], levels.rms)
+        return Workbench(self.view, coefficients[: self.view.base_columns.shape[1]], levels.rms, self.models)
 
     @cached_property
     def _plain(self) -> tuple[FloatArray, FloatArray]:
@@ -152,7 +156,7 @@ class Stage:
         repair = trial.repair()
         runs = [mended(rows, repair) for rows in self.view.runs]
         view = replace(self.view, runs=tuple(runs))
-        return replace(self, view=view, repairs=(*self.repairs, repair), tolerated=())
+        return replace(self, view=view, repairs=(*self.repairs, repair), tolerated=(), models={})
 
     def amplitudes(self, leader: Ranked) -> tuple[FloatArray, FloatArray]:
         """Return the amplitudes of a leader's columns beside the base, and their standard uncertainties."""

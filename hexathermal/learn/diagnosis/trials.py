@@ -144,9 +144,13 @@ class Workbench:
         A of each sensor [1/K] (C [m/K]).
     noise : float [m]
         RMS of the noise in windows beside the law.
+    models : dict, optional
+        Models of the view's sensors that were made before; those made here join them.
     """
 
-    def __init__(self, view: View, coefficients: FloatArray, noise: float) -> None:
+    def __init__(
+        self, view: View, coefficients: FloatArray, noise: float, models: dict[str, SensorModel | None] | None = None
+    ) -> None:
         self.view, self.noise = view, noise
         k = len(view.base)
         A = coefficients[:k]
@@ -154,7 +158,7 @@ class Workbench:
         self.slopes = dict(zip(view.base, A.tolist(), strict=True))
         safe = np.where(np.abs(A) > 1e-12, A, 1e-12)
         self.ratios = dict(zip(view.base, np.clip(B / safe, -1.5, 1.5).tolist(), strict=True))
-        self._models: dict[str, SensorModel | None] = {}
+        self._models = {} if models is None else models
 
     def model(self, sensor: str) -> SensorModel | None:
         """Return the model of a sensor by the others."""

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property, lru_cache
 from typing import Any
@@ -205,6 +205,26 @@ class View:
 
         Where runs follow one another on the campaign's clock, what the shape remembers goes on.
         """
+        return self._kept("rows", shape, parameters, self._columns)
+
+    def _kept(
+        self, how: str, shape: str, parameters: Mapping[str, Any], made: Callable[[str, Mapping[str, Any]], FloatArray]
+    ) -> FloatArray:
+        """Return columns that were made before, or make them: every stage of a diagnosis asks for most of them."""
+        key = (how, shape, *sorted(parameters.items()))
+        if key not in self._made:
+            found = made(shape, parameters)
+            found.flags.writeable = False
+            self._made[key] = found
+        return self._made[key]
+
+    @cached_property
+    def _made(self) -> dict[tuple[Any, ...], FloatArray]:
+        """Columns of shapes by their parameters."""
+        return {}
+
+    def _columns(self, shape: str, parameters: Mapping[str, Any]) -> FloatArray:
+        """Return a shape's columns, made of all rows."""
         found, memory = list[FloatArray](), Memory()
         for k, (signals, piece) in enumerate(zip(self.signals, self.pieces, strict=True)):
             memory = memory if self.goes_on[k] else Memory()
@@ -237,6 +257,10 @@ class View:
 
     def quick_columns(self, shape: str, parameters: Mapping[str, Any]) -> FloatArray:
         """Return the columns of a shape without a memory, made from windows alone, shape (n, k)."""
+        return self._kept("windows", shape, parameters, self._quick_columns)
+
+    def _quick_columns(self, shape: str, parameters: Mapping[str, Any]) -> FloatArray:
+        """Return a shape's columns, made of windows."""
         return np.concatenate([term_columns(shape, signals, parameters) for signals in self.windowed])
 
     @cached_property
