@@ -164,9 +164,9 @@ def test_the_threshold_repeats(channel: Channel, base: Base, rng: np.random.Gene
     assert chance_threshold(channel, base, LEVELS, [], LARGEST, 5) == 0.0
 
 
-def ranked(cause: str, value: float, seen: float = 2.0) -> Ranked:
+def ranked(cause: str, value: float, seen: float = 2.0, columns: int = 1) -> Ranked:
     """A cause with an evidence, as large as may be seen."""
-    trial = Trial(cause, np.zeros((1, 1)))
+    trial = Trial(cause, np.zeros((1, columns)))
     return Ranked(cause, value, scored(trial, value, seen * LEVELS.rms, LEVELS.rms), LEVELS)
 
 
@@ -200,12 +200,17 @@ def test_probabilities_sum_to_one_and_equivalents_are_close() -> None:
 
 
 def test_something_nameless_far_ahead_is_unexplained() -> None:
-    """Flexible columns that lead by far leave no name; a cause close behind them keeps its name."""
-    far = decided(step(ranked("follows the displacement", 120.0), ranked("creep", 20.0)), LEAST)
-    near = decided(step(ranked("follows the displacement", 60.0), ranked("creep", 58.0)), LEAST)
+    """Flexible columns that lead by far leave no name; a cause close behind them keeps its name.
+
+    One column without a name, as a kink, imitates nothing: ahead of a cause it leaves it no name.
+    """
+    far = decided(step(ranked("follows the displacement", 120.0, columns=6), ranked("creep", 20.0)), LEAST)
+    near = decided(step(ranked("follows the displacement", 60.0, columns=6), ranked("creep", 58.0)), LEAST)
+    single = decided(step(ranked("follows the temperature", 60.0), ranked("creep", 58.0)), LEAST)
     assert far.leader is not None
     assert not far.named
     assert near.named
+    assert not single.named
 
 
 def test_of_names_alike_the_larger_effect_is_the_first() -> None:
