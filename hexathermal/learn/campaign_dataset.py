@@ -184,8 +184,8 @@ def save_campaign_netcdf(
 ) -> Path:
     """Write a campaign as one NetCDF file, a group for each run; returns the path.
 
-    ``xarray.open_dataset(path, group="run-01", engine="h5netcdf")`` gives what `read_run` gives. One run at a time is
-    held in memory.
+    ``xarray.open_dataset(path, group="run-01", engine="h5netcdf")`` gives what `read_run` gives. The file is
+    made in memory, compressed, and written at the end: HDF5 cannot be closed on a disk that is full.
 
     Parameters
     ----------
@@ -201,6 +201,8 @@ def save_campaign_netcdf(
     ArgumentError
         The file exists and `overwrite` is false, or cannot be written.
     """
+    import io
+
     import xarray as xr
 
     from hexathermal.predict.table_writing import written_whole
@@ -208,18 +210,20 @@ def save_campaign_netcdf(
     out = Path(path)
     refuse_netcdf(out, overwrite)
     count = len(campaign.runs)
+    whole = io.BytesIO()
+    top = xr.Dataset(attrs={"Conventions": CONVENTIONS, "title": campaign.title or "campaign without a title",
+                            "history": "one group for each run, values as recorded",
+                            "campaign_kind": campaign.kind, "runs": [run.name for run in campaign.runs],
+                            "fingerprint_sha256": fingerprint(campaign)})  # fmt: skip
+    top.to_netcdf(whole, mode="w", engine="h5netcdf")
+    for k, run in enumerate(campaign.runs):
+        if progress is not None:
+            progress(k, count, f"writing {run.name}")
+        data = read_run(campaign, run)
+        packed = {name: {"zlib": True, "complevel": 4} for name in data.data_vars if data[name].dtype.kind == "f"}
+        data.to_netcdf(whole, mode="a", group=run.name, engine="h5netcdf", encoding=packed)
     with written_whole(out) as part:
-        top = xr.Dataset(attrs={"Conventions": CONVENTIONS, "title": campaign.title or "campaign without a title",
-                                "history": "one group for each run, values as recorded",
-                                "campaign_kind": campaign.kind, "runs": [run.name for run in campaign.runs],
-                                "fingerprint_sha256": fingerprint(campaign)})  # fmt: skip
-        top.to_netcdf(part, mode="w", engine="h5netcdf")
-        for k, run in enumerate(campaign.runs):
-            if progress is not None:
-                progress(k, count, f"writing {run.name}")
-            data = read_run(campaign, run)
-            packed = {name: {"zlib": True, "complevel": 4} for name in data.data_vars if data[name].dtype.kind == "f"}
-            data.to_netcdf(part, mode="a", group=run.name, engine="h5netcdf", encoding=packed)
+        part.write_bytes(whole.getbuffer())
     return out
 
 

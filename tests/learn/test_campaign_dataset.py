@@ -92,6 +92,21 @@ def test_netcdf_gives_back_every_run(tmp_path: Path) -> None:
         save_campaign_netcdf(campaign, file)
 
 
+def test_a_full_disk_is_one_error_and_leaves_nothing(tmp_path: Path) -> None:
+    """Where no more can be written HDF5 is not left half closed, which ends the process: one error, and no file."""
+    pytest.importorskip("h5py", reason="h5py is not installed")
+    resource = pytest.importorskip("resource", reason="no limits of files here")
+    campaign = load_campaign(component_campaign(tmp_path))
+    before = resource.getrlimit(resource.RLIMIT_FSIZE)
+    resource.setrlimit(resource.RLIMIT_FSIZE, (10_000, before[1]))
+    try:
+        with pytest.raises(OSError, match="too large"):
+            save_campaign_netcdf(campaign, tmp_path / "all.nc")
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, before)
+    assert not list(tmp_path.glob("all.nc*"))
+
+
 def test_the_fingerprint_is_that_of_the_contents(tmp_path: Path) -> None:
     """A copied campaign has the same fingerprint, one changed digit another."""
     one = fingerprint(load_campaign(leg_campaign(tmp_path / "one")))
