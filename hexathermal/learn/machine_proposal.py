@@ -19,10 +19,10 @@ from hexathermal.learn.campaign import Campaign
 from hexathermal.learn.hexapod_data import HexapodRows
 from hexathermal.learn.machine_diagnosis.candidate import Candidate, called
 from hexathermal.learn.machine_diagnosis.causes import all_candidates
-from hexathermal.learn.machine_diagnosis.diagnosing import law_rows
 from hexathermal.learn.machine_diagnosis.noise_levels import leg_noise
 from hexathermal.learn.machine_diagnosis.observability import CLOSE
 from hexathermal.learn.machine_diagnosis.planning import SLOTS, MachineExperiment, next_experiment
+from hexathermal.learn.machine_diagnosis.recorded import law_rows
 from hexathermal.learn.machine_diagnosis.result import MachineCandidate, MachineDiagnosis, MachineEffect
 from hexathermal.learn.machine_diagnosis.separation import Noise
 from hexathermal.learn.machine_diagnosis.single_leg import single_leg_candidates

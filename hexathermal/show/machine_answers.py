@@ -194,5 +194,6 @@ def _summary(found: MachineDiagnosis) -> str:
         lines.append(f"Besides, something is left that {found.follows}.")
     lines += [f"note: {note}" for note in notes]
     if bench:
-        lines.append(f"note: only a leg's own bench shows {', '.join(one.partition(':')[0] for one in bench)}")
+        names = ", ".join(one.partition(":")[0] for one in bench)
+        lines.append(f"note: these runs cannot show {names}; the report says which measurement would")
     return "\n".join(lines)

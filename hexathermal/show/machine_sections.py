@@ -186,7 +186,7 @@ def _ranking(found: MachineDiagnosis, drawn: dict[str, str]) -> str:
 
 
 def _confused(found: MachineDiagnosis) -> str:
-    """Return what looks alike, with reasons; and what only a bench shows."""
+    """Return what looks alike, with reasons; and what these runs cannot show."""
     bench = notes_of(found)[1]
     if found.alike:
         rows = [(names, why) for names, _between, why in (one.partition(ALIKE) for one in found.alike)]

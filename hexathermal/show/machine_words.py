@@ -1,4 +1,4 @@
-"""Words of a machine's diagnosis for people: amplitudes with intervals, gains, limits, what only a bench shows."""
+"""Words of a machine's diagnosis for people: amplitudes with intervals, gains, limits, what poses do not show."""
 
 from __future__ import annotations
 
@@ -158,12 +158,12 @@ def score_cells(one: PoseScore) -> tuple[str, str, str, str]:
 
 
 def notes_of(found: MachineDiagnosis) -> tuple[list[str], list[str]]:
-    """Return notes on this campaign, and causes that only a leg's own bench shows with what would show them."""
-    from hexathermal.learn.machine_diagnosis.single_leg import ONLY_ON_A_BENCH
+    """Return notes on this campaign, and causes that these runs cannot show with what would show them."""
+    from hexathermal.learn.machine_diagnosis.single_leg import CANNOT_SHOW
 
-    bench = [note for note in found.notes if note.partition(" ")[0] in ONLY_ON_A_BENCH]
-    return [note for note in found.notes if note not in bench], [
-        f"{k}: {v}" for k, v in ONLY_ON_A_BENCH.items() if bench
+    absent = [note.partition(CANNOT_SHOW) for note in found.notes if CANNOT_SHOW in note]
+    return [note for note in found.notes if CANNOT_SHOW not in note], [
+        f"{name}: {words}" for name, _said, words in absent
     ]
 
 

@@ -13,6 +13,7 @@ from hexathermal.learn.machine_diagnosis.causes import all_candidates, catalogue
 from hexathermal.learn.machine_diagnosis.finer import finer_candidates
 from hexathermal.learn.machine_diagnosis.gain import leg_residuals
 from hexathermal.learn.machine_diagnosis.law_columns import law_columns
+from hexathermal.learn.machine_diagnosis.leg_sensors import sensor_candidates
 from hexathermal.learn.machine_diagnosis.noise_levels import SMALLEST_NOISE, PoseNoise, coordinates_of, pose_noise
 from hexathermal.learn.machine_diagnosis.single_leg import single_leg_candidates
 from hexathermal.learn.machine_diagnosis.tables import Tables, tables_of
@@ -99,7 +100,8 @@ def _made(
     """Return a case; the noise is found where none is given."""
     law = law_columns(view, laws)
     told = y - law.known
-    candidates = (*all_candidates(view), *single_leg_candidates(view), *flexible_candidates(view))
+    own = (*single_leg_candidates(view), *sensor_candidates(view))
+    candidates = (*all_candidates(view), *own, *flexible_candidates(view))
     if noise is None:
         noise = pose_noise(view, told, law.columns, candidates, first_noise(view, told) if start is None else start)
     candidates += (*wide_candidates(view), *(part for one in finer for part in finer_candidates(view, one)))

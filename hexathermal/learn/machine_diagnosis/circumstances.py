@@ -70,7 +70,8 @@ def missing_channels(view: MachineView) -> tuple[str, ...]:
 
 def _of_temperatures(view: MachineView) -> Iterator[Circumstance]:
     """Give what of the temperatures hides faults."""
-    legs = view.dT.reshape(len(view.dT), 6, -1).mean(axis=2)
+    told = view.read.any(axis=0) if view.read.any() else np.ones(len(view.sensors), dtype=bool)
+    legs = view.dT[..., told].mean(axis=2)
     each = {f"leg {leg + 1}": legs[:, leg] for leg in range(6)}
     each |= {f"the {part}": view.plates[:, k] for k, part in enumerate(PLATES)} | {"the air": view.air}
     known = {name: course for name, course in each.items() if np.isfinite(course).all()}

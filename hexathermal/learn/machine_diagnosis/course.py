@@ -7,9 +7,11 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from hexathermal.learn.machine_diagnosis.candidate import Candidate
 from hexathermal.learn.machine_diagnosis.case import Case, with_exchanged, with_finer
 from hexathermal.learn.machine_diagnosis.evidence import hypothesis, log_bayes, scored
 from hexathermal.learn.machine_diagnosis.finer import finer_setting
+from hexathermal.learn.machine_diagnosis.leg_sensors import SWAPPED, swapped_law, with_laws
 from hexathermal.learn.machine_diagnosis.search import (
     NAMELESS_MARGIN,
     Adoption,
@@ -26,7 +28,8 @@ MOST_EFFECTS = 3
 EXCHANGED = 3.0
 """Log odds by which another cause must be better for it to take the place of one adopted before."""
 
-SWAP = "swapped-legs"
+SWAPS = ("swapped-legs", SWAPPED)
+"""Exchanges of thermometers: they are undone, not fitted."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -114,7 +117,7 @@ def _leader(case: Case, now: Step, alone: bool) -> Ranked | None:
 def _adoption(case: Case, now: Step, ranked: Ranked, adopted: Sequence[Adoption]) -> Adoption:
     """Return a candidate as adopted, with what it gains on each run left out."""
     candidate = case.candidates[ranked.which]
-    which = -1 if candidate.cause == SWAP else ranked.which
+    which = -1 if candidate.cause in SWAPS else ranked.which
     return Adoption(which, candidate, ranked.scored.size, ranked, now, case, _gains(case, now, ranked, adopted))
 
 
@@ -144,16 +147,20 @@ def _paying(found: Adoption) -> bool:
 
 def _behind(case: Case, found: Adoption) -> Case:
     """Return the case behind an adoption: an exchange of thermometers is undone."""
-    return case if found.which >= 0 else with_exchanged(case, exchanged(case.view.hexapod, found.candidate.legs))
+    return case if found.which >= 0 else with_exchanged(case, exchanged(case.view.hexapod, found.candidate))
 
 
-def exchanged(hexapod: Hexapod, legs: Sequence[int]) -> Hexapod:
-    """Return a machine two of whose legs (0 to 5) read each other's thermometers."""
+def exchanged(hexapod: Hexapod, one: Candidate) -> Hexapod:
+    """Return a machine two of whose legs read each other's thermometers, or one leg two of its own."""
     thermal = hexapod.thermal
     assert thermal is not None  # checked where views are made
+    if one.cause == SWAPPED:
+        laws = list(thermal.legs)
+        laws[one.legs[0]] = swapped_law(laws[one.legs[0]], one.settings)
+        return replace(hexapod, thermal=with_laws(thermal, laws))
     order = list(thermal.thermometers_of_leg)
-    one, two = legs
-    order[one], order[two] = order[two], order[one]
+    first, second = one.legs
+    order[first], order[second] = order[second], order[first]
     return replace(hexapod, thermal=replace(thermal, thermometers_of_leg=tuple(order)))
 
 
@@ -179,7 +186,7 @@ def _exchanged(case: Case, adopted: list[Adoption]) -> list[Adoption]:
         best = now.ranking[0]
         own = next((item for item in now.ranking if item.which == one.which), None)
         chosen = best if own is None or best.odds > own.odds + EXCHANGED else own
-        if case.named(chosen.which) and case.candidates[chosen.which].cause != SWAP:
+        if case.named(chosen.which) and case.candidates[chosen.which].cause not in SWAPS:
             found = _adoption(case, now, chosen, others)
             adopted = [*adopted[:k], found, *adopted[k + 1 :]]
     return [one for one in adopted if one.which < 0 or one.ranked.odds > one.step.threshold]

@@ -17,6 +17,7 @@ from hexathermal.learn.machine_diagnosis.causes import catalogue
 from hexathermal.learn.machine_diagnosis.causes.tracker_drift import CAUSE as TRACKER
 from hexathermal.learn.machine_diagnosis.causes.tracker_drift import following
 from hexathermal.learn.machine_diagnosis.course import Course
+from hexathermal.learn.machine_diagnosis.leg_sensors import ADVICE
 from hexathermal.learn.machine_diagnosis.leg_terms import term_candidate
 from hexathermal.learn.machine_diagnosis.planning import MachineExperiment, next_experiment
 from hexathermal.learn.machine_diagnosis.search import Step
@@ -44,7 +45,8 @@ def designed(course: Course, places: Sequence[str], found: FloatArray | None) ->
     first = course.adopted[0] if course.adopted else None
     case, step = (first.case, first.step) if first is not None else (course.case, course.end)
     leader = first.candidate if first is not None else next(iter(_named(case, step)), None)
-    if leader is None or (first is None and course.left is None):
+    # no pose tells the thermometers of one leg apart
+    if leader is None or (first is None and course.left is None) or leader.cause in ADVICE:
         return ()
     rival = _rival(case, step, leader, places)
     if rival is None:
@@ -79,7 +81,7 @@ def _named(case: Case, step: Step) -> list[Candidate]:
 
 def _rival(case: Case, step: Step, leader: Candidate, places: Sequence[str]) -> Candidate | None:
     """Return what the leader is to be told from."""
-    others = [one for one in _named(case, step) if one.called != leader.called]
+    others = [one for one in _named(case, step) if one.called != leader.called and one.cause not in ADVICE]
     alike = [one for one in others if one.called in places]
     foreign = [one for one in (alike or others) if one.cause != leader.cause]
     return next(iter([*foreign, *(alike or others)]), None)

@@ -8,10 +8,9 @@ from typing import TypeAlias
 import numpy as np
 
 from hexathermal.learn.campaign import Campaign
-from hexathermal.learn.hexapod_data import HexapodRows, UnusableRowsError, hexapod_rows
+from hexathermal.learn.hexapod_data import HexapodRows, UnusableRowsError
 from hexathermal.learn.hexapod_noise import without_misses
 from hexathermal.learn.hexapod_offset import far_poses
-from hexathermal.learn.hexapod_validation import readable_law
 from hexathermal.learn.machine_diagnosis.case import Case, case_of
 from hexathermal.learn.machine_diagnosis.causes import catalogue
 from hexathermal.learn.machine_diagnosis.course import Course, searched
@@ -19,9 +18,11 @@ from hexathermal.learn.machine_diagnosis.deciding import Equivalents, equivalent
 from hexathermal.learn.machine_diagnosis.designing import designed
 from hexathermal.learn.machine_diagnosis.extension import extended
 from hexathermal.learn.machine_diagnosis.gain import MachineGain, MachineResidual, gained, residuals
+from hexathermal.learn.machine_diagnosis.leg_sensors import ADVICE
 from hexathermal.learn.machine_diagnosis.noise_levels import coordinates_of, leg_noise
 from hexathermal.learn.machine_diagnosis.observability import MachineObservability, machine_observability
 from hexathermal.learn.machine_diagnosis.quantities import quantities, sentence
+from hexathermal.learn.machine_diagnosis.recorded import further_sensors, law_rows
 from hexathermal.learn.machine_diagnosis.refitted import refitted, told_laws
 from hexathermal.learn.machine_diagnosis.result import (
     Disturbances,
@@ -33,8 +34,7 @@ from hexathermal.learn.machine_diagnosis.result import (
 )
 from hexathermal.learn.machine_diagnosis.separation import Noise
 from hexathermal.learn.machine_diagnosis.settled import Settled, settled
-from hexathermal.learn.machine_diagnosis.single_leg import ONLY_ON_A_BENCH
-from hexathermal.machine.files import read_hexapod
+from hexathermal.learn.machine_diagnosis.single_leg import CANNOT_SHOW, only_on_a_bench
 from hexathermal.machine.hexapod import Hexapod
 from hexathermal.poses import FloatArray
 
@@ -80,9 +80,11 @@ def diagnose_machine(
     """
     if progress is not None:
         progress(0, STEPS, "reading the runs")
-    rows, misses = _usable(campaign, hexapod)
-    held, mute = _held_out(campaign, rows.hexapod)
-    notes = tuple(note for note in (misses, mute) if note)
+    usual = law_rows(campaign, "identification", hexapod)
+    further, beside = further_sensors(campaign, usual)
+    rows, misses = without_misses(law_rows(campaign, "identification", usual.hexapod, further) if further else usual)
+    held, mute = _held_out(campaign, rows.hexapod, further)
+    notes = tuple(note for note in (misses, mute, *beside) if note)
     return diagnosed(rows, held, laws=laws, title=campaign.title, notes=notes, progress=progress)
 
 
@@ -136,11 +138,6 @@ def diagnosed(
     )  # fmt: skip
 
 
-def _usable(campaign: Campaign, hexapod: Hexapod | None) -> tuple[HexapodRows, str]:
-    """Return the rows that are searched, and what is to be said of misses."""
-    return without_misses(law_rows(campaign, "identification", hexapod))
-
-
 def _refuse_dull(rows: HexapodRows) -> None:
     """Refuse rows in which nothing can show."""
     if len(rows) < FEWEST_ROWS:
@@ -161,23 +158,12 @@ def _refuse_dull(rows: HexapodRows) -> None:
         )
 
 
-def law_rows(campaign: Campaign, role: str, hexapod: Hexapod | None) -> HexapodRows:
-    """Return the usable rows of a role, with the thermometers that the legs' laws read."""
-    machine, sensors = hexapod, None
-    if machine is None and campaign.hexapod is not None:
-        machine = read_hexapod(campaign.hexapod)
-    if machine is not None and campaign.kind == "hexapod":
-        laws = readable_law(machine, campaign).legs
-        sensors = tuple(dict.fromkeys(name for law in laws for name in law.sensors))
-    return hexapod_rows(campaign, role, hexapod=machine, sensors=sensors)
-
-
-def _held_out(campaign: Campaign, hexapod: Hexapod) -> tuple[HexapodRows | None, str]:
+def _held_out(campaign: Campaign, hexapod: Hexapod, further: tuple[str, ...]) -> tuple[HexapodRows | None, str]:
     """Return the rows of runs for validation, None where there are none, and what is to be said of that."""
     if not campaign.runs_of("validation"):
         return None, ""
     try:
-        return without_misses(law_rows(campaign, "validation", hexapod))[0], ""
+        return without_misses(law_rows(campaign, "validation", hexapod, further))[0], ""
     except UnusableRowsError as error:
         return None, f"runs for validation cannot be used: {error}"
 
@@ -278,8 +264,9 @@ def _advice(
         return (MachineAdvice(known[most.cause].CAUSE.experiment, (most.cause,)),)
     names = [one.cause for one in effects] + [name for one in effects for name in one.equivalent]
     names += [one.cause for one in ranking]
-    asked = [name for name in dict.fromkeys(names) if name in known][:3]
-    return tuple(MachineAdvice(known[name].CAUSE.experiment, (name,)) for name in asked)
+    asked = [name for name in dict.fromkeys(names) if name in known or name in ADVICE][:3]
+    return tuple(MachineAdvice(ADVICE[name] if name in ADVICE else known[name].CAUSE.experiment, (name,))
+                 for name in asked)  # fmt: skip
 
 
 def _constant(rows: HexapodRows) -> list[str]:
@@ -336,5 +323,6 @@ def _notes(course: Course, rows: HexapodRows, seen: MachineObservability, gain: 
         notes.append(f"these rows do not see: {', '.join(seen.unseen)}")
     if gain is None:
         notes.append("no run is for validation: what the extended machine gains on new runs is not told")
-    notes += [f"{name} shows on a leg's own bench only: {words}" for name, words in ONLY_ON_A_BENCH.items()]
+    absent = only_on_a_bench(course.first.view)
+    notes += [f"{name}{CANNOT_SHOW}{words}" for name, words in absent.items()]
     return tuple(notes)

@@ -7,7 +7,8 @@ from dataclasses import replace
 import numpy as np
 
 from hexathermal.learn.machine_diagnosis.candidate import Candidate
-from hexathermal.learn.machine_diagnosis.course import exchanged
+from hexathermal.learn.machine_diagnosis.course import SWAPS, exchanged
+from hexathermal.learn.machine_diagnosis.leg_sensors import MISSING, reading_law, with_laws
 from hexathermal.machine.compliance import STANDARD_GRAVITY, Compliance
 from hexathermal.machine.hexapod import Hexapod
 from hexathermal.machine.leg_terms import LegTerm
@@ -31,8 +32,8 @@ def extended(hexapod: Hexapod, one: Candidate, found: FloatArray, covariance: Fl
     title : str
         Of the campaign.
     """
-    if one.cause == "swapped-legs":
-        return exchanged(hexapod, one.legs)
+    if one.cause in SWAPS:
+        return exchanged(hexapod, one)
     if one.cause == "joint-offset":
         moved = np.zeros((6, 3))
         moved[one.legs[0]] = found
@@ -53,6 +54,9 @@ def extended(hexapod: Hexapod, one: Candidate, found: FloatArray, covariance: Fl
         return replace(hexapod, thermal=_with_plate(thermal, part, law))
     legs = list(thermal.legs)
     leg = one.legs[0]
+    if one.cause == MISSING:
+        legs[leg] = reading_law(legs[leg], str(one.settings["sensor"]), found, covariance, title)
+        return replace(hexapod, thermal=with_laws(thermal, legs))
     legs[leg] = _changed(legs[leg], one, found, covariance, title)
     return replace(hexapod, thermal=replace(thermal, legs=tuple(legs)))
 

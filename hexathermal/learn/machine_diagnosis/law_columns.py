@@ -184,6 +184,7 @@ def _noise_in_beginnings(view: MachineView) -> float:
 def reading_noise(view: MachineView) -> float:
     """Return the noise of a reading [K]: the least of all thermometers, since fast heat only adds to what is seen."""
     noise = view.readings.noise
+    noise = noise[view.read] if view.read.any() else noise
     return float(noise[noise > 0.0].min(initial=np.inf)) if noise.any() else 0.0
 
 

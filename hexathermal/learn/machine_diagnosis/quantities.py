@@ -12,6 +12,7 @@ from hexathermal.learn.diagnosis.words import told
 from hexathermal.learn.hexapod_data import PLATES
 from hexathermal.learn.machine_diagnosis.candidate import Candidate
 from hexathermal.learn.machine_diagnosis.causes import catalogue
+from hexathermal.learn.machine_diagnosis.leg_sensors import WORDS
 from hexathermal.learn.machine_diagnosis.settled import Settled
 from hexathermal.learn.machine_diagnosis.view import MachineView
 from hexathermal.poses import FloatArray
@@ -146,6 +147,8 @@ def sentence(one: Candidate, parameters: Mapping[str, Quantity], translation: fl
     known = catalogue().get(one.cause)
     where = (one.target or "the platform").replace("+", " and ")
     words = f"in {where}" if known is None else known.CAUSE.words.format(target=where)
+    if one.cause in WORDS:
+        words = WORDS[one.cause].format(target=where, **one.settings)
     parts = [f"{spoken(name)} {told(value)}" for name, value in _once(parameters).items()]
     inside = f" ({'; '.join(parts)})" if parts else ""
     return (

@@ -44,10 +44,13 @@ def refitted(course: Course, hexapod: Hexapod, title: str = "") -> Hexapod:
     for one in course.adopted:
         if one.candidate.cause in OF_A_LAW:
             shifts.pop(str(one.candidate.target), None)
-    sensors, legs = course.case.view.sensors, list(thermal.legs)
+    view, legs = course.case.view, list(thermal.legs)
+    assert view.hexapod.thermal is not None  # checked where views are made
     for leg, law in enumerate(legs):
         if f"leg{leg + 1}" in shifts:
-            legs[leg] = _changed(law, sensors, *shifts[f"leg{leg + 1}"], title)
+            # plugs may have been exchanged since: coefficients stay with the places
+            at = [view.sensors.index(name) for name in view.hexapod.thermal.legs[leg].sensors]
+            legs[leg] = _changed(law, [*at, *(len(view.sensors) + k for k in at)], *shifts[f"leg{leg + 1}"], title)
     plates = dict(zip(PLATES, (thermal.platform, thermal.base), strict=True))
     for part, plate in plates.items():
         if plate is not None and plate.sensor is not None and part in shifts:
@@ -85,11 +88,9 @@ def _shifts(course: Course) -> dict[str, tuple[FloatArray, FloatArray]]:
     return {name: (T @ mean[:p], T @ joint[:p, :p] @ T.T) for name, T in shifts.items() if T.any()}
 
 
-def _changed(law: LegLaw, sensors: tuple[str, ...], mean: FloatArray, covariance: FloatArray, title: str) -> LegLaw:
-    """Return a law with other coefficients; its terms stay."""
-    at = [sensors.index(name) for name in law.sensors]
-    order = [*at, *(len(sensors) + k for k in at)]
-    s, own = len(at), covariance[np.ix_(order, order)]
+def _changed(law: LegLaw, order: list[int], mean: FloatArray, covariance: FloatArray, title: str) -> LegLaw:
+    """Return a law with other coefficients, which stand in an order among those of the view; its terms stay."""
+    s, own = len(order) // 2, covariance[np.ix_(order, order)]
     A, B = np.array(law.A) + mean[order[:s]], np.array(law.B) + mean[order[s:]]
     return LegLaw(law.sensors, A, B, 0.5 * (own + own.T), title or law.campaign, law.terms)
 

@@ -26,6 +26,7 @@ from hexathermal.learn.machine_diagnosis.evidence import (
     sizes_for,
 )
 from hexathermal.learn.machine_diagnosis.law_columns import reading_noise
+from hexathermal.learn.machine_diagnosis.leg_sensors import exchanged_heat
 from hexathermal.learn.machine_diagnosis.tables import Levels, eliminated
 from hexathermal.poses import FloatArray
 
@@ -231,8 +232,7 @@ def _doubtful(case: Case, S: FloatArray, which: int) -> bool:
     one, own = case.candidates[which], case.tables.places[which]
     if not one.mean.any():
         return False
-    heat = case.view.heat[:, list(one.legs)]
-    apart = float((heat[:, 0] - heat[:, 1]).std(axis=0).max())
+    apart = float(exchanged_heat(case.view, one).std(axis=0).max())
     if apart > CLEARLY_APART * reading_noise(case.view):
         return False
     at, m = own.start - case.tables.base, 0.5 * (1.0 + one.trust)

@@ -1,8 +1,8 @@
 """Causes of a single leg's catalogue that a machine can show through the leg they sit on.
 
 Each is a term of that leg's law (`hexathermal.machine.leg_terms`). What belongs to a bench and its interferometer
-(`hexathermal.machine.leg_states.BENCH_CAUSES`) is no cause of a machine; faults of single thermometers need more of
-them on the leg than the law reads, and are asked of the leg's own campaign.
+(`hexathermal.machine.leg_states.BENCH_CAUSES`) is no cause of a machine; which thermometers tell the leg is asked where
+it has several (`leg_sensors`), other faults of a single thermometer in the leg's own campaign.
 """
 
 from __future__ import annotations
@@ -14,6 +14,7 @@ import numpy as np
 
 from hexathermal.learn.diagnosis.words import AMPLITUDES
 from hexathermal.learn.machine_diagnosis.candidate import Candidate
+from hexathermal.learn.machine_diagnosis.leg_sensors import MISSING, SWAPPED
 from hexathermal.learn.machine_diagnosis.leg_terms import term_candidate
 from hexathermal.learn.machine_diagnosis.view import MachineView
 
@@ -21,14 +22,22 @@ LAGS_S = (300.0, 900.0, 2700.0)
 PITCHES_M = (2e-3, 4e-3, 5e-3, 10e-3)
 """Usual pitches of ball and roller screws."""
 
+FURTHER = "further thermometers on all legs (leg1_T2_degC to leg6_T2_degC) in runs as these, or the leg on a bench"
+CANNOT_SHOW = " cannot be seen in these runs; it takes "
 ONLY_ON_A_BENCH = {
-    "missing-sensor": "further thermometers on the leg, and a campaign of the leg on a bench",
+    MISSING: FURTHER,
     "sensor-drift": "two thermometers side by side on the leg",
     "sensor-detached": "two thermometers side by side on the leg",
     "clock-offset": "a fast change of all temperatures, with time stamps of the controller",
-    "swapped-sensors": "a warm hand on each thermometer in turn",
+    SWAPPED: f"{FURTHER}; a warm hand on each thermometer in turn",
 }
 """Causes of a leg that poses of a machine do not show, and the measurement that would."""
+
+
+def only_on_a_bench(view: MachineView) -> dict[str, str]:
+    """Return the causes of a leg that these rows cannot show, and the measurement that would show each."""
+    several = [MISSING] * bool((~view.read).any()) + [SWAPPED] * (len(view.sensors) > 1)
+    return {name: words for name, words in ONLY_ON_A_BENCH.items() if name not in several}
 
 
 def single_leg_candidates(view: MachineView) -> list[Candidate]:

@@ -40,13 +40,13 @@ def flexible_candidates(view: MachineView) -> list[Candidate]:
         columns[:, leg] = _standard(view.q[:, leg, None]) ** np.arange(1, 4)
         found.append(_family(f"the displacement of leg{leg + 1}", columns))
         squares = np.zeros((len(view), 6, 2))
-        heat = _standard(view.heat[:, leg].mean(axis=1, keepdims=True))
+        heat = _standard(view.leg_heat[:, [leg]])
         squares[:, leg] = np.concatenate([heat**2, heat**3], axis=1)
         found.append(_family(f"the temperature of leg{leg + 1}", squares))
         courses = np.zeros((len(view), 6, len(SPREADS)))
         courses[:, leg] = _of_time(view)
         found.append(_family(f"time within a run, in leg{leg + 1}", courses, SPREADS))
-    found.append(_family("the legs' temperatures", _moved(view, view.heat.mean(axis=2))))
+    found.append(_family("the legs' temperatures", _moved(view, view.leg_heat)))
     for name, heat in (("the platform's temperature", view.plates[:, 0]), ("the base's temperature", view.plates[:, 1]),
                        (AIR.replace("_", " "), view.air)):  # fmt: skip
         if np.isfinite(heat).all():

@@ -90,6 +90,17 @@ class MachineView:
         return found
 
     @cached_property
+    def read(self) -> npt.NDArray[np.bool_]:
+        """Which thermometers each leg's law reads, shape (6, s)."""
+        return np.asarray(self.laws.any(axis=1))
+
+    @cached_property
+    def leg_heat(self) -> FloatArray:
+        """Mean of the temperatures that each leg's law reads, of all where it reads none, shape (n, 6) [K]."""
+        told = np.where(self.read.any(axis=1, keepdims=True), self.read, True)
+        return np.asarray(self.heat.mean(axis=2) if told.all() else (self.heat * told).sum(axis=2) / told.sum(axis=1))
+
+    @cached_property
     def heat(self) -> FloatArray:
         """Temperatures that each leg's law reads, shape (n, 6, s) [K]."""
         return heat_of_legs(self.hexapod, self.dT)
