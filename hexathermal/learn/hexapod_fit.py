@@ -61,7 +61,8 @@ class HexapodFit:
     chi2, freedom : float
         Weighted sum of squares, and rows' lengths less unknowns.
     left_out : array, shape (R,)
-        Weighted mean square of each run under the coefficients found without it; NaN where that was not possible.
+        Weighted mean square of each run under the coefficients found without it; NaN where that was not possible, or
+        where the run's own frame takes all that it tells: a run of one row.
     left_out_b : array, shape (R, p)
         Those coefficients.
     """
@@ -208,7 +209,8 @@ def fit_model(equations: HexapodEquations, model: HexapodModel) -> HexapodFit:
     ])  # fmt: skip
     by_rows = inverse * max(1.0, chi2 / freedom)
     sd_rows, sd_runs = np.sqrt(np.diagonal(by_rows)), np.full(theta.shape, np.nan)
-    some = np.array([one for one in without if one is not None])
+    # a run that tells nothing is none of R: left out, it changes nothing
+    some = np.array([one for run, one in zip(equations.runs, without, strict=True) if one is not None and run.freedom])
     if len(some) > 1 and theta.size:
         sd_runs = np.sqrt((len(some) - 1) / len(some) * ((some - some.mean(axis=0)) ** 2).sum(axis=0))
     larger = np.where(np.nan_to_num(sd_runs) > sd_rows, np.nan_to_num(sd_runs), sd_rows)

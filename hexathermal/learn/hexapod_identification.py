@@ -302,16 +302,14 @@ def _stated_plates(equations: HexapodEquations, kinds: Kinds) -> list[str]:
 def _chosen(fits: dict[str, HexapodFit], equations: HexapodEquations) -> tuple[str, str]:
     """Return the kind of laws that runs left out speak for, and why."""
     names = list(fits)
-    weights = np.array([run.freedom for run in equations.runs])
+    told = [k for k, run in enumerate(equations.runs) if run.freedom]
+    runs = [equations.runs[k] for k in told]
+    weights = np.array([run.freedom for run in runs])
     best, reasons = names[0], []
     for name in names[1:]:
-        one, two = fits[best].left_out, fits[name].left_out
-        if best not in ("common", "leg-specific"):
-            one = (
-                np.array([run.square(fits[best].b) / run.freedom for run in equations.runs])
-                if np.isnan(one).any()
-                else one
-            )
+        one, two = fits[best].left_out[told], fits[name].left_out[told]
+        if best not in ("common", "leg-specific") and np.isnan(one).any():
+            one = np.array([run.square(fits[best].b) / run.freedom for run in runs])
         if len(weights) < 2 or not (np.isfinite(one).all() and np.isfinite(two).all()):
             reasons.append(f"{name} cannot be judged on runs left out")
             continue

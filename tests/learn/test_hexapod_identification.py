@@ -272,3 +272,22 @@ def test_coefficients_that_rows_do_not_tell_are_warned_of(rng: np.random.Generat
     weak = weak_coefficients(identify_hexapod(drawn_rows(rng, coordinates=near, frame=0.0), frame="none"))
     assert any(text.startswith("B T1") and "over more of the 250 mm" in text for text in weak), weak
     assert not weak_coefficients(identify_hexapod(drawn_rows(rng, poses=60)))
+
+
+@pytest.mark.parametrize("laws", [EQUAL, UNEQUAL], ids=["equal legs", "unequal legs"])
+@pytest.mark.parametrize("bench", [False, True], ids=["fitted", "and from a bench"])
+def test_a_run_of_one_row_changes_nothing(rng: np.random.Generator, laws: np.ndarray, bench: bool) -> None:
+    """Its own frame takes all that one row tells: the same kind of laws is chosen as without it, on the same runs left
+    out, with the same coefficients and uncertainties.
+    """
+    rows = drawn_rows(rng, laws, runs=4)
+    three = rows.run < 3
+    single = three | (np.arange(len(rows)) == np.argmax(rows.run == 3))
+    legs = {"bench": laws[:, :, None]} if bench else None
+    with_it, without = (identify_hexapod(rows.rows(keep), legs=legs, noise=NOISE) for keep in (single, three))
+    assert len(with_it.rows) == len(without.rows) + 1
+    assert (with_it.chosen, with_it.reason) == (without.chosen, without.reason)
+    assert without.chosen == ("bench" if bench else "common" if laws is EQUAL else "leg-specific")
+    np.testing.assert_allclose(with_it.fit.b, without.fit.b, rtol=1e-3, atol=1e-12)
+    np.testing.assert_allclose(with_it.fit.by_runs, without.fit.by_runs, rtol=1e-2)
+    assert np.isnan(with_it.fit.left_out).tolist() == [False, False, False, True]
