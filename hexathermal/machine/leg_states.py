@@ -47,7 +47,8 @@ def stateless(term: LegTerm) -> bool:
 
 def sensors_of(terms: Sequence[LegTerm]) -> tuple[str, ...]:
     """Return the sensors that terms read, each once."""
-    return tuple(dict.fromkeys(str(term.parameters["sensor"]) for term in terms if "sensor" in term.parameters))
+    own = [str(term.parameters["sensor"]) for term in terms if "sensor" in term.parameters]
+    return tuple(dict.fromkeys([*own, *(name for term in terms for name in term.parameters.get("weights", ()))]))
 
 
 class LegMemory:

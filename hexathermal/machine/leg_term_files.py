@@ -23,6 +23,13 @@ from hexathermal.poses import FloatArray
 PARAMETERS: dict[str, dict[str, str]] = {
     "lag": {"sensor": "text!", "ratio": "number!", "time_constant_s": "number!", "order": "number"},
     "lead": {"sensor": "text!", "ratio": "number!", "time_constant_s": "number!"},
+    "foretold": {
+        "sensor": "text!",
+        "weights": "table!",
+        "ratio": "number!",
+        "time_constant_s": "number!",
+        "order": "number",
+    },
     "temperature": {"sensor": "text!", "ratio": "number!"},
     "expansion": {"sensor": "text!"},
     "stored-heat": {"source": "text!", "power": "number", "time_constant_s": "number!", "ratio": "number"},
@@ -39,12 +46,14 @@ PARAMETERS: dict[str, dict[str, str]] = {
 }
 """Parameters of each shape in files and their rules, see `hexathermal.machine.forms.Form`."""
 
-POSITIVE = {"lag": ("time_constant_s", "order"), "lead": ("time_constant_s",), "relaxation": ("time_constant_s",),
-            "periodic": ("pitch_mm",), "bend": ("width_K",), "direction": ("play_mm",)}  # fmt: skip
+POSITIVE = {
+    "lag": ("time_constant_s", "order"), "lead": ("time_constant_s",), "foretold": ("time_constant_s", "order"),
+    "relaxation": ("time_constant_s",), "periodic": ("pitch_mm",), "bend": ("width_K",), "direction": ("play_mm",),
+}  # fmt: skip
 """Parameters that must be above 0; other time constants may be 0, which stands for no delay."""
 
-UNITS = {"lag": "1/K", "lead": "1/K", "temperature": "1/K", "expansion": "1/K", "square": "1/K^2", "bend": "1/K^2",
-         "air-index": "1", "position": "1",
+UNITS = {"lag": "1/K", "lead": "1/K", "foretold": "1/K", "temperature": "1/K", "expansion": "1/K",
+         "square": "1/K^2", "bend": "1/K^2", "air-index": "1", "position": "1",
          "room": "um/K", "tilt": "um/rad", "time": "um/h"}  # fmt: skip
 """Units of the amplitudes of each shape; of the others micrometres for a unit of the column."""
 
@@ -161,6 +170,7 @@ def _read_term(form: Form, data: Any, path: Where) -> LegTerm | None:
     before = len(form.problems)
     if shape in PARAMETERS:
         found = form.table(data, path, f"term {shape}")
+        _read_numbers(form, found, path)
     else:
         own = {key: value for key, value in data.items() if key in TERM}
         found = form.table(own, path, "term") | _free(form, data, path)
@@ -212,7 +222,9 @@ def _check_parameters(form: Form, shape: str, parameters: Mapping[str, Any], pat
             form.check((*path, key), value >= 0.0, "0 or more")
         elif key in ("sensor", "source"):
             form.check((*path, key), bool(value), "a name")
-    if "order" in parameters and shape == "lag":
+        elif key == "weights" and shape in PARAMETERS:
+            form.check((*path, key), bool(value) and parameters.get("sensor") not in value, "those of other sensors")
+    if "order" in parameters and shape in ("lag", "foretold"):
         form.check((*path, "order"), parameters["order"] in (1.0, 2.0), "1 or 2")
     if "kick" in parameters and shape == "relaxation":
         form.check((*path, "kick"), parameters["kick"] in KICKS, f"one of: {', '.join(KICKS)}")
@@ -254,14 +266,19 @@ def _read_repair(form: Form, data: Any, path: Where) -> SensorRepair | None:
         return None
     before = len(form.problems)
     found = form.table(data, path, f"repair {kind}")
-    for key in ("weights", "from_s"):
-        if key in found:
-            numbers = {name: form.value(value, (*path, key, name), "number") for name, value in found[key].items()}
-            found[key] = {name: float(value) for name, value in numbers.items() if value is not None}
+    _read_numbers(form, found, path)
     if len(form.problems) > before:
         return None
     parameters = {key: _number(value) for key, value in found.items() if key not in ("cause", "kind")}
     return form.build(path, lambda: SensorRepair(found["cause"], kind, parameters))
+
+
+def _read_numbers(form: Form, found: dict[str, Any], path: Where) -> None:
+    """Read tables of numbers by name, in place; what is no number is complained of."""
+    for key in ("weights", "from_s"):
+        if key in found:
+            numbers = {name: form.value(value, (*path, key, name), "number") for name, value in found[key].items()}
+            found[key] = {name: float(value) for name, value in numbers.items() if value is not None}
 
 
 def joint_table(matrix: FloatArray, powers: Sequence[int]) -> list[list[Decimal | float]]:

@@ -129,6 +129,18 @@ def lead(signals: LegSignals, parameters: Mapping[str, Any], memory: Memory) -> 
     return np.stack([dT - once, dT - twice], axis=1) * signals.span(parameters["ratio"])[:, None]
 
 
+def foretold(signals: LegSignals, parameters: Mapping[str, Any], memory: Memory) -> FloatArray:
+    """Return ``(q0 + ratio q) sum_s w_s (dT_s - low_pass(dT_s))``: what a late thermometer lacks, as others tell [m K].
+
+    ``weights`` holds w by the other sensors' names; with ``order`` 2 the low pass is two equal stages.
+    """
+    now = np.asarray(sum(weight * signals.temperature(name) for name, weight in parameters["weights"].items()))
+    behind, order = now, int(parameters.get("order", 1))
+    for stage in range(order):
+        behind = memory.low_pass(f"stage {stage}", signals.time, behind, parameters["time_constant_s"] / order)
+    return np.asarray(signals.span(parameters["ratio"]) * (now - behind))
+
+
 def temperature(signals: LegSignals, parameters: Mapping[str, Any], memory: Memory) -> FloatArray:
     """Return ``(q0 + ratio q) dT`` of another sensor [m K]."""
     return signals.span(parameters["ratio"]) * signals.temperature(parameters["sensor"])
@@ -238,7 +250,7 @@ def time(signals: LegSignals, parameters: Mapping[str, Any], memory: Memory) -> 
 
 
 SHAPES: dict[str, Shape] = {
-    "lag": lag, "lead": lead, "temperature": temperature, "expansion": expansion,
+    "lag": lag, "lead": lead, "foretold": foretold, "temperature": temperature, "expansion": expansion,
     "stored-heat": stored_heat, "square": square, "bend": bend, "room": room,
     "air-index": air_index, "tilt": tilt, "direction": direction, "periodic": periodic, "position": position,
     "relaxation": relaxation, "time": time,

@@ -175,7 +175,7 @@ def settings_words(settings: Mapping[str, Any]) -> str:
     return ", ".join(words for words in said if words)
 
 
-HIDDEN = ("sensor", "sensors", "ratio", "source", "path_m", "first", "reference_degC")
+HIDDEN = ("sensor", "sensors", "ratio", "source", "path_m", "first", "reference_degC", "weights")
 """Settings that say nothing beside the target."""
 
 

@@ -19,6 +19,8 @@ EXAMPLES: dict[str, list[tuple[str, dict[str, Any], list[float]]]] = {
     "lag": [("thermal-lag", {"sensor": "T01", "ratio": 0.5, "time_constant_s": 900.0}, [1.5e-6]),
             ("thermal-lag", {"sensor": "T02", "ratio": 0.0, "time_constant_s": 70.0, "order": 2}, [-0.7e-6])],
     "lead": [("thermal-lag", {"sensor": "T01", "ratio": 0.5, "time_constant_s": 300.0}, [0.8e-6, -0.3e-6])],
+    "foretold": [("thermal-lag", {"sensor": "T01", "weights": {"T02": 0.4, "T03": 0.7}, "ratio": 0.5,
+                                  "time_constant_s": 1500.0, "order": 2}, [2e-6])],
     "temperature": [("missing-sensor", {"sensor": "T03", "ratio": 0.3}, [0.4e-6])],
     "expansion": [("missing-sensor", {"sensor": "T03"}, [0.2e-6, 0.9e-6])],
     "stored-heat": [("hidden-heat", {"source": "motion", "power": 2, "time_constant_s": 2500.0}, [30.0]),

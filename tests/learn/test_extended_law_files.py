@@ -89,6 +89,8 @@ BAD = [
     ("rate_K_per_h = 0.03", 'rate_K_per_h = "x"', "repairs[1].rate_K_per_h must be a number"),
     ("T03 = 0.7", 'T03 = "x"', "repairs[2].weights.T03 must be a number"),
     ("T03 = 0.7", "T02 = 0.7", "weights are those of other sensors"),
+    ("T02 = 0.9", 'T02 = "y"', "terms[3].weights.T02 must be a number"),
+    ("T02 = 0.9", "T01 = 0.9", "terms[3].weights must be those of other sensors"),
 ]  # fmt: skip
 
 
@@ -99,7 +101,9 @@ def test_each_bad_field_is_named_with_its_place(tmp_path: Path, old: str, new: s
         LegTerm("thermal-lag", "lag", {"sensor": "T01", "ratio": 0.5, "time_constant_s": 900.0}, [1e-6]),
         LegTerm("periodic-screw-error", "periodic", {"pitch_m": 0.00203}, [0.1e-6, -0.2e-6]),
         LegTerm("creep", "relaxation", {"time_constant_s": 60.0, "kick": "move"}, [0.2e-6]),
-    )
+        LegTerm("thermal-lag", "foretold", {"sensor": "T01", "weights": {"T02": 0.9}, "ratio": 0.5,
+                                            "time_constant_s": 901.0}, [1e-6]),
+    )  # fmt: skip
     law = law_with(terms, (REPAIRS[0], REPAIRS[1], REPAIRS[3]))
     file = write_leg_law(dataclasses.replace(law, joint_covariance=law.whole_covariance), tmp_path / "leg.toml")
     text = file.read_text(encoding="utf-8")

@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from hexathermal.errors import ArgumentError, UnknownNameError
 from hexathermal.machine.leg_repairs import SensorRepair
 from hexathermal.machine.leg_signals import LegSignals
-from hexathermal.machine.leg_states import of_bench, solved_length
+from hexathermal.machine.leg_states import of_bench, sensors_of, solved_length
 from hexathermal.machine.leg_term_files import COUNTS, PARAMETERS, UNITS
 from hexathermal.machine.leg_terms import SHAPES, LegTerm, term_columns
 from tests.learn.extended_laws import EXAMPLES, drawn_signals
@@ -46,6 +46,17 @@ def test_a_lag_solves_its_differential_equation(seed: int, tau: float) -> None:
     assert abs(twice[0]) < 1e-15
     steady = LegSignals(signals.time, {"T01": np.full(8, 3.0)}, signals.q, 0.6)
     assert np.abs(term_columns("lag", steady, parameters | {"order": 2})).max() < 1e-12
+
+
+def test_what_others_foretell_is_their_sum_less_that_sum_late() -> None:
+    """``(q0 + r q) (F - low_pass(F))``, F the weighted sum of the others; the sensor's own reading plays no part."""
+    signals = drawn_signals(5, 8)
+    both = 0.4 * signals.dT["T02"] + 0.7 * signals.dT["T03"]
+    parameters = {"sensor": "T01", "weights": {"T02": 0.4, "T03": 0.7}, "ratio": 0.4, "time_constant_s": 900.0}
+    lacks = term_columns("foretold", signals, parameters)[:, 0]
+    assert np.allclose(lacks, (0.6 + 0.4 * signals.q) * (both - integrated(signals.time, both, 900.0)), atol=1e-6)
+    term = LegTerm("thermal-lag", "foretold", parameters, [1e-6])
+    assert sensors_of((term,)) == ("T01", "T02", "T03")
 
 
 @given(seed=st.integers(0, 10**6))

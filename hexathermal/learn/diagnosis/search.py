@@ -20,15 +20,17 @@ LEADERS = 7
 
 TWINS = {
     "missing-sensor": ("swapped-sensors",), "swapped-sensors": ("missing-sensor",),
-    "sensor-drift": ("sensor-detached",), "sensor-detached": ("sensor-drift",), "thermal-lag": ("swapped-sensors",),
+    "sensor-drift": ("sensor-detached", "swapped-sensors", "missing-sensor"),
+    "sensor-detached": ("sensor-drift", "swapped-sensors", "missing-sensor"),
+    "thermal-lag": ("swapped-sensors",),
 }  # fmt: skip
 """Causes that explain what another one has left of itself."""
 
-FORETOLD_TWINS = ("swapped-sensors", "missing-sensor")
-"""Causes that explain what is left where other thermometers speak for one: each of their weights is a little wrong."""
-
 REPEATED = "missing-sensor"
 """The cause that may be there more than once, with another target."""
+
+FORETOLD = "foretold"
+"""The shape in which other thermometers tell what one lacks: an error of their weights looks like `REPEATED`."""
 
 BYSTANDERS = 8
 """Sensors outside the law whose parity is asked for the same fault: what they show of it is chance."""

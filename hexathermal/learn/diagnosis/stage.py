@@ -12,7 +12,7 @@ from hexathermal.learn.campaign import Campaign
 from hexathermal.learn.diagnosis.channels import Channel, Levels
 from hexathermal.learn.diagnosis.evidence import Base, Scored
 from hexathermal.learn.diagnosis.recorded import silent_inputs, silent_sensors, without_inputs
-from hexathermal.learn.diagnosis.search import FORETOLD_TWINS, REPEATED, TWINS, Ranked, Search, Step, base_sizes
+from hexathermal.learn.diagnosis.search import FORETOLD, REPEATED, TWINS, Ranked, Search, Step, base_sizes
 from hexathermal.learn.diagnosis.sensor_model import SensorModel
 from hexathermal.learn.diagnosis.trials import Trial, Workbench
 from hexathermal.learn.diagnosis.view import View
@@ -132,8 +132,8 @@ class Stage:
         """Trials of causes that have not joined, nor their twins; another thermometer may join a second time."""
         taken = {item.trial.cause for item in self.joined} | {repair.cause for repair in self.repairs}
         gone = (taken - {REPEATED}) | set(self.refused) | {twin for name in taken for twin in TWINS.get(name, ())}
-        if any(repair.kind == "detached" for repair in self.repairs):
-            gone |= set(FORETOLD_TWINS)
+        if any(item.trial.shape == FORETOLD for item in self.joined):
+            gone.add(REPEATED)
         sensors = {item.trial.target for item in self.joined}
         return [trial for trial in self.search.trials
                 if trial.cause not in gone and not (trial.cause == REPEATED and trial.target in sensors)]  # fmt: skip

@@ -211,7 +211,7 @@ class View:
         self, how: str, shape: str, parameters: Mapping[str, Any], made: Callable[[str, Mapping[str, Any]], FloatArray]
     ) -> FloatArray:
         """Return columns that were made before, or make them: every stage of a diagnosis asks for most of them."""
-        key = (how, shape, *sorted(parameters.items()))
+        key = (how, shape, repr(sorted(parameters.items())))
         if key not in self._made:
             found = made(shape, parameters)
             found.flags.writeable = False

@@ -17,6 +17,7 @@ UM = 1e6
 AMPLITUDES: dict[str, tuple[tuple[str, ...], str, float]] = {
     "lag": (("amplitude_per_K",), "1/K", 1.0),
     "lead": (("first_per_K", "second_per_K"), "1/K", 1.0),
+    "foretold": (("amplitude_per_K",), "1/K", 1.0),
     "temperature": (("coefficient_per_K",), "1/K", 1.0),
     "expansion": (("A_per_K", "B_per_K"), "1/K", 1.0),
     "stored-heat": (("amplitude",), "m per unit", 1.0),
@@ -49,7 +50,7 @@ SPOKEN = {
 }  # fmt: skip
 """Words of parameters that a sentence tells."""
 
-HIDDEN = ("ratio", "path_m", "stroke_share", "decay_runs", "order", "power", "reference_degC")
+HIDDEN = ("ratio", "path_m", "stroke_share", "decay_runs", "order", "power", "reference_degC", "weights")
 """Settings of shapes that say nothing to a reader."""
 
 WORKSHOP: dict[str, tuple[str, float]] = {

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from hexathermal.learn.diagnosis.deciding import decided
+from hexathermal.learn.diagnosis.search import FORETOLD
 from hexathermal.learn.diagnosis.stage import Stage
 from tests.learn.diagnosis.campaigns import viewed
 
@@ -39,7 +40,7 @@ def test_a_very_late_thermometer_is_named_and_the_others_speak_for_it(seed: int)
     assert leader is not None
     trial = leader.best.trial
     assert (trial.cause, trial.target) == ("thermal-lag", answer.targets[0])
-    assert trial.repair is not None
-    weights = trial.repair().parameters["weights"]
+    assert trial.shape == FORETOLD
+    weights = trial.parameters["weights"]
     assert set(weights) == set(view.sensors) - {trial.target}
     assert np.isfinite(list(weights.values())).all()

@@ -10,7 +10,6 @@ import numpy as np
 
 from hexathermal.learn.diagnosis.sensor_model import SensorModel
 from hexathermal.learn.diagnosis.trials import Cause, Parameter, Trial, Workbench
-from hexathermal.machine.leg_repairs import SensorRepair
 from hexathermal.machine.leg_signals import Memory
 from hexathermal.poses import FloatArray
 
@@ -58,7 +57,7 @@ def trials(bench: Workbench) -> Iterator[Trial]:
         for tau in LEAD_TIMES_S:
             trial = bench.term(CAUSE.name, "lead", sensor, time_constant_s=tau, **own)
             yield replace(trial, parity=partial(_parity, tau), least_parity=0.0)
-        yield from _late(bench, sensor)
+        yield from _late(bench, sensor, bench.ratios[sensor])
 
 
 def _parity(tau: float, model: SensorModel) -> tuple[FloatArray, FloatArray]:
@@ -72,25 +71,18 @@ def _parity(tau: float, model: SensorModel) -> tuple[FloatArray, FloatArray]:
     return columns, np.full(2, 2.0)
 
 
-def _late(bench: Workbench, sensor: str) -> Iterator[Trial]:
-    """Give what the others foretell in place of a late sensor: weights with which they explain it behind low passes."""
+def _late(bench: Workbench, sensor: str, ratio: float) -> Iterator[Trial]:
+    """Give what a late sensor lacks as the others foretell it, by weights that explain it behind low passes."""
     model = bench.model(sensor)
     if model is None:
         return
-    span = bench.slopes_span(sensor)
     for tau in LATE_TIMES_S:
-        for stages in ((tau,), (tau / 2.0, tau / 2.0)):
-            lacks = [told - own for told, own in zip(model.foretold(late=stages), model.own, strict=True)]
-            yield Trial(CAUSE.name, (span * bench.view.windows_zeroed(lacks))[:, None], sensor, "",
-                        {"time_constant_s": tau, "order": len(stages), "late": "the thermometer"},
-                        parity=partial(_late_parity, stages), least_parity=0.0,
-                        repair=partial(_repair, model, stages))  # fmt: skip
-
-
-def _repair(model: SensorModel, stages: tuple[float, ...]) -> SensorRepair:
-    """Return the repair: the others speak for the sensor."""
-    weights = model.sensor_weights(model.weights(late=stages))
-    return SensorRepair(CAUSE.name, "detached", {"sensor": model.sensor, "weights": weights})
+        for order in (1, 2):
+            stages = (tau / order,) * order
+            weights = model.sensor_weights(model.weights(late=stages))
+            trial = bench.term(CAUSE.name, "foretold", sensor, sensor=sensor, weights=weights, ratio=ratio,
+                               time_constant_s=tau, order=order)  # fmt: skip
+            yield replace(trial, parity=partial(_late_parity, stages), least_parity=0.0)
 
 
 def _late_parity(stages: tuple[float, ...], model: SensorModel) -> tuple[FloatArray, FloatArray]:
