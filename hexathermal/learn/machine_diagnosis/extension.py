@@ -55,7 +55,7 @@ def extended(hexapod: Hexapod, one: Candidate, found: FloatArray, covariance: Fl
     legs = list(thermal.legs)
     leg = one.legs[0]
     if one.cause == MISSING:
-        legs[leg] = reading_law(legs[leg], str(one.settings["sensor"]), found, covariance, title)
+        legs[leg] = reading_law(legs[leg], str(one.settings["thermometer"]), found, covariance, title)
         return replace(hexapod, thermal=with_laws(thermal, legs))
     legs[leg] = _changed(legs[leg], one, found, covariance, title)
     return replace(hexapod, thermal=replace(thermal, legs=tuple(legs)))

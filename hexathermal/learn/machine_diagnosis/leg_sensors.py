@@ -32,8 +32,8 @@ from hexathermal.poses import FloatArray
 MISSING, SWAPPED = "missing-sensor", "swapped-sensors"
 
 WORDS = {
-    MISSING: "the temperature at {sensor}, which the law of {target} does not read, moves that leg",
-    SWAPPED: "the plugs of {first} and {second} on {target} are exchanged",
+    MISSING: "the temperature at {thermometer}, which the law of {target} does not read, moves that leg",
+    SWAPPED: "the plugs of {exchanged} and {with} on {target} are exchanged",
 }
 ADVICE = {
     MISSING: "Heat the leg near that thermometer alone.",
@@ -56,10 +56,11 @@ def sensor_candidates(view: MachineView) -> list[Candidate]:
     for leg in range(6):
         read = view.read[leg]
         for t in np.flatnonzero(~read).tolist():
-            one = term_candidate(view, MISSING, leg, "expansion", ("A_per_K", "B_per_K"), ("1/K", "1/K"),
-                                 {"sensor": view.sensors[t]})  # fmt: skip
+            name = view.sensors[t]
+            one = term_candidate(view, MISSING, leg, "expansion", (f"A_per_K_{name}", f"B_per_K_{name}"),
+                                 ("1/K", "1/K"), {"sensor": name})  # fmt: skip
             # no term: the law itself comes to read it
-            found.append(replace(one, leg_shape=""))
+            found.append(replace(one, leg_shape="", settings={"thermometer": name}))
         pairs = combinations(range(len(view.sensors)), 2)
         found += [_swapped(view, leg, pair, heat, calm) for pair in pairs if read[list(pair)].any()]
     return [one for one in found if np.abs(one.columns).max(initial=0.0) > SMALLEST]
@@ -72,7 +73,7 @@ def _swapped(view: MachineView, leg: int, pair: tuple[int, int], heat: FloatArra
     columns = np.zeros((len(view), 6, 1))
     columns[:, leg, 0] = reach[:, s] * (calm[:, leg, t] - heat[:, leg, s])
     columns[:, leg, 0] += reach[:, t] * (calm[:, leg, s] - heat[:, leg, t])
-    settings = {"first": view.sensors[s], "second": view.sensors[t]}
+    settings = {"exchanged": view.sensors[s], "with": view.sensors[t]}
     trust = _trust(view, calm[:, leg, t] - calm[:, leg, s], (reach[:, s] - reach[:, t]), (leg, s, t))
     return Candidate(SWAPPED, f"leg{leg + 1}", ("share",), ("1",), columns, np.array([LAW_SPREAD]), np.ones(1),
                      settings, trust=trust)  # fmt: skip
@@ -92,7 +93,7 @@ def _trust(view: MachineView, apart: FloatArray, reach: FloatArray, at: tuple[in
 def exchanged_heat(view: MachineView, one: Candidate) -> FloatArray:
     """Return the difference of temperatures that are exchanged, between legs or on one, shape (n, s) [K]."""
     if one.cause == SWAPPED:
-        s, t = (view.sensors.index(one.settings[name]) for name in ("first", "second"))
+        s, t = (view.sensors.index(one.settings[name]) for name in ("exchanged", "with"))
         return np.asarray(view.heat[:, one.legs[0], [s]] - view.heat[:, one.legs[0], [t]])
     first, second = one.legs
     return np.asarray(view.heat[:, first] - view.heat[:, second])
@@ -103,10 +104,11 @@ def swapped_law(law: LegLaw, settings: Mapping[str, Any]) -> LegLaw:
 
     Examples
     --------
-    >>> swapped_law(LegLaw(["T1", "T2"], [2e-6, 1e-6], [0.0, 0.0]), {"first": "T2", "second": "T3"}).sensors
+    >>> swapped_law(LegLaw(["T1", "T2"], [2e-6, 1e-6], [0.0, 0.0]), {"exchanged": "T2", "with": "T3"}).sensors
     ('T1', 'T3')
     """
-    other = {settings["first"]: settings["second"], settings["second"]: settings["first"]}
+    one, two = settings["exchanged"], settings["with"]
+    other = {one: two, two: one}
     terms = [
         replace(term, parameters={**term.parameters, "sensor": other.get(own, own)})
         if (own := term.parameters.get("sensor")) else term

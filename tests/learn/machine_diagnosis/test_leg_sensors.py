@@ -73,11 +73,11 @@ def test_a_thermometer_that_the_law_should_read_is_found(tmp_path: Path) -> None
     found = diagnose_machine(folder)
     one = found.effects[0]
     assert (found.verdict, found.cause, one.target) == ("effect", "missing-sensor", f"leg{LEG + 1}")
-    assert dict(one.settings) == {"sensor": "T2"}
+    assert dict(one.settings) == {"thermometer": "T2"}
     assert "T2" in one.sentence
-    for name, true in (("A_per_K", MISSED * A), ("B_per_K", MISSED * B)):
+    for name, true in (("A_per_K_T2", MISSED * A), ("B_per_K_T2", MISSED * B)):
         assert abs(one.parameters[name].value - true) < 4.0 * one.parameters[name].std
-    assert one.parameters["A_per_K"].std < 0.2 * MISSED * A
+    assert one.parameters["A_per_K_T2"].std < 0.2 * MISSED * A
     scores = found.gain.total["translation"]
     assert scores.after.value < 0.9 * scores.before.value
     assert found.extended.thermal.legs[LEG].sensors == ("T1", "T2")
@@ -95,7 +95,7 @@ def test_exchanged_plugs_of_one_leg_are_found(tmp_path: Path, law: int) -> None:
     found = diagnose_machine(folder)
     one = found.effects[0]
     assert (found.verdict, found.cause, one.target) == ("effect", "swapped-sensors", f"leg{LEG + 1}")
-    assert dict(one.settings) == {"first": "T1", "second": "T2"}
+    assert dict(one.settings) == {"exchanged": "T1", "with": "T2"}
     assert abs(one.parameters["share"].value - 1.0) < 4.0 * one.parameters["share"].std
     assert "plugs of T1 and T2 on leg3 are exchanged" in one.sentence
     assert found.extended.thermal.legs[LEG].sensors == (("T2", "T1") if law == 2 else ("T2",))
@@ -137,7 +137,7 @@ def test_laws_that_read_otherwise_keep_what_they_state() -> None:
     """Terms follow their plug, references their column; a new thermometer has its own block of the covariance."""
     square = LegTerm("nonlinear-expansion", "square", {"sensor": "T1", "ratio": 0.5}, [1e-9])
     law = ht.LegLaw(["T1"], [A], [B], np.diag([1e-16, 4e-16]), terms=[square], spread=[1e-9, 0.0])
-    other = swapped_law(law, {"first": "T1", "second": "T2"})
+    other = swapped_law(law, {"exchanged": "T1", "with": "T2"})
     assert (other.sensors, other.terms[0].parameters["sensor"]) == (("T2",), "T2")
     more = reading_law(law, "T2", np.array([1e-7, 2e-7]), np.array([[9e-16, 1e-16], [1e-16, 9e-16]]))
     assert more.A.tolist() == [A, 1e-7]
