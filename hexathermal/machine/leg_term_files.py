@@ -23,13 +23,8 @@ from hexathermal.poses import FloatArray
 PARAMETERS: dict[str, dict[str, str]] = {
     "lag": {"sensor": "text!", "ratio": "number!", "time_constant_s": "number!", "order": "number"},
     "lead": {"sensor": "text!", "ratio": "number!", "time_constant_s": "number!"},
-    "foretold": {
-        "sensor": "text!",
-        "weights": "table!",
-        "ratio": "number!",
-        "time_constant_s": "number!",
-        "order": "number",
-    },
+    "foretold": {"sensor": "text!", "weights": "table!", "ratio": "number!"}
+    | {"time_constant_s": "number!", "order": "number"},
     "temperature": {"sensor": "text!", "ratio": "number!"},
     "expansion": {"sensor": "text!"},
     "stored-heat": {"source": "text!", "power": "number", "time_constant_s": "number!", "ratio": "number"},

@@ -149,14 +149,9 @@ class SensorModel:
         """Return what weights of the profiles are for each other sensor."""
         return dict(zip(self.others, (self.basis @ weights).tolist(), strict=True))
 
-    def foretold(
-        self,
-        rows: list[slice] | None = None,
-        nuisance: list[FloatArray] | None = None,
-        late: tuple[float, ...] = (),
-    ) -> list[FloatArray]:
-        """Return what the others foretell in all rows of each run; learnt as `weights` tells."""
-        weights = self.weights(rows, nuisance, late)
+    def foretold(self, rows: list[slice] | None = None, nuisance: list[FloatArray] | None = None) -> list[FloatArray]:
+        """Return what the others foretell in all rows of each run; learnt from some rows of each, or from all."""
+        weights = self.weights(rows, nuisance)
         return [p @ weights for p in self.profiles]
 
     @cached_property
