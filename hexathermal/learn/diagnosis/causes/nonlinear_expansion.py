@@ -14,7 +14,7 @@ CAUSE = Cause(
     physics=(
         "The coefficient of expansion changes with the temperature (Invar, polymers), or the thermometer is not linear."
     ),
-    signature="The residual bends smoothly with the temperature (in degC, not since the zero); heating and cooling alike.",
+    signature="The residual bends smoothly with the temperature in degC; heating and cooling look alike.",
     parameters=(Parameter("curvature", "1/K^2", "visible effect of 0.25 to 4 times the noise"),),
     confused_with=(
         "missing-sensor",
