@@ -139,8 +139,10 @@ class Outcome:
         hidden = (
             ", ".join(f"{name} {size:.2f}" for name, size in zip(self.causes, self.strengths, strict=True)) or "nothing"
         )
-        said = self.failed or f"{self.verdict} {' + '.join(self.names)} (p {self.probability:.3f})"
-        return f"{self.bench} {self.seed}: hidden {hidden}; said {said}; ranking {self.top}"
+        named = f"{self.verdict} {' + '.join(self.names)}".rstrip()
+        said = self.failed or f"{named} (p {self.probability:.3f})"
+        ranking = ", ".join(f"{name} {evidence:.1f}" for name, evidence in self.top) or "empty"
+        return f"{self.bench} {self.seed}: hidden {hidden}; said {said}; ranking: {ranking}"
 
     def to_dict(self) -> dict[str, Any]:
         """Return plain values."""

@@ -147,7 +147,7 @@ class MachineOutcome:
         ) or "nothing"  # fmt: skip
         named = " + ".join(f"{name} of {place}" for name, place in zip(self.names, self.places, strict=True))
         also = f", or {', '.join(self.equivalent)}" if self.equivalent else ""
-        said = self.failed or f"{self.verdict} {named}{also} (p {self.probability:.3f})"
+        said = self.failed or f"{f'{self.verdict} {named}'.rstrip()}{also} (p {self.probability:.3f})"
         return f"{self.machine}, {self.hall}, {self.seed}: hidden {hidden}; said {said}"
 
     def to_dict(self) -> dict[str, Any]:

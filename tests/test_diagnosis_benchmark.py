@@ -78,6 +78,15 @@ def test_the_page_tells_failures_with_their_seed() -> None:
     assert "nan" not in text
 
 
+def test_a_draw_is_told_in_words() -> None:
+    """The ranking is names and evidence, no list of Python; a verdict without a name leaves no gap."""
+    ranked = replace(CREEP, top=[["creep", 57.84], ["zero-jump", 23.6]])
+    assert ranked.told().endswith("; ranking: creep 57.8, zero-jump 23.6")
+    nameless = replace(ranked, verdict="unexplained", names=[], probability=0.976)
+    assert "said unexplained (p 0.976); ranking: creep 57.8" in nameless.told()
+    assert replace(nameless, top=[]).told().endswith("; ranking: empty")
+
+
 def test_records_go_on_where_they_stopped(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Draws on record are not diagnosed again, a line cut off is, and another seed is refused."""
     file, page = tmp_path / "records.jsonl", tmp_path / "page.md"
