@@ -21,6 +21,8 @@ def page(course: Course, *, program: str, licences: str, data: str, scene: str) 
         Frames and meshcat's messages, JSON.
     """
     name = course.hexapod.name or "machine without a name"
+    known = course.hexapod.thermal is not None
+    stands = " and, with its drift magnified, where it stands" if known else ""
     place = ", ".join(f"{value * 1e3:g}" for value in course.tool)
     notes = "".join(f"<li>{text(note)}</li>" for note in course.notes)
     comment = re.sub(r"--+", "-", licences)
@@ -31,9 +33,9 @@ def page(course: Course, *, program: str, licences: str, data: str, scene: str) 
         f"<style>{_beside('viewer.css')}</style></head><body>\n<!-- The drawing is made by meshcat and what it holds:\n"
         f"{comment}-->\n<header><h1>{text(name)}</h1><p>{text(course.title)}; tool point ({place}) mm from the "
         "platform's origin</p></header>"
-        '<main><div id="pane" role="img" aria-label="The machine, its platform drawn where it is wanted and, with its '
-        'drift magnified, where it stands; drag to turn, wheel or pinch to zoom"></div>'
-        f'<p id="no-drawing" hidden></p>{_controls(course)}{_side(notes)}</main>'
+        f'<main><div id="pane" role="img" aria-label="The machine, its platform drawn where it is wanted{stands}; '
+        'drag to turn, wheel or pinch to zoom"></div>'
+        f'<p id="no-drawing" hidden></p>{_controls(course)}{_side(notes, known)}</main>'
         f'<script id="data" type="application/json">{_inside(data)}</script>'
         f'<script id="scene" type="application/json">{_inside(scene)}</script>'
         f"<script>{_inside(program)}</script><script>{_inside(_beside('viewer.js'))}</script></body></html>\n"
@@ -62,8 +64,8 @@ def _controls(course: Course) -> str:
     )
 
 
-def _side(notes: str) -> str:
-    """Return switch, magnification, legend and notes."""
+def _side(notes: str, known: bool) -> str:
+    """Return switch, magnification, legend and notes; `known`: there is a drift to show."""
     boxes = (
         ("show-ideal", "ghost", "where the platform is wanted"),
         ("show-trail", "trail", "trail of the tool point's drift"),
@@ -73,6 +75,7 @@ def _side(notes: str) -> str:
         f'<label><input id="{name}" type="checkbox" checked><span class="key {key}"></span>{text(words)}</label>'
         for name, key, words in boxes
     )
+    stands = "platform where it stands, drift magnified" if known else "the machine as it is drawn"
     return (
         '<aside><fieldset><legend>Leg lengths</legend><label><input type="radio" name="way" value="0" checked>'
         '<span><b>uncorrected</b> <small id="words-0"></small></span></label><label><input type="radio" name="way" '
@@ -82,7 +85,6 @@ def _side(notes: str) -> str:
         '<ul id="legs" aria-label="Temperature of each leg"></ul></section>'
         '<section><label class="magnify">Magnify drift <input id="magnify" type="number" min="1" max="10000000" '
         'step="any"></label><p class="factor" id="factor"></p></section>'
-        f'<fieldset><legend>Shown</legend>{shown}<label class="plain"><span class="key true"></span>platform where it '
-        f"stands, drift magnified</label></fieldset><details><summary>What is shown</summary><ul>{notes}</ul></details>"
-        "</aside>"
+        f'<fieldset><legend>Shown</legend>{shown}<label class="plain"><span class="key true"></span>{stands}</label>'
+        f"</fieldset><details><summary>What is shown</summary><ul>{notes}</ul></details></aside>"
     )

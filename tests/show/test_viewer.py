@@ -290,9 +290,11 @@ def test_play_runs_to_the_end_and_pause_stops(course: Course, opened: Callable[.
 
 
 def test_a_machine_without_law_is_drawn_without_drift(opened: Callable[..., Any]) -> None:
-    """No numbers are shown that nobody knows."""
+    """No numbers are shown that nobody knows; nothing on the page, its legend and its description speak of a drift."""
     plain = ht.load_hexapod("rubin-camera")
     page = opened(viewer_page(still_course(plain, plain.home, np.zeros(3))))
+    assert "magnified" not in page.inner_text("aside") + str(page.get_attribute("#pane", "aria-label"))
+    assert "the machine as it is drawn" in page.inner_text("aside")
     assert not page.locator("#shift").is_visible()
     assert not page.locator("#magnify").is_visible()
     assert np.ptp(pixels(page)) > 100.0
