@@ -74,6 +74,17 @@ def test_addresses_outside_are_known() -> None:
         assert re.fullmatch(r"([a-z0-9-]+\.)+[a-z]{2,}", parts.netloc)
 
 
+@pytest.mark.parametrize("page", [page for page in PAGES if "<!-- end of " in page.read_text("utf-8")], ids=name)
+def test_parts_that_tools_write_are_written(page: Path) -> None:
+    """Each part that a tool writes has an end, holds something, and is known to that tool by its name."""
+    text = page.read_text(encoding="utf-8")
+    parts = re.findall(r"<!-- ([\w ]+): (tools/\w+\.py) -->\n(.*?)<!-- end of \1 -->", text, flags=re.DOTALL)
+    assert len(parts) == text.count("<!-- end of ") == len(re.findall(r"<!-- [\w ]+: tools/", text))
+    for part, tool, written in parts:
+        assert f'"{part}"' in (ROOT / tool).read_text(encoding="utf-8"), f"{tool} writes no {part!r}"
+        assert re.search(r"\d", written), part
+
+
 def test_the_machine_of_the_formats_page_loads(tmp_path: Path) -> None:
     """The example of a machine file is one: it loads, and corrects with its thirteen thermometers."""
     text = (ROOT / "docs" / "formats.md").read_text(encoding="utf-8")

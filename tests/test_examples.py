@@ -42,6 +42,17 @@ def test_the_index_lists_every_example() -> None:
     assert len(SAID) == 5
 
 
+STORY = "find_the_fault_of_a_machine"
+"""The example of which a page tells, with its figures."""
+
+
+def told(page: str) -> list[float]:
+    """Return the decimal figures of a page's story of the example, less the place of the payload [m]."""
+    text = (FOLDER.parent / "docs" / page).read_text(encoding="utf-8")
+    story = text.split(f"examples/{STORY}.py")[1].split("\n\n")[0]
+    return [float(one) for one in re.findall(r"\d+\.\d+(?! m )", story)]
+
+
 @pytest.mark.parametrize("name", EXAMPLES)
 def test_an_example_runs_and_prints_what_the_readme_shows(
     name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
@@ -55,6 +66,11 @@ def test_an_example_runs_and_prints_what_the_readme_shows(
         assert NUMBER.sub("#", line) == NUMBER.sub("#", shown)
         values, expected = ([float(one) for one in NUMBER.findall(text)] for text in (line, shown))
         assert values == pytest.approx(expected, rel=0.02, abs=0.02)
+    if name == STORY:
+        values = [abs(float(one)) for one in NUMBER.findall(said)]
+        for figure in (figures := told("reading-a-machine-diagnosis.md")):
+            assert min(abs(value - figure) for value in values) <= 0.02 * figure + 0.02, figure
+        assert len(figures) > 6
     assert len((FOLDER / f"{name}.py").read_text(encoding="utf-8").splitlines()) < 80
     _use(name)
 

@@ -1,16 +1,19 @@
 """Measure how often `hexathermal.compare` names what differs in a virtual bench: the table of docs/compare.md.
 
-Usage: python tools/measure_comparison.py [DRAWS] [SEED]; about 5 s a draw on one core.
+Usage: ``python tools/measure_comparison.py [DRAWS] [SEED]``; about 5 s a draw on one core. ``--limits`` writes
+beside it how large a change must be to be named, by the answer to one draw of which nothing was changed.
 """
 
 from __future__ import annotations
 
+import argparse
 import sys
 import tempfile
 from collections import defaultdict
 from pathlib import Path
 
 import numpy as np
+from sections import write_section
 
 from hexathermal.compare.comparison import Comparison, compare_campaign
 from hexathermal.simulate.bench.changed import NUMBERS, SENSOR, Change, drawn_change, write_changed_campaign
@@ -60,5 +63,30 @@ def main(draws: int, seed: int) -> None:
         print(f"| {name} | {' | '.join(map(str, counts))} | {sum(row[1] for row in named)} of {len(named)} |")
 
 
+def limits(seed: int) -> str:
+    """Return a table of the smallest factors that an unchanged bench's answer states."""
+    generator = np.random.default_rng([seed, 0])
+    change = drawn_change(generator, ("",))
+    with tempfile.TemporaryDirectory() as place:
+        folder = Path(place) / "campaign"
+        write_changed_campaign(folder, change, int(generator.integers(2**31)))
+        found = compare_campaign(folder)
+    classes: dict[str, list[str]] = defaultdict(list)
+    for one in (one for one in found.parameters if one.name in NUMBERS):
+        size = float(np.sqrt(one.limit_high / one.limit_low)) if one.limit_low > 0.0 else np.inf
+        within = next((top for top in (1.15, 1.3, 1.5, 2.0, 4.0) if size <= top), None)
+        classes["not shown up to a factor of 4" if within is None else f"{within:g}"].append(f"`{one.name}`")
+    rows = [f"| {size} | {', '.join(classes[size])} |" for size in sorted(classes)]
+    return "\n".join(["| named from a factor of, at most | numbers |", "|---|---|", *rows])
+
+
 if __name__ == "__main__":
-    main(int(sys.argv[1]) if len(sys.argv) > 1 else 100, int(sys.argv[2]) if len(sys.argv) > 2 else 1)
+    parser = argparse.ArgumentParser(description=(__doc__ or "").split("\n\n")[0])
+    parser.add_argument("draws", nargs="?", type=int, default=100, metavar="DRAWS")
+    parser.add_argument("seed", nargs="?", type=int, default=1, metavar="SEED")
+    parser.add_argument("--limits", action="store_true", help="write what must change to be named, and no draws")
+    asked = parser.parse_args()
+    if asked.limits:
+        write_section("compare.md", "limits", "measure_comparison", limits(asked.seed))
+    else:
+        main(asked.draws, asked.seed)

@@ -7,6 +7,7 @@ three fresh runs are validated.
 
 from __future__ import annotations
 
+import argparse
 import sys
 from pathlib import Path
 
@@ -14,12 +15,11 @@ import numpy as np
 
 sys.path.insert(0, str(Path(__file__).parent.parent))
 
+from sections import write_section
+
 from hexathermal.learn.identification import identify
 from hexathermal.learn.validation import validate
 from tests.learn.legs import LEG, SENSORS, TRUE_A, TRUE_B, drawn_leg
-
-PAGE = Path(__file__).parent.parent / "docs" / "identification.md"
-BEGIN, END = "<!-- coverage: tools/measure_coverage.py -->\n", "<!-- end of coverage -->"
 
 KINDS: dict[str, dict[str, float]] = {
     "noise 30 mK, bias 0.05 K, landings 0.15 µm": {},
@@ -50,12 +50,7 @@ def table(count: int) -> str:
     return "\n".join(lines)
 
 
-def run(count: int) -> None:
-    """Measure, and write the page."""
-    before, _, rest = PAGE.read_text(encoding="utf-8").partition(BEGIN)
-    _old, _, after = rest.partition(END)
-    PAGE.write_text(before + BEGIN + table(count) + END + after, encoding="utf-8")
-
-
 if __name__ == "__main__":
-    run(int(sys.argv[1]) if len(sys.argv) > 1 else 200)
+    parser = argparse.ArgumentParser(description=(__doc__ or "").split("\n\n")[0])
+    parser.add_argument("seeds", nargs="?", type=int, default=200, metavar="SEEDS", help="of each kind (default: 200)")
+    write_section("identification.md", "coverage", "measure_coverage", table(parser.parse_args().seeds))
