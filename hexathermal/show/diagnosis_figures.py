@@ -30,27 +30,32 @@ def lying(width: float, count: int, height: float = 0.27) -> tuple[Figure, Axes]
 
 
 def ranking_figure(found: Diagnosis | MachineDiagnosis, width: float) -> Figure:
-    """Return the evidence of each candidate, and how much a name needed in this campaign."""
+    """Return the evidence of each candidate, and how much a name needed in this campaign.
+
+    Bars to the left, of evidence against a candidate, are drawn only where none has any for it.
+    """
     import matplotlib as mpl
 
     shown: tuple[Candidate | MachineCandidate, ...] = found.candidates
     with mpl.rc_context(LOOK):
         names = [_wrapped(one.cause, one.target, width) for one in shown]
         figure, axes = lying(width, len(shown), 0.36 if any("\n" in name for name in names) else 0.27)
+        best, least = max(one.evidence for one in shown), min(one.evidence for one in shown)
+        lowest = 0.0 if best > 0.0 else least
         for k, one in enumerate(shown):
             named = k < len(found.effects)
-            axes.barh(k, max(one.evidence, 0.0), height=0.62, color=VERMILION if named else GREY)
+            axes.barh(k, max(one.evidence, lowest), height=0.62, color=VERMILION if named else GREY)
             at = _beyond(one.evidence, found.threshold)
             axes.annotate(f"{one.evidence:z.1f}" + ("  named" if named else ""), (at, k), (4, 0), va="center",
                           textcoords="offset points", fontsize=8.0, color=VERMILION if named else BLACK)  # fmt: skip
         room = 1.22 if width > NARROW_IN else 1.55
-        end = room * max(found.threshold, *(one.evidence for one in shown))
-        side, gap = ("left", 3) if found.threshold < 0.5 * end else ("right", -3)
+        end = lowest + room * (max(found.threshold, best) - lowest)
+        side, gap = ("left", 3) if found.threshold - lowest < 0.5 * (end - lowest) else ("right", -3)
         axes.axvline(found.threshold, color=BLACK, ls=":", lw=1.2)
         axes.annotate(f"a name needs {found.threshold:.1f}", (found.threshold, 1.0), (gap, 3), ha=side, va="bottom",
                       fontsize=8.0, xycoords=("data", "axes fraction"), textcoords="offset points")  # fmt: skip
         axes.set_yticks(range(len(shown)), names)
-        axes.set_xlim(0.0, end)
+        axes.set_xlim(1.04 * lowest, end)
         axes.set_xlabel("evidence (natural logarithm)")
     return figure
 

@@ -105,7 +105,7 @@ def gain_figure(found: MachineDiagnosis, width: float) -> Figure:
     wide = width > NARROW_IN
     with mpl.rc_context(LOOK):
         rows = 5 * len(runs) - 1
-        figure = Figure(figsize=(width, 0.9 + 0.155 * rows * (1 if wide else 2)), layout="constrained")
+        figure = Figure(figsize=(width, 0.9 + 0.155 * rows if wide else 1.7 + 0.31 * rows), layout="constrained")
         panels = figure.subplots(1, 2, sharey=True) if wide else figure.subplots(2, 1)
         for axes, names, unit in zip(panels, (SHIFTS, TURNS), ("µm", "µrad"), strict=True):
             axes.grid(False, axis="y")

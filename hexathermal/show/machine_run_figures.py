@@ -155,9 +155,10 @@ def pose_figure(all_of: Pooled, poses: Sequence[Signal], changed: bool, width: f
                 if j == 0:
                     axes.set_ylabel(f"{AXES[k]} ({UNITS[k]})", labelpad=2.0)
             panels[5, j].set_xlabel(f"{signal.name} ({signal.unit})", labelpad=2.0)
+            panels[5, j].tick_params(axis="x", labelrotation=0.0 if wide else 90.0)
         figure.align_ylabels()
         left = 0.6 if wide else 0.46
-        bottom = 0.42 if wide else 0.36
+        bottom = 0.42 if wide else 0.5
         figure.subplots_adjust(left / width, bottom / figure.get_figheight(), 0.99, 0.94, 0.12, 0.14)
         handles, labels = panels[0, 0].get_legend_handles_labels()
         figure.legend(handles, labels, loc="upper left", ncols=2, borderaxespad=0.1)

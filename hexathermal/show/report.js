@@ -37,8 +37,8 @@
   const hidden = {};
 
   // a long title of a panel in two lines, on a telephone
-  function folded(words) {
-    if (words.length <= 31) return words; // with its marks of bold letters
+  function folded(words, width) {
+    if (words.length - 7 <= (width - 100) / 7.2) return words; // less its marks of bold letters; margins, and a letter
     const at = words.indexOf(" ", Math.floor(words.length / 2) - 4);
     return at < 0 ? words : words.slice(0, at) + "<br>" + words.slice(at + 1);
   }
@@ -55,7 +55,7 @@
     if (figure.clientWidth < 480) {
       layout.font.size = 11;
       layout.margin.r = Math.min(layout.margin.r, 44);
-      for (const title of layout.annotations) title.text = folded(title.text);
+      for (const title of layout.annotations) title.text = folded(title.text, figure.clientWidth);
       if (layout.annotations.length && layout.annotations[0].text.includes("<br>")) layout.margin.t += 14;
     }
     figure.classList.add("drawn");

@@ -281,7 +281,8 @@ def front_chart(found: Identification) -> Chart:
     shown, best = tuple(one for one in marks if len(one.x)), ranked.best(1, left_out=False)
     kept = [*front, best, *([chosen] if chosen >= 0 and ranked.sizes[chosen] <= 2 else [])]
     axes = ("largest residual", "RMSE", "µm", "µm")
-    panels = (Panel("All sets, fitted rows", shown, *axes, height=1.3),
+    nameless = tuple(replace(one, written=False) for one in shown)  # the zoom has room for names
+    panels = (Panel("All sets, fitted rows", nameless, *axes, height=1.3),
               Panel("Zoom on the front", shown, *axes, height=1.6, x_range=_about(x[kept]),
                     y_range=_about(y[kept])))  # fmt: skip
     off = ranked.off_front(best)

@@ -47,6 +47,8 @@ class Curve:
         An interval about `y`.
     labels : tuple of str
         Names of the points, where they have any.
+    written : bool
+        Whether names of a few points stand beside them, not only in what is told of a point.
     right : bool
         Whether it belongs to the axis on the right.
     """
@@ -59,6 +61,7 @@ class Curve:
     low: FloatArray | None = None
     high: FloatArray | None = None
     labels: tuple[str, ...] = ()
+    written: bool = True
     right: bool = False
 
     def __post_init__(self) -> None:

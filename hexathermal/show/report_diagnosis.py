@@ -51,27 +51,36 @@ def _report(told: Facts, place: Path) -> Report:
     pairs = [("Verdict", VERDICTS[told["verdict"]], f"probability {probability(float(told['probability']))}"),
              ("Threshold", f"{told['threshold']:.1f}", "log evidence that a name needed")]  # fmt: skip
     gain = told["gain"]
+    bare = _without_frames(told)
     if gain is not None:
-        for key, unit in _measures(gain):
-            before, after = gain[f"{key}_before_{unit}"], gain[f"{key}_after_{unit}"]
-            name = _measure(key)
+        best, aside = (gain, "") if bare is None else (bare, ", frame of each run out")
+        for key, unit in _measures(best):
+            before, after = best[f"{key}_before_{unit}"], best[f"{key}_after_{unit}"]
             shown = unit.replace("um", "µm").replace("urad", "µrad")
             same = not _joined(gain)
             value = f"{before:.3f} {shown}" if same else f"{before:.3f} → {after:.3f} {shown}"
-            pairs.append((f"{name}, for validation", value, "nothing joined the law" if same else "before → after"))
+            what = "nothing joined the law" if same else "before → after"
+            pairs.append((f"{_measure(key)}, for validation", value, what + aside))
     notes = [str(note) for note in told["notes"]]
     folder = place if place.is_dir() else place.parent
     if (folder / "report.html").is_file():
         notes.append("pictures of what is left of each run stand in report.html beside the file that was read")
     sections = [_finding(told), _ranking(told)]
     if gain is not None and gain.get("runs"):
-        sections.append(_gain(gain))
+        sections.append(_gain(gain, bare))
     sections += [_limits(told), _next(told), _noise(told)]
     facts = {"title": title, "verdict": told["verdict"], "cause": told["cause"], "target": told["target"],
              "probability": told["probability"], "gain": gain}  # fmt: skip
     about = "machine" if whole else f"law of {' + '.join(told['sensors'])}"
     return Report("diagnosis", f"Diagnosis: {title}", f"Diagnosis of {title}, {about}", str(told["sentence"]),
                   tuple(pairs), tuple(sections), tuple(notes), facts)  # fmt: skip
+
+
+def _without_frames(told: Facts) -> Facts | None:
+    """Return a machine's gain without the measuring frame of each run, where frames differ and would hide all else."""
+    frames = told["disturbances"].get("frame_of_each_run", {}) if told.get("kind") == "hexapod" else {}
+    bare: Facts | None = (told["gain"] or {}).get("without_frame_of_each_run")
+    return bare if any(frames.values()) else None
 
 
 def _measures(gain: Facts) -> list[tuple[str, str]]:
@@ -138,11 +147,12 @@ def _ranking(told: Facts) -> Section:
     return Section("ranking", "Ranking", "Every cause that was tried", (paragraph(words), *drawn, listed))
 
 
-def _gain(gain: Facts) -> Section:
-    """Return errors before and after, run by run; where nothing joined, there is no after."""
+def _gain(gain: Facts, bare: Facts | None) -> Section:
+    """Return errors before and after, run by run, and `bare` of frames; where nothing joined, there is no after."""
     rows: list[tuple[str, ...]] = []
     joined = _joined(gain)
-    for name, one in (*gain["runs"].items(), ("all", gain)):
+    unframed = {} if bare is None else {"all, no frame": bare}
+    for name, one in (*gain["runs"].items(), ("all", gain), *unframed.items()):
         for key, unit in _measures(one):
             if not joined:
                 rows.append((name, _measure(key), f"{one[f'{key}_before_{unit}']:.3f}", unit))
@@ -150,7 +160,7 @@ def _gain(gain: Facts) -> Section:
             less = 100.0 * (1.0 - one[f"{key}_after_{unit}"] / max(one[f"{key}_before_{unit}"], 1e-12))
             rows.append((name, _measure(key), f"{one[f'{key}_before_{unit}']:.3f}",
                          f"{one[f'{key}_after_{unit}']:.3f}", f"{less:.1f} %", unit))  # fmt: skip
-    drawn = gain_chart(gain, _measures, joined)
+    drawn = gain_chart({**gain, "runs": unframed} if unframed else gain, _measures, joined)
     if not joined:
         head: tuple[str, ...] = ("run", "measure", "RMSE>", "unit")
         words = paragraph("Nothing joined: what is left on runs never fitted is what was left before.")

@@ -66,8 +66,13 @@ def gain_chart(gain: Facts, measures: Callable[[Facts], list[tuple[str, str]]], 
         return []
     title = "Before and after" if joined else "What is left of each run"
     told = "before and after the extension" if joined else "of the law as it is"
-    return [Chart("gain", title, f"RMSE {told}: {'; '.join(words)}.",
-                  "Each run for validation, to which no law was fitted.", tuple(panels))]  # fmt: skip
+    said = (
+        "All runs for validation, to which no law was fitted, each without the motion of the measuring frame that "
+        "suits it best."
+        if "all, no frame" in names
+        else "Each run for validation, to which no law was fitted."
+    )
+    return [Chart("gain", title, f"RMSE {told}: {'; '.join(words)}.", said, tuple(panels))]
 
 
 def limits_chart(told: Facts) -> Chart | None:

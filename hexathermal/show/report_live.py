@@ -161,10 +161,11 @@ def _panel(
         layout["shapes"].append(ends | {"type": "line", "line": {"color": GREY, "width": 1.2, "dash": "dot"}})
     if panel.stacked:
         layout["barmode"] = "stack"
+    named: set[tuple[float, float]] = set()
     for mark in panel.marks:
         own = right if isinstance(mark, Curve) and mark.right else f"y{end}"
         drawn = _matrix(mark, span) if isinstance(mark, Cells) else (
-            [_bar(mark, panel)] if isinstance(mark, Bars) else _curve(mark, panel))  # fmt: skip
+            [_bar(mark, panel)] if isinstance(mark, Bars) else _curve(mark, panel, named))  # fmt: skip
         traces += [one | {"xaxis": f"x{end}", "yaxis": own} for one in drawn]
 
 
@@ -182,8 +183,8 @@ def _escaped(words: str) -> str:
     return html.escape(words, quote=False)
 
 
-def _curve(mark: Curve, panel: Panel) -> list[dict[str, Any]]:
-    """Return a curve, an interval as a band behind it."""
+def _curve(mark: Curve, panel: Panel, named: set[tuple[float, float]]) -> list[dict[str, Any]]:
+    """Return a curve, an interval as a band behind it; points in `named` have their name, its own are added."""
     unit = panel.right_unit if mark.right else panel.y_unit
     hover = f"%{{x:.5~g}} {panel.x_unit}: %{{y:.5~g}} {unit}<extra>{_escaped(mark.name)}</extra>"
     one: dict[str, Any] = {"type": "scatter", "name": _escaped(mark.name), "x": mark.x, "y": mark.y,
@@ -198,10 +199,14 @@ def _curve(mark: Curve, panel: Panel) -> list[dict[str, Any]]:
         one |= {"mode": "lines", "line": {"color": mark.colour, "dash": DASHES[mark.look], "width": 1.6,
                                           "shape": "hv" if mark.look == "steps" else "linear"}}  # fmt: skip
     if mark.labels:
-        if len(mark.labels) <= 12:
-            one |= {"mode": f"{one['mode']}+text", "textposition": "top right", "textfont": {"color": mark.colour}}
-        one |= {"text": [_escaped(label) for label in mark.labels]}
-        one["hovertemplate"] = "%{text}: " + hover
+        labels = [_escaped(label) for label in mark.labels]
+        if mark.written and len(labels) <= 12:
+            points = list(zip(mark.x.tolist(), mark.y.tolist(), strict=True))
+            once = ["" if point in named else label for point, label in zip(points, labels, strict=True)]
+            named.update(points)
+            one |= {"mode": f"{one['mode']}+text", "textposition": "top right", "textfont": {"color": mark.colour},
+                    "text": once}  # fmt: skip
+        one |= {"hovertext": labels, "hovertemplate": "%{hovertext}: " + hover}
     if mark.low is None or mark.high is None or mark.look in SYMBOLS:
         return [one]
     group = {"legendgroup": _escaped(mark.name), "hoverinfo": "skip", "type": "scatter", "mode": "lines",

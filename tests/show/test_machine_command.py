@@ -31,6 +31,7 @@ from hexathermal.show.machine_figures import plan_figure, promise_figure
 from hexathermal.show.machine_report import machine_page
 from hexathermal.show.machine_signals import pooled, share
 from hexathermal.show.machine_words import cautions, sentences
+from hexathermal.show.report import report_of, subject_of
 from tests.browser import refuse_complaints
 from tests.diagnosed import Ran, diagnosed
 from tests.learn.campaign_folders import component_campaign
@@ -94,6 +95,24 @@ def test_the_extended_machine_is_used_as_it_is(ran: Ran, capsys: pytest.CaptureF
     words = ["correct", "--machine", str(machine), "--poses", str(ran.files / "poses.csv")]
     assert main([*words, "--temps", str(ran.files / "temps.csv"), "--out", str(ran.files / "out.csv")]) == 0
     (ran.files / "out.csv").unlink()
+
+
+def test_a_report_takes_frames_of_runs_out_of_what_is_left(ran: Ran, tmp_path: Path) -> None:
+    """Where the measuring frame differs between runs the report's first numbers, and its picture, are without it."""
+    facts = json.loads(json.dumps(ran.facts))
+    said = {}
+    for name, frame in (("same", 0.0), ("differs", 20.0)):
+        facts["disturbances"]["frame_of_each_run"] = dict.fromkeys(facts["disturbances"]["noise"], frame)
+        facts["gain"]["without_frame_of_each_run"] |= {"translation_rmse_before_um": 0.9162,
+                                                       "translation_rmse_after_um": 0.6906}  # fmt: skip
+        (tmp_path / f"{name}.json").write_text(json.dumps(facts))
+        report = report_of(subject_of(str(tmp_path / f"{name}.json")), None, lambda done, total, label: None)
+        value, aside = next(pair[1:] for pair in report.pairs if pair[0].startswith("translation RMSE"))
+        chart = next(one for one in report.charts if one.name == "gain")
+        said[name] = (value, aside, chart.panels[0].marks[0].names)
+    assert said["differs"] == ("0.916 → 0.691 µm", "before → after, frame of each run out", ("all, no frame",))
+    assert said["same"][0] != said["differs"][0]
+    assert said["same"][1:] == ("before → after", tuple(ran.facts["gain"]["runs"]))
 
 
 def test_every_file_that_is_named_is_there(ran: Ran) -> None:

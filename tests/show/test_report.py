@@ -153,6 +153,18 @@ def test_the_papers_figures_are_there(leg_report: Report) -> None:
     assert all(not re.search(r"\bnan\b|\binf\b|None", chart.alt + chart.caption) for chart in leg_report.charts)
 
 
+def test_a_point_is_named_once_and_only_where_there_is_room(leg_report: Report) -> None:
+    """A set that is on the front and chosen has its name once, in the zoom; what is told of a point always has it."""
+    front = next(one for one in leg_report.charts if one.name == "paper-figure-7")
+    few = tuple(Curve(f"curve {k}", np.array([1.0, 2.0 + k]), np.ones(2), labels=("a", f"b{k}")) for k in range(3))
+    traces = live_figure(replace(front, panels=(replace(front.panels[1], marks=few),)))["data"]
+    assert [one["text"] for one in traces] == [["a", "b0"], ["", "b1"], ["", "b2"]]
+    assert all(one["hovertext"][0] == "a" for one in traces)
+    drawn = live_figure(front)["data"]
+    assert {one["xaxis"] for one in drawn if "text" in one} == {"x2"}
+    assert all("hovertext" in one for one in drawn)
+
+
 def test_runs_with_names_alike_keep_a_figure_each(chart: Chart) -> None:
     """Names that differ in signs or size of letters only, or have no Latin letter, make a file and an anchor each."""
     names = ["warm <b>", "Warm b", "加", "熱"]

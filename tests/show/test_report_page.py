@@ -116,13 +116,17 @@ def test_the_plot_draws_the_numbers_of_the_file(opened: Any, leg_report: Report)
 
 
 def test_paper_and_readers_without_scripts_get_the_still_pictures(opened: Any, tmp_path: Path) -> None:
-    """On paper, and without scripts, every picture is seen, and no plot, button or empty frame is."""
+    """On paper, and without scripts, every picture is seen, and no plot, button or empty frame is.
+
+    Words about the page itself, which are its last, take no sheet of paper.
+    """
     one = opened(1100, "dark")
     one.emulate_media(media="print", color_scheme="light")
     count = one.locator("figure").count()
     assert one.locator(".still >> visible=true").count() == count
     assert one.locator(".live >> visible=true").count() == 0
     assert one.locator(".tools >> visible=true").count() == 0
+    assert not one.locator("footer").is_visible()
     assert one.pdf()[:5] == b"%PDF-"
     plain = opened(360, "light", False)
     assert plain.locator(".still >> visible=true").count() == count
