@@ -31,7 +31,8 @@ which joint, which plugs, the payload, or the measuring frame; eight causes at e
 
 EPILOG_DIAGNOSE = """\
 causes of a whole hexapod:
-  of legs             leg-coefficient, leg-backlash, swapped-legs, and the causes of one leg that poses can show
+  of legs             leg-coefficient, leg-backlash, swapped-legs, and the causes of one leg that poses can show;
+                      with several thermometers a leg missing-sensor and swapped-sensors too
   of plates, joints   platform-expansion, base-expansion, joint-offset
   of the load         payload-compliance
   of the measurement  tracker-drift
