@@ -25,7 +25,21 @@ _NO_EXPANSION = np.zeros((1, 2))
 
 
 class ForwardStatus(IntEnum):
-    """How a forward solution ended."""
+    """How a forward solution ended.
+
+    Attributes
+    ----------
+    OK
+        The pose was found, reached from the start without a singular pose between, within all limits.
+    OUT_OF_STROKE, OUT_OF_CONE
+        Found, but a length lies outside its stroke; a joint is turned beyond its cone.
+    SINGULAR
+        On the way the legs lose control of a direction.
+    NOT_CONVERGED
+        No pose was found that has these lengths.
+    OTHER_BRANCH
+        A pose has these lengths, but not one that is reached from the start.
+    """
 
     OK = at.OK
     OUT_OF_STROKE = at.OUT_OF_STROKE

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
@@ -125,14 +126,7 @@ def virtual_machine(
     >>> machine.columns[:2], machine.columns[-1]
     (('leg1_T1', 'leg2_T1'), 'base_T1')
     """
-    if spread is None:
-        spread = 0.0 if growth == "law" else SPREAD
-    if growth == "law" and spread:
-        raise ArgumentError(
-            f"legs that follow the machine's law exactly have no spread, found {spread!r}: leave it out"
-        )
-    if not 0.0 <= spread <= 0.3:
-        raise ArgumentError(f"spread is a relative standard deviation from 0 to 0.3, found {spread!r}")
+    spread = _checked_spread(spread, growth)
     if hexapod.stroke is None or hexapod.retracted_length is None:
         raise ArgumentError(
             f"machine {hexapod.name!r} has no q0 or no stroke; a virtual leg needs both: give q0_mm and stroke_mm"
@@ -143,17 +137,8 @@ def virtual_machine(
         """Return a factor about 1."""
         return float(max(0.1, 1.0 + width * generator.standard_normal()))
 
-    legs = []
-    for q0, (low, high) in zip(hexapod.retracted_length, hexapod.stroke, strict=True):
-        leg = scaled_leg(float(q0 + low), float(high - low), cells)
-        body, rod, drive = leg.body, leg.rod, leg.drive
-        legs.append(replace(
-            leg,
-            body=replace(body, expansion=body.expansion * drawn(spread), convection=body.convection * drawn(0.1)),
-            rod=replace(rod, scale_expansion=rod.scale_expansion * drawn(spread)),
-            drive=replace(drive, screw_torque=drive.screw_torque * drawn(0.1),
-                          moving_power=drive.moving_power * drawn(0.1)),
-        ))  # fmt: skip
+    legs = [_built_leg(scaled_leg(float(q0 + low), float(high - low), cells), spread, drawn)
+            for q0, (low, high) in zip(hexapod.retracted_length, hexapod.stroke, strict=True)]  # fmt: skip
     built = as_built(hexapod)
     platform, base = (_plate(built, part, drawn(spread)) for part in ("platform", "base"))
     if sensors is None:
@@ -162,6 +147,31 @@ def virtual_machine(
         built, MachineHeat(tuple(legs), platform, base), sensors, tracker=tracker or PositioningSystem(), growth=growth
     )
     return replace(made, thermocouples=NOISY_ALONE, landing=0.0) if growth == "law" else made
+
+
+def _checked_spread(spread: float | None, growth: str) -> float:
+    """Return the spread of the legs, by default what suits the growth."""
+    if spread is None:
+        return 0.0 if growth == "law" else SPREAD
+    if growth == "law" and spread:
+        raise ArgumentError(
+            f"legs that follow the machine's law exactly have no spread, found {spread!r}: leave it out"
+        )
+    if not 0.0 <= spread <= 0.3:
+        raise ArgumentError(f"spread is a relative standard deviation from 0 to 0.3, found {spread!r}")
+    return spread
+
+
+def _built_leg(leg: VirtualLeg, spread: float, drawn: Callable[[float], float]) -> VirtualLeg:
+    """Return a leg that differs from its drawing: `drawn` gives a factor about 1 of a width."""
+    body, rod, drive = leg.body, leg.rod, leg.drive
+    return replace(
+        leg,
+        body=replace(body, expansion=body.expansion * drawn(spread), convection=body.convection * drawn(0.1)),
+        rod=replace(rod, scale_expansion=rod.scale_expansion * drawn(spread)),
+        drive=replace(drive, screw_torque=drive.screw_torque * drawn(0.1),
+                      moving_power=drive.moving_power * drawn(0.1)),
+    )  # fmt: skip
 
 
 def placed(names: tuple[str, ...]) -> tuple[tuple[str, float], ...]:
