@@ -7,7 +7,6 @@ those of one core, the best of some turns.
 
 from __future__ import annotations
 
-import argparse
 import sys
 import tempfile
 import time
@@ -19,7 +18,7 @@ import numpy as np
 
 sys.path.insert(0, str(Path(__file__).parent.parent))
 
-from sections import write_section
+from sections import asked, write_section
 
 import hexathermal as ht
 from hexathermal.learn.common import fit_common
@@ -221,13 +220,7 @@ WRITTEN: dict[str, tuple[str, Callable[[], str]]] = {
 
 def main(arguments: Sequence[str] | None = None) -> None:
     """Measure the parts that were named, or all."""
-    parser = argparse.ArgumentParser(description=(__doc__ or "").split("\n\n")[0])
-    parser.add_argument("names", nargs="*", metavar="NAME", help=f"parts: {', '.join(WRITTEN)} (default: all)")
-    names = parser.parse_args(arguments).names
-    unknown = set(names) - set(WRITTEN)
-    if unknown:
-        parser.error(f"no part is called {', '.join(sorted(unknown))}; there are {', '.join(WRITTEN)}")
-    for name in names or WRITTEN:
+    for name in asked(__doc__, WRITTEN, arguments):
         page, measure = WRITTEN[name]
         write_section(page, name, "measure_figures", measure())
 

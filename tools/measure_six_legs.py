@@ -7,7 +7,6 @@ those of ``hexathermal simulate machine``, through which heat flows.
 
 from __future__ import annotations
 
-import argparse
 import sys
 import tempfile
 from collections.abc import Callable, Iterable, Iterator, Sequence
@@ -19,7 +18,7 @@ import numpy as np
 
 sys.path.insert(0, str(Path(__file__).parent.parent))
 
-from sections import write_section
+from sections import asked, write_section
 
 import hexathermal as ht
 from hexathermal.learn.hexapod_data import HexapodRows, hexapod_rows
@@ -234,13 +233,7 @@ WRITTEN: dict[str, Callable[[], Iterator[str]]] = {
 
 def main(arguments: Sequence[str] | None = None) -> None:
     """Measure the parts that were named, or all, and write the page."""
-    parser = argparse.ArgumentParser(description=(__doc__ or "").split("\n\n")[0])
-    parser.add_argument("names", nargs="*", metavar="NAME", help=f"parts: {', '.join(WRITTEN)} (default: all)")
-    names = parser.parse_args(arguments).names
-    unknown = set(names) - set(WRITTEN)
-    if unknown:
-        parser.error(f"no part is called {', '.join(sorted(unknown))}; there are {', '.join(WRITTEN)}")
-    for name in names or WRITTEN:
+    for name in asked(__doc__, WRITTEN, arguments):
         write_section("six-legs.md", name, "measure_six_legs", "\n".join(WRITTEN[name]()))
 
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import argparse
+from collections.abc import Collection, Sequence
 from pathlib import Path
 from textwrap import fill
 
@@ -23,3 +25,14 @@ def write_section(page: str, name: str, tool: str, text: str) -> None:
     text = text if text.startswith("|") else fill(" ".join(text.split()), 118, break_on_hyphens=False)
     print(f"{page}, {name}:\n{text}", flush=True)
     file.write_text(replaced(file.read_text(encoding="utf-8"), name, tool, text), encoding="utf-8")
+
+
+def asked(description: str | None, parts: Collection[str], arguments: Sequence[str] | None) -> Collection[str]:
+    """Return the parts that the command line names, or all; another name ends it."""
+    parser = argparse.ArgumentParser(description=(description or "").split("\n\n")[0])
+    parser.add_argument("names", nargs="*", metavar="NAME", help=f"parts: {', '.join(parts)} (default: all)")
+    names: list[str] = parser.parse_args(arguments).names
+    unknown = set(names) - set(parts)
+    if unknown:
+        parser.error(f"no part is called {', '.join(sorted(unknown))}; there are {', '.join(parts)}")
+    return names or parts

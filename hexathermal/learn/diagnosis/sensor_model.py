@@ -93,7 +93,7 @@ class SensorModel:
         self,
         rows: list[slice] | None = None,
         nuisance: list[FloatArray] | None = None,
-        late: tuple[float, ...] = (),
+        behind: list[FloatArray] | None = None,
     ) -> FloatArray:
         """Return the weights of the leading profiles that foretell the sensor, shape (k,).
 
@@ -103,20 +103,20 @@ class SensorModel:
             Of each run, to learn from; by default all.
         nuisance : list of array, optional
             Columns in all rows of each run that the sensor may follow besides.
-        late : tuple of float, optional
-            Time constants [s] of the stages behind which the sensor follows what the weights foretell.
+        behind : list of array, optional
+            Profiles late, see `behind`, where the sensor follows what the weights foretell late.
         """
         chosen = [slice(None)] * len(self.own) if rows is None else rows
         count = sum(len(own[part]) for own, part in zip(self.own, chosen, strict=True))
         centre, spread = self.expected
         if count < FEWEST_ROWS:
-            return centre if np.all(spread < LOOSE) else self.weights(late=late)
+            return centre if np.all(spread < LOOSE) else self.weights(behind=behind)
         k = len(centre)
         prior = spread if nuisance is None else np.append(spread, np.full(nuisance[0].shape[1], LOOSE))
-        profiles = self.behind(late) if late else self.profiles
+        profiles = self.profiles if behind is None else behind
         M, z = np.zeros((len(prior), len(prior))), np.zeros(len(prior))
         for run, part in enumerate(chosen):
-            if part == slice(None) and nuisance is None and not late:
+            if part == slice(None) and nuisance is None and behind is None:
                 own = self._products[run]
             else:
                 P = profiles[run][part]

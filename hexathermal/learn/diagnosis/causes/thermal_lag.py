@@ -79,7 +79,7 @@ def _late(bench: Workbench, sensor: str, ratio: float) -> Iterator[Trial]:
     for tau in LATE_TIMES_S:
         for order in (1, 2):
             stages = (tau / order,) * order
-            weights = model.sensor_weights(model.weights(late=stages))
+            weights = model.sensor_weights(model.weights(behind=model.behind(stages)))
             trial = bench.term(CAUSE.name, "foretold", sensor, sensor=sensor, weights=weights, ratio=ratio,
                                time_constant_s=tau, order=order)  # fmt: skip
             yield replace(trial, parity=partial(_late_parity, stages), least_parity=0.0)
@@ -87,7 +87,7 @@ def _late(bench: Workbench, sensor: str, ratio: float) -> Iterator[Trial]:
 
 def _late_parity(stages: tuple[float, ...], model: SensorModel) -> tuple[FloatArray, FloatArray]:
     """Return by how much a late sensor is behind what the others foretell, in its parity."""
-    weights = model.weights(late=stages)
-    late = [(behind - at_once) @ weights
-            for behind, at_once in zip(model.behind(stages), model.profiles, strict=True)]  # fmt: skip
+    behind = model.behind(stages)
+    weights = model.weights(behind=behind)
+    late = [(then - now) @ weights for then, now in zip(behind, model.profiles, strict=True)]
     return model.means(late)[:, None], np.ones(1)
