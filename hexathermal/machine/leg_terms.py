@@ -8,7 +8,7 @@ heat, creep, direction) are causal: they know no row that has not come yet, so t
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
@@ -70,6 +70,15 @@ class LegTerm:
 
     def __setstate__(self, state: dict[str, Any]) -> None:
         refreeze(self, state)
+
+    def reading(self, other: Mapping[str, str]) -> LegTerm:
+        """Return the term that reads other sensors, by the names of those that it reads now; the rest stay."""
+        own = dict(self.parameters)
+        if "sensor" in own:
+            own["sensor"] = other.get(own["sensor"], own["sensor"])
+        if "weights" in own:
+            own["weights"] = {other.get(name, name): weight for name, weight in own["weights"].items()}
+        return replace(self, parameters=own)
 
     def columns(self, signals: LegSignals, memory: Memory | None = None) -> FloatArray:
         """Return what the amplitudes multiply, shape (n, k)."""

@@ -57,6 +57,7 @@ def test_what_others_foretell_is_their_sum_less_that_sum_late() -> None:
     assert np.allclose(lacks, (0.6 + 0.4 * signals.q) * (both - integrated(signals.time, both, 900.0)), atol=1e-6)
     term = LegTerm("thermal-lag", "foretold", parameters, [1e-6])
     assert sensors_of((term,)) == ("T01", "T02", "T03")
+    assert sensors_of((term.reading({"T02": "T01", "T01": "T02"}),)) == ("T02", "T01", "T03")
 
 
 @given(seed=st.integers(0, 10**6))

@@ -109,11 +109,7 @@ def swapped_law(law: LegLaw, settings: Mapping[str, Any]) -> LegLaw:
     """
     one, two = settings["exchanged"], settings["with"]
     other = {one: two, two: one}
-    terms = [
-        replace(term, parameters={**term.parameters, "sensor": other.get(own, own)})
-        if (own := term.parameters.get("sensor")) else term
-        for term in law.terms
-    ]  # fmt: skip
+    terms = [term.reading(other) for term in law.terms]
     names = tuple(other.get(name, name) for name in law.sensors)
     return LegLaw(names, law.A, law.B, law.covariance, law.campaign, terms, law.spread)
 
