@@ -17,7 +17,6 @@ import pytest
 import hexathermal as ht
 from hexathermal.cli import main
 from hexathermal.errors import ArgumentError
-from hexathermal.learn.campaign_files import load_campaign
 from hexathermal.learn.diagnosing import diagnose
 from hexathermal.learn.machine_diagnosis.noise_levels import coordinates_of
 from hexathermal.learn.machine_diagnosis.planning import MachineExperiment
@@ -29,7 +28,7 @@ from hexathermal.show.diagnosis_page import text
 from hexathermal.show.diagnosis_pictures import NARROW_IN, WIDE_IN
 from hexathermal.show.machine_figures import plan_figure, promise_figure
 from hexathermal.show.machine_report import machine_page
-from hexathermal.show.machine_signals import pooled, share
+from hexathermal.show.machine_signals import pooled
 from hexathermal.show.machine_words import cautions, sentences
 from hexathermal.show.report import report_of, subject_of
 from tests.browser import refuse_complaints
@@ -38,8 +37,7 @@ from tests.learn.campaign_folders import component_campaign
 from tests.show.machine_campaigns import SMALL, WIDE, growing, moved, other_leg, written
 from tests.show.test_diagnosis_report import Page
 
-POSES = 12
-LEG, CHANGE = 2, 1.2e-6
+POSES, LEG, CHANGE = 12, 2, 1.2e-6
 
 
 @pytest.fixture(scope="module")
@@ -381,7 +379,7 @@ def test_a_plan_of_one_name_is_told_from_nothing(ran: Ran, found: MachineDiagnos
 
 def test_pictures_do_not_know_where_the_tracker_stood(ran: Ran, found: MachineDiagnosis) -> None:
     """Where frames differ, a rigid motion of all poses of a run, turn and shift, changes no picture of its residual."""
-    campaign = load_campaign(ran.campaign)
+    campaign = ht.load_campaign(ran.campaign)
     free = replace(found, disturbances=replace(found.disturbances, frame=np.full(6, 2e-5)))
     rng, others = np.random.default_rng(5), []
     for run in free.residuals:
@@ -395,23 +393,6 @@ def test_pictures_do_not_know_where_the_tracker_stood(ran: Ran, found: MachineDi
     still, other = pooled(campaign, free), pooled(campaign, shifted)
     assert np.abs(still.before - other.before).max() < 1e-6
     assert np.abs(pooled(campaign, replace(shifted, disturbances=found.disturbances)).before - other.before).max() > 1.0
-
-
-def test_a_share_is_none_by_chance_and_whole_of_a_step(rng: np.random.Generator) -> None:
-    """Noise follows no signal, whatever the number of rows; a step of it does wholly; what is not known does not count.
-
-    Of 400 signals of noise, at 2e-4 each, more than two have a share in less than one of ten thousand tests.
-    """
-    chance = [share(rng.random(n), rng.standard_normal(n)) for n in (30, 60, 200, 900) for _ in range(100)]
-    assert np.count_nonzero(chance) <= 2
-    straight = rng.random(900)
-    assert share(straight, straight + 0.5 * rng.standard_normal(900)) == pytest.approx(0.25, abs=0.08)
-    side = np.where(rng.random(200) < 0.5, -1.0, 1.0)
-    assert share(side, 2.0 * side) == pytest.approx(1.0)
-    holes = np.where(rng.random(200) < 0.3, np.nan, side)
-    assert share(holes, 2.0 * side) == pytest.approx(1.0)
-    assert share(np.ones(200), side) == 0.0
-    assert share(np.full(200, np.nan), side) == 0.0
 
 
 def test_a_browser_shows_it_without_a_word_of_complaint(ran: Ran, window: Callable[..., Any]) -> None:
