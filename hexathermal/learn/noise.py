@@ -119,31 +119,35 @@ def estimated_noise(
 
     lags = [np.abs(run.time[:, None] - run.time[None, :]) for run in runs]
     tables = [np.column_stack([x, run.drift / unit]) for run, x in zip(runs, X, strict=True)]
+    known = [part / unit**2 for part in fixed]
 
     def objective(theta: npt.NDArray[np.float64]) -> tuple[float, FloatArray]:
         """Minus twice the log likelihood, and its slopes ``tr(P dV) - y'P dV P y`` (Searle, 1992, chapter 6)."""
         guess = noise(theta)
+        white, landing, slow, offset = (np.array([row, guess.landing, guess.slow, guess.offset]) / unit) ** 2
         value, parts = float(theta[3] ** 2), []
         total = np.zeros((scale + 1, scale + 1))
-        for run, table, known in zip(runs, tables, fixed, strict=True):
-            V = (known + guess.covariance(run)) / unit**2
-            L = np.linalg.cholesky(V)
-            half = np.linalg.solve(L, np.column_stack([table, np.eye(len(run))]))
-            value += 2.0 * float(np.log(np.diagonal(L)).sum())
-            weighed = half[:, scale + 1 :].T @ half
-            total += table.T @ weighed[:, : scale + 1]
-            parts.append((weighed[:, : scale + 1], weighed[:, scale + 1 :]))
+        for run, table, part, lag in zip(runs, tables, known, lags, strict=True):
+            likeness = slow * np.exp(lag / -guess.slow_time)
+            V = part + likeness
+            V += offset
+            V[np.diag_indices_from(V)] += white / run.rows + landing / run.landings
+            W, log_det = _inverse_of(V)
+            value += log_det
+            weighed = W @ table
+            total += table.T @ weighed
+            parts.append((weighed, W, likeness))
         S, z = total[:-1, :-1], total[:-1, -1]
         b = np.linalg.solve(S, z)
         value += float(np.linalg.slogdet(S)[1]) + float(total[-1, -1] - z @ b)
         gradient, inverse = np.array([0.0, 0.0, 0.0, 2.0 * theta[3]]), np.linalg.inv(S)
-        for run, lag, (weighed, W) in zip(runs, lags, parts, strict=True):
+        for run, lag, (weighed, W, likeness) in zip(runs, lags, parts, strict=True):
             e = weighed[:, -1] - weighed[:, :-1] @ b
             P = W - weighed[:, :-1] @ inverse @ weighed[:, :-1].T - np.outer(e, e)
-            slow = P * np.exp(-lag / guess.slow_time) * (guess.slow / unit) ** 2
-            gradient += [2.0 * (guess.landing / unit) ** 2 * float(np.diagonal(P) @ (1.0 / run.landings)),
-                         2.0 * float(slow.sum()), 2.0 * (guess.offset / unit) ** 2 * float(P.sum()),
-                         float((slow * lag).sum()) / guess.slow_time]  # fmt: skip
+            likeness *= P
+            gradient += [2.0 * landing * float(np.diagonal(P) @ (1.0 / run.landings)),
+                         2.0 * float(likeness.sum()), 2.0 * offset * float(P.sum()),
+                         float(np.vdot(likeness, lag)) / guess.slow_time]  # fmt: skip
         return value, gradient
 
     time = np.log(np.array([SHORTEST_TIME_S, LONGEST_TIME_S]) / USUAL_TIME_S)
@@ -151,3 +155,16 @@ def estimated_noise(
     best = minimize(objective, np.array([-0.7, -0.7, -0.7, 0.0]), jac=True, method="L-BFGS-B", bounds=bounds,
                     options={"maxiter": 60, "ftol": 1e-7})  # fmt: skip
     return noise(best.x)
+
+
+def _inverse_of(V: FloatArray) -> tuple[FloatArray, float]:
+    """Return the inverse of a covariance and the logarithm of its determinant."""
+    from scipy.linalg import LinAlgError, lapack
+
+    factor, failed = lapack.dpotrf(V, lower=1, clean=0)
+    if failed:
+        raise LinAlgError("the covariance of the windows is not positive definite")
+    log_det = 2.0 * float(np.log(np.diagonal(factor)).sum())
+    inverse = np.tril(lapack.dpotri(factor, lower=1)[0])
+    inverse += np.tril(inverse, -1).T
+    return np.asarray(inverse), log_det
