@@ -58,6 +58,9 @@ MOST_KIN, SEEN_KIN, KIN_SIZE = 3, 0.05, 0.2
 """Directions in which the shapes of a named cause differ, the smallest of them over the largest, and the error of its
 shape over what is visible of it."""
 
+ROUNDING = 1e-9
+"""What is less than this part of a column, RMS, is an error of rounding."""
+
 FEWEST_RUNS = 2
 
 Progress = Callable[[int, int, str], None]
@@ -127,11 +130,12 @@ def base_law(
                 f"{', '.join(campaign.sensors)}", campaign.sensors,
             )  # fmt: skip
         return law
+    read = {one.run.name: one for one in rows}
     if sensors is not None:
-        return identify_campaign(campaign, tuple(sensors)).law
-    chosen = identify_campaign(campaign, "auto").law
+        return identify_campaign(campaign, tuple(sensors), read=read).law
+    chosen = identify_campaign(campaign, "auto", read=read).law
     likelier = likelier_sensors(view_of(campaign, rows, chosen.sensors))
-    return chosen if likelier == chosen.sensors else identify_campaign(campaign, likelier).law
+    return chosen if likelier == chosen.sensors else identify_campaign(campaign, likelier, read=read).law
 
 
 def searched(
@@ -216,7 +220,7 @@ def _tolerant(stage: Stage, threshold: float) -> Stage:
         feigned = top.gated < threshold <= top.value and top.best.trial.columns.shape[1] > 0
         if not feigned or all(item.gated < threshold for item in ranking):
             break
-        stage = replace(stage, tolerated=(*stage.tolerated, top.best))
+        stage = stage.tolerating(top.best)
     return stage
 
 
@@ -273,14 +277,17 @@ def _with_kin(after: Stage, before: Stage, leader: Ranked) -> Stage:
     if not kin:
         return after
     base = after.base
-    left = beside(stacked_columns(after.channel, kin), base.X)
+    columns = stacked_columns(len(after.channel), kin)
+    left = beside(columns, base.X)
     scale = np.sqrt((left**2).mean(axis=0))
-    U, size, _V = np.linalg.svd(left[:, scale > 0.0] / scale[scale > 0.0], full_matrices=False)
+    # of the shape that joined only rounding is left
+    seen = scale > ROUNDING * np.sqrt((columns**2).mean(axis=0))
+    U, size, _V = np.linalg.svd(left[:, seen] / scale[seen], full_matrices=False)
     keep = np.flatnonzero(size > SEEN_KIN * size[:1])[:MOST_KIN]
     columns = U[:, keep] * np.sqrt(len(U))
     sizes = np.full(len(keep), KIN_SIZE * leader.best.visible)
     shape = Scored(Trial(leader.cause, columns), 0.0, 0.0, 1.0, 0.0, 0.0, sizes)
-    return replace(after, tolerated=(*after.tolerated, shape))
+    return after.tolerating(shape)
 
 
 def _leader(stage: Stage, decision: Decision, threshold: float, *, first: bool) -> Ranked | None:
