@@ -15,10 +15,11 @@ import numpy as np
 from hexathermal.errors import ArgumentError
 from hexathermal.learn.campaign import Block, Campaign
 from hexathermal.learn.campaign_dataset import fingerprint
-from hexathermal.learn.cleaning import usable_blocks
+from hexathermal.learn.cleaning import parts_of, usable_blocks
 from hexathermal.learn.cleaning_record import CleaningRecord
 from hexathermal.learn.identification import AUTO, Identification, Passing, identify
 from hexathermal.learn.law import IdentifiedLaw, Origin
+from hexathermal.learn.signals import RunRows
 from hexathermal.learn.validation import Validation, validate
 from hexathermal.learn.validation_rows import RowsPredictor
 from hexathermal.poses import FloatArray
@@ -69,8 +70,9 @@ class _Passed:
 
 
 def role_blocks(
-    campaign: Campaign, role: str, progress: Passing | None = None, passed: _Passed | None = None
-) -> Iterator[Block]:
+    campaign: Campaign, role: str, progress: Passing | None = None, passed: _Passed | None = None,
+    read: Mapping[str, RunRows] | None = None,
+) -> Iterator[Block]:  # fmt: skip
     """Give the usable blocks of all runs of a role, in constant memory.
 
     Parameters
@@ -80,9 +82,14 @@ def role_blocks(
         ``"identification"`` or ``"validation"``.
     progress : function, optional
         Called as ``progress(done, total, label)`` after each block.
+    read : mapping of str to RunRows, optional
+        Runs that are in memory already, by their names: they are not read again.
     """
     runs = campaign.runs_of(role)
     for k, run in enumerate(runs):
+        if read is not None and run.name in read:
+            yield from _read_blocks(campaign, read[run.name], passed)
+            continue
         blocks = usable_blocks(campaign, run)
         for block in blocks:
             if passed is not None and blocks.zero is not None:
@@ -92,6 +99,17 @@ def role_blocks(
                 progress(int(1000.0 * (k + blocks.done)), 1000 * len(runs), f"reading {run.name}")
         if passed is not None:
             passed.records[f"{campaign.folder}/{run.name}"] = blocks.record
+
+
+def _read_blocks(campaign: Campaign, rows: RunRows, passed: _Passed | None) -> Iterator[Block]:
+    """Give the usable blocks of a run that is in memory."""
+    zero = np.array([rows.signals.zero_degC.get(name, np.nan) for name in campaign.sensors])
+    for block in parts_of(rows.usable):
+        if passed is not None:
+            passed.add(campaign.sensors, block.dT + zero)
+        yield block
+    if passed is not None:
+        passed.records[f"{campaign.folder}/{rows.run.name}"] = rows.record
 
 
 def _refuse_no_law(campaign: Campaign) -> None:
@@ -112,6 +130,7 @@ def identify_campaign(
     sizes: Sequence[int] = (1, 2),
     material: str | None = None,
     progress: Passing | None = None,
+    read: Mapping[str, RunRows] | None = None,
 ) -> Identification:
     """Return the law that a campaign's runs for identification give.
 
@@ -127,6 +146,8 @@ def identify_campaign(
         Of the fixed part, for the check of the result.
     progress : function, optional
         Called as ``progress(done, total, label)``.
+    read : mapping of str to RunRows, optional
+        Runs that are in memory already, by their names.
 
     Raises
     ------
@@ -140,7 +161,7 @@ def identify_campaign(
     _refuse_no_law(campaign)
     passed = _Passed()
     found = identify(
-        lambda: role_blocks(campaign, "identification", passed=passed), campaign.sensors, campaign.leg,
+        lambda: role_blocks(campaign, "identification", passed=passed, read=read), campaign.sensors, campaign.leg,
         wanted=sensors, sizes=sizes, zero=campaign.zero, origin=Origin(campaign.title, fingerprint(campaign)),
         material=material, positions=[one.position for one in campaign.thermocouples], progress=progress,
     )  # fmt: skip

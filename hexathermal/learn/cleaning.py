@@ -273,6 +273,12 @@ def _part(block: Block, rows: slice) -> Block:
                  block.inputs[rows], block.air[rows])  # fmt: skip
 
 
+def parts_of(block: Block, rows: int = BLOCK_ROWS) -> Iterator[Block]:
+    """Give the rows of a block in blocks of so many, as `usable_blocks` gives them."""
+    for first in range(0, len(block), rows):
+        yield _part(block, slice(first, first + rows))
+
+
 def run_named(campaign: Campaign, run: RunFile | str) -> RunFile:
     """Return a run of a campaign by its name, or as it is."""
     if isinstance(run, RunFile):

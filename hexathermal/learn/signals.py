@@ -47,6 +47,8 @@ class RunRows:
     missing : mapping of str to int
         Values of each temperature that were interpolated.
     record : CleaningRecord
+    usable : Block
+        The usable rows alone, missing temperatures left as they are.
     """
 
     run: RunFile
@@ -57,6 +59,7 @@ class RunRows:
     weather: FloatArray | None
     missing: dict[str, int]
     record: CleaningRecord
+    usable: Block
 
     def __len__(self) -> int:
         return len(self.drift)
@@ -115,7 +118,8 @@ def run_rows(campaign: Campaign, run: RunFile | str) -> RunRows:
         {name: float(value) for name, value in zip(campaign.sensors, reader.zero.heat, strict=True)
          if math.isfinite(value)},
     )  # fmt: skip
-    return RunRows(reader.run, signals, drift, landing, landing >= 0, _weather(time, sheet.air), lost, reader.record)
+    return RunRows(reader.run, signals, drift, landing, landing >= 0, _weather(time, sheet.air), lost, reader.record,
+                   block)  # fmt: skip
 
 
 def follows_on(zero: str, before: LegSignals | None, after: LegSignals) -> bool:

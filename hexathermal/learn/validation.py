@@ -130,6 +130,14 @@ class Validation(Shown):
         return f"Validation: {self.verdict.value}; RMS {drift:.3f} um of drift, {left:.3f} um left, {self.rows} rows"
 
 
+@dataclass(frozen=True, eq=False)
+class LandingsJudged:
+    """Sums of the landings of runs, and runs that were fitted, as `Validation` has them."""
+
+    landings: dict[str, FloatArray]
+    fitted: dict[str, str]
+
+
 class _Run:
     """Sums of one run: of its landings (`SUMS`, `LARGEST`, covered, half-width), of motion, and its thinned curves."""
 
@@ -240,6 +248,21 @@ def validate(
     ArgumentError
         There are no rows, or a leg's law meets a part without q; or a law with terms has no `predictor`.
     """
+    return _summary(law, *_gathered(law, blocks, sensors, predictor))
+
+
+def landings_judged(
+    law: IdentifiedLaw, blocks: Iterable[Block], sensors: Sequence[str], predictor: Predictor | None = None
+) -> LandingsJudged:
+    """Return what `validate` gathers, without its scores: enough for `hexathermal.learn.validation_gain.gain`."""
+    runs, fitted, _lost = _gathered(law, blocks, sensors, predictor)
+    return LandingsJudged({name: frozen(run.landings.table) for name, run in runs.items()}, fitted)
+
+
+def _gathered(
+    law: IdentifiedLaw, blocks: Iterable[Block], sensors: Sequence[str], predictor: Predictor | None
+) -> tuple[dict[str, _Run], dict[str, str], int]:
+    """Return the sums of runs, those that were fitted and their names then, and how many rows were not read."""
     for name in law.read_sensors:
         if name not in sensors:
             raise UnknownNameError(
@@ -266,7 +289,7 @@ def validate(
         )
     known = dict(zip(law.origin.run_fingerprints, law.origin.runs, strict=False))
     fitted = {name: known[mark] for name, mark in marks.made().items() if mark in known and name in runs}
-    return _summary(law, runs, fitted, lost)
+    return runs, fitted, lost
 
 
 def _summary(law: IdentifiedLaw, runs: dict[str, _Run], fitted: dict[str, str], lost: int) -> Validation:

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from hexathermal.errors import ArgumentError
-from hexathermal.learn.validation import SEED, Validation
+from hexathermal.learn.validation import SEED, LandingsJudged, Validation
 from hexathermal.learn.validation_scores import Figure, Scores, scores
 from hexathermal.poses import FloatArray
 
@@ -63,12 +63,12 @@ class Gain:
         return self.total.rmse_gain.low > 0.0
 
 
-def gain(before: Validation, after: Validation) -> Gain:
+def gain(before: Validation | LandingsJudged, after: Validation | LandingsJudged) -> Gain:
     """Return how much better a law predicts than another.
 
     Parameters
     ----------
-    before, after : Validation
+    before, after : Validation or LandingsJudged
         Of the two laws, on the same campaign.
 
     Raises

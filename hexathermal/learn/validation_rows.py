@@ -9,7 +9,7 @@ import numpy as np
 from hexathermal.errors import ArgumentError
 from hexathermal.learn.campaign import Block, Campaign
 from hexathermal.learn.law import IdentifiedLaw
-from hexathermal.learn.signals import follows_on, run_rows
+from hexathermal.learn.signals import RunRows, follows_on, run_rows
 from hexathermal.learn.validation import Predicted
 from hexathermal.machine.leg_signals import LegSignals
 from hexathermal.machine.leg_states import LegMemory
@@ -45,10 +45,14 @@ class RowsPredictor:
     ----------
     law : IdentifiedLaw
     campaign : Campaign
+    read : mapping of str to RunRows, optional
+        Runs that are in memory already, by their names.
     """
 
-    def __init__(self, law: IdentifiedLaw, campaign: Campaign) -> None:
-        self.law, self.campaign = law, campaign
+    def __init__(
+        self, law: IdentifiedLaw, campaign: Campaign, read: Mapping[str, RunRows] | None = None
+    ) -> None:
+        self.law, self.campaign, self._read = law, campaign, read or {}
         self._run, self._time = "", np.zeros(0)
         self._said = Predicted(np.zeros((0, 0)), self._time, self._time)
         self._past: dict[str, LegMemory] = {}
@@ -57,7 +61,7 @@ class RowsPredictor:
         """Return what the law says of a block's rows."""
         name = block.run.name
         if name != self._run:
-            signals = run_rows(self.campaign, name).signals
+            signals = (self._read.get(name) or run_rows(self.campaign, name)).signals
             # blocks count from the run's first row, signals perhaps from the campaign's
             self._said, self._run = law_on_rows(self.law, signals, name, self._before(name)), name
             self._time = signals.time - signals.time[0]
@@ -73,7 +77,9 @@ class RowsPredictor:
     def _before(self, name: str) -> LegMemory:
         """Return what the law remembers when a run begins."""
         if not self._past:
-            self._past = memories(self.law, self.campaign)
+            whole = {name: rows.signals for name, rows in self._read.items()}
+            everything = all(run.name in whole for run in self.campaign.runs)
+            self._past = memories(self.law, self.campaign, whole if everything else None)
         return self._past[name].copy()
 
 

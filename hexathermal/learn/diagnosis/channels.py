@@ -160,9 +160,9 @@ class Channel:
         """Return residuals of each run by a fit of all others, as they are and whitened, shape (n,)."""
         table, _ = self.whitened(np.column_stack([self.y, X]), levels)
         left, white = np.empty(len(self)), np.empty(len(self))
-        for k in np.unique(self.run):
-            own, others = self.run == k, self.run != k
-            _, mean, _ = marginal(table[others, 0], table[others, 1:], sd)
+        scaled, runs = table * np.append(1.0, sd), [self.run == k for k in np.unique(self.run)]
+        for own, others in zip(runs, sums_without([scaled[own].T @ scaled[own] for own in runs]), strict=True):
+            mean = sd * solution(others)[1]
             left[own] = self.y[own] - X[own] @ mean
             white[own] = table[own, 0] - table[own, 1:] @ mean
         return left, white
@@ -223,12 +223,28 @@ class Channel:
         return levels(found.x), -float(found.fun)
 
 
-def marginal(r: FloatArray, X: FloatArray, sd: FloatArray) -> tuple[float, FloatArray, FloatArray]:
-    """Return the log evidence of whitened data with coefficients integrated, their means, and their covariance."""
+def sums_without(parts: Sequence[FloatArray]) -> FloatArray:
+    """Return for each of some arrays the sum of all others: nothing is taken away again, so that nothing is lost."""
+    none = np.zeros((1, *parts[0].shape))
+    before = np.cumsum(np.concatenate([none, parts[:-1]]), axis=0)
+    after = np.cumsum(np.concatenate([none, parts[:0:-1]]), axis=0)[::-1]
+    return np.asarray(before + after)
+
+
+def solution(products: FloatArray) -> tuple[float, FloatArray, FloatArray]:
+    """Return the log evidence, the means of coefficients of prior N(0, 1), and the lower factor; of products of data.
+
+    `products` are those of whitened data and columns, as the compiled `integrated` takes them.
+    """
     from hexathermal.learn.diagnosis.whitening_loops import integrated
 
+    value, factor, z = integrated(products)
+    return float(value), np.asarray(linalg.solve_triangular(factor, z, lower=True, trans=1)), factor
+
+
+def marginal(r: FloatArray, X: FloatArray, sd: FloatArray) -> tuple[float, FloatArray, FloatArray]:
+    """Return the log evidence of whitened data with coefficients integrated, their means, and their covariance."""
     table = np.column_stack([r, X * sd])
-    value, factor, z = integrated(table.T @ table)
-    mean = linalg.solve_triangular(factor, z, lower=True, trans=1)
+    value, mean, factor = solution(table.T @ table)
     inverse = linalg.cho_solve((factor, True), np.eye(len(sd)))
-    return float(value), sd * mean, inverse * np.outer(sd, sd)
+    return value, sd * mean, inverse * np.outer(sd, sd)

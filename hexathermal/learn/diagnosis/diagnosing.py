@@ -67,13 +67,15 @@ def diagnose(
         for found, stage in zip(course.found, course.stages, strict=True)
     )
     extended = extended_law(base, last)
-    held, mute = judged_runs(campaign_rows(campaign, "validation"), (base, extended))
+    judged = campaign_rows(campaign, "validation")
+    held, mute = judged_runs(judged, (base, extended))
+    read = {one.run.name: one for one in (*rows, *judged)}
     seen = replace(campaign, runs=tuple(run for run in campaign.runs if run.name not in mute))
     verdict, probability, follows = _verdict(course)
     limits, confusions = limits_of(course.first, course.steps[0].levels, course.threshold)
     candidates = _candidates(course)
     return Diagnosis(
-        verdict, probability, effects, follows, candidates, base, extended, gained(base, extended, seen),
+        verdict, probability, effects, follows, candidates, base, extended, gained(base, extended, seen, read),
         reachable(campaign, last, held, base.sensors), last.levels, course.threshold, limits, confusions,
         next_experiments(course, confusions, candidates), run_residuals(campaign, course, rows, held, base, extended),
         campaign.title, (*_notes(course), *_unseen(course, rows, mute)),

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import replace
 from typing import Any
@@ -13,10 +13,11 @@ import numpy.typing as npt
 from hexathermal.errors import ArgumentError
 from hexathermal.learn.campaign import Block, Campaign
 from hexathermal.learn.campaign_laws import role_blocks
+from hexathermal.learn.diagnosis.channels import sums_without
 from hexathermal.learn.diagnosis.stage import Stage, mended, view_of
 from hexathermal.learn.law import IdentifiedLaw
 from hexathermal.learn.signals import RunRows
-from hexathermal.learn.validation import Validation, validate
+from hexathermal.learn.validation import LandingsJudged, landings_judged
 from hexathermal.learn.validation_gain import Gain, gain
 from hexathermal.learn.validation_rows import RowsPredictor
 from hexathermal.machine.leg_terms import LegTerm
@@ -47,20 +48,24 @@ def extended_law(law: IdentifiedLaw, stage: Stage) -> IdentifiedLaw:
                    joint_covariance=joint)  # fmt: skip
 
 
-def gained(law: IdentifiedLaw, extended: IdentifiedLaw, campaign: Campaign) -> Gain | None:
+def gained(
+    law: IdentifiedLaw, extended: IdentifiedLaw, campaign: Campaign, read: Mapping[str, RunRows] | None = None
+) -> Gain | None:
     """Return what the extended law gains on the campaign's runs for validation; None where there are none.
 
-    Both laws meet the rows in which the sensors of both have values.
+    Both laws meet the rows in which the sensors of both have values. `read` are runs that are in memory already.
     """
     if not campaign.runs_of("validation"):
         return None
     needed = [campaign.sensors.index(name) for name in dict.fromkeys((*law.sensors, *extended.read_sensors))]
 
-    def judged(one: IdentifiedLaw) -> Validation:
-        predictor = RowsPredictor(one, campaign) if one.extended else None
-        return validate(one, _with_values(role_blocks(campaign, "validation"), needed), campaign.sensors, predictor)
+    def judged(one: IdentifiedLaw) -> LandingsJudged:
+        predictor = RowsPredictor(one, campaign, read) if one.extended else None
+        blocks = _with_values(role_blocks(campaign, "validation", read=read), needed)
+        return landings_judged(one, blocks, campaign.sensors, predictor)
 
-    return gain(judged(law), judged(extended))
+    before = judged(law)
+    return gain(before, before if extended is law else judged(extended))
 
 
 def _with_values(blocks: Iterable[Block], sensors: Sequence[int]) -> Iterator[Block]:
@@ -116,14 +121,16 @@ _FREE: list[tuple[str, dict[str, Any]]] = [
 def _shrunk(X: FloatArray, y: FloatArray, run: npt.NDArray[np.int64]) -> FloatArray:
     """Return ridge weights, their strength chosen on runs left out."""
 
-    def weights(rows: npt.NDArray[np.bool_], strength: float) -> FloatArray:
-        gram = X[rows].T @ X[rows]
+    def weights(products: FloatArray, strength: float) -> FloatArray:
+        gram = products[1:, 1:].copy()
         gram[np.diag_indices_from(gram)] += strength * len(y)
-        return np.asarray(np.linalg.solve(gram, X[rows].T @ y[rows]))
+        return np.asarray(np.linalg.solve(gram, products[1:, 0]))
 
+    table, runs = np.column_stack([y, X]), [run == k for k in np.unique(run)]
+    others = sums_without([table[own].T @ table[own] for own in runs])
     losses = []
     strengths = np.geomspace(1e-6, 1.0, 7)
-    for strength in strengths:
-        left = [((y[run == k] - X[run == k] @ weights(run != k, strength)) ** 2).sum() for k in np.unique(run)]
+    for strength in strengths.tolist():
+        left = [((y[own] - X[own] @ weights(rest, strength)) ** 2).sum() for own, rest in zip(runs, others, strict=True)]
         losses.append(float(np.sum(left)))
-    return weights(np.ones(len(y), dtype=bool), float(strengths[int(np.argmin(losses))]))
+    return weights(table.T @ table, float(strengths[int(np.argmin(losses))]))
