@@ -9,7 +9,7 @@ from __future__ import annotations
 import numpy as np
 
 from hexathermal.learn.diagnosis.channels import Channel, Levels
-from hexathermal.learn.diagnosis.evidence import RHO, Base, mean_log, projected, stacked, stacked_columns
+from hexathermal.learn.diagnosis.evidence import RHO, Base, mean_log, projected, stacked, terms_of
 from hexathermal.learn.diagnosis.trials import Trial
 from hexathermal.poses import FloatArray
 
@@ -31,16 +31,16 @@ def chance_threshold(
         As `hexathermal.learn.diagnosis.evidence.screened`.
     seed : int
     """
-    terms = [trial for trial in trials if trial.base is None and trial.columns.shape[1] <= 2]
-    if not terms:
+    terms = terms_of(base, [trial for trial in trials if trial.columns.shape[1] <= 2])
+    if not terms.trials:
         return 0.0
-    view = projected(channel, base, levels, stacked_columns(channel, terms), terms)
+    view = projected(channel, base, levels, terms)
     G = view.scores(np.random.default_rng(seed).standard_normal((len(channel), DRAWS)))
     families: dict[str, list[FloatArray]] = {}
-    for stack in stacked(view, terms, G, levels.rms, largest):
+    for stack in stacked(view, G, levels.rms, largest):
         values = mean_log(np.array([stack.log_bayes(rho) for rho in RHO]))
-        for t, drawn in zip(stack.at.tolist(), values, strict=True):
-            families.setdefault(terms[t].cause, []).append(drawn)
+        for trial, drawn in zip(stack.trials, values, strict=True):
+            families.setdefault(trial.cause, []).append(drawn)
     best = np.max([mean_log(np.array(values)) for values in families.values()], axis=0)
     scale = np.sqrt(6.0) / np.pi * float(best.std())
     return float(best.mean() - 0.5772 * scale - scale * np.log(-np.log(1.0 - FALSE_ALARMS)))

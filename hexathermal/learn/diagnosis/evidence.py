@@ -15,7 +15,6 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from itertools import pairwise
 
 import numpy as np
 import numpy.typing as npt
@@ -27,6 +26,9 @@ from hexathermal.poses import FloatArray
 
 RHO = np.array([0.25, 0.5, 1.0, 2.0, 4.0])
 """Prior sizes of what stays visible of an effect, over the noise."""
+
+FEW = 2
+"""Up to so many columns of each, products of many trials are made at once."""
 
 TOLERATED = 0.05
 """Misfit that the null tolerates in any shape, RMS over the noise: no model is exact, and many rows would tell."""
@@ -101,7 +103,12 @@ def relevance(shown: float, noise: float, feigned: float) -> float:
 
 def visible(columns: FloatArray, base: FloatArray) -> FloatArray:
     """Return the RMS of what stays of columns after the base is refitted, shape (m,)."""
-    return np.asarray(np.sqrt((beside(columns, base) ** 2).mean(axis=0)))
+    return _rms(beside(columns, base))
+
+
+def _rms(columns: FloatArray) -> FloatArray:
+    """Return the RMS of each column, shape (m,)."""
+    return np.asarray(np.sqrt(np.einsum("nm,nm->m", columns, columns) / len(columns)))
 
 
 def beside(columns: FloatArray, base: FloatArray) -> FloatArray:
@@ -111,12 +118,48 @@ def beside(columns: FloatArray, base: FloatArray) -> FloatArray:
     return np.asarray(columns - Q[:, keep] @ (Q[:, keep].T @ columns))
 
 
-def sizes_of(trial: Trial, left: FloatArray, noise: float, largest: float) -> FloatArray:
-    """Return amplitudes at which a trial's visible part has the RMS of the noise, none above a largest effect."""
-    rms = np.sqrt((trial.columns**2).mean(axis=0)) + 1e-30
-    k = trial.columns.shape[1]
-    wanted = noise / np.sqrt(k) / np.maximum(left, 1e-3 * rms)
-    return np.asarray(np.minimum(wanted, largest / rms))
+@dataclass(frozen=True, eq=False)
+class Terms:
+    """Trials that add columns to the law, as every noise meets them.
+
+    Attributes
+    ----------
+    trials : tuple of Trial
+    columns : array, shape (n, m)
+        Of all trials beside each other.
+    edges : array of int, shape (t + 1,)
+        Where each trial's columns begin.
+    rms : array, shape (m,)
+        Of the columns.
+    left, plain : array, shape (m,)
+        RMS of what stays visible of each after the base is refitted, and after the law and what joined it.
+    """
+
+    trials: tuple[Trial, ...]
+    columns: FloatArray
+    edges: npt.NDArray[np.int64]
+    rms: FloatArray
+    left: FloatArray
+    plain: FloatArray
+
+    def sizes(self, at: npt.NDArray[np.int64], noise: float, largest: float) -> FloatArray:
+        """Return amplitudes at which visible parts have the RMS of the noise, none above a largest effect.
+
+        `at`, shape (t, k), are the columns of t trials of k columns each.
+        """
+        rms = self.rms[at] + 1e-30
+        wanted = noise / np.sqrt(at.shape[1]) / np.maximum(self.left[at], 1e-3 * rms)
+        return np.asarray(np.minimum(wanted, largest / rms))
+
+
+def terms_of(base: Base, trials: Sequence[Trial]) -> Terms:
+    """Return those of some trials that add columns."""
+    terms = tuple(trial for trial in trials if trial.base is None)
+    columns = stacked_columns(len(base.X), terms)
+    edges = np.cumsum([0, *(trial.columns.shape[1] for trial in terms)])
+    plain = visible(columns, base.X[:, : base.plain])
+    left = plain if base.plain == base.X.shape[1] else visible(columns, base.X)
+    return Terms(terms, columns, edges, _rms(columns), left, plain)
 
 
 @dataclass(frozen=True, eq=False)
@@ -132,10 +175,8 @@ class Projection:
     factor : array, shape (p, p)
         Lower Cholesky factor of ``Xs' Xs + I``.
     HZ : array, shape (p, m)
-    left : array, shape (m,)
-        RMS of what stays visible of each column.
-    places : tuple of slice
-        Columns of each trial.
+    terms : Terms
+        Whose columns they are.
     """
 
     r: FloatArray
@@ -144,37 +185,51 @@ class Projection:
     Xs: FloatArray
     factor: FloatArray
     HZ: FloatArray
-    left: FloatArray
-    places: tuple[slice, ...]
+    terms: Terms
 
     def scores(self, rows: FloatArray) -> FloatArray:
         """Return ``Z' P r`` of whitened data r, shape (n,) or (n, d)."""
         return np.asarray(self.Z.T @ (rows - self.Xs @ linalg.cho_solve((self.factor, True), self.Xs.T @ rows)))
 
-    def information(self, own: slice) -> FloatArray:
-        """Return ``S = Z' P Z`` of a trial's columns."""
-        return np.asarray(self.Z[:, own].T @ self.Z[:, own] - self.HZ[:, own].T @ self.HZ[:, own])
+    def information(self, at: npt.NDArray[np.int64]) -> FloatArray:
+        """Return ``S = Z' P Z`` of trials whose columns are `at`, shape (t, k), k each: (t, k, k)."""
+        count = at.shape[1]
+        if count > FEW:
+            parts = [(self.Z[:, own], self.HZ[:, own]) for own in (slice(row[0], row[-1] + 1) for row in at.tolist())]
+            return np.array([z.T @ z - h.T @ h for z, h in parts])
+        S = np.empty((len(at), count, count))
+        for i in range(count):
+            for j in range(i + 1):
+                S[:, i, j] = S[:, j, i] = _products(self.Z, at[:, i], at[:, j]) - _products(self.HZ, at[:, i], at[:, j])
+        return S
 
 
-def stacked_columns(channel: Channel, trials: Sequence[Trial]) -> FloatArray:
-    """Return the columns of all trials beside each other, shape (n, m)."""
-    return np.column_stack([trial.columns for trial in trials]) if trials else np.zeros((len(channel), 0))
+def _products(table: FloatArray, first: npt.NDArray[np.int64], second: npt.NDArray[np.int64]) -> FloatArray:
+    """Return the sums over rows of the products of some columns with others, shape (t,)."""
+    one = table[:, first]
+    other = one if first is second else table[:, second]
+    return np.asarray(np.einsum("nt,nt->t", one, other))
 
 
-def projected(channel: Channel, base: Base, levels: Levels, columns: FloatArray, trials: Sequence[Trial]) -> Projection:
-    """Return the projection of trials whose columns stand in `columns`."""
-    n = base.X.shape[1]
-    table, _logdet = channel.whitened(np.column_stack([channel.y, base.X, columns]), levels)
-    r, X, Z = table[:, 0], table[:, 1 : n + 1], table[:, n + 1 :]
+def stacked_columns(n: int, trials: Sequence[Trial]) -> FloatArray:
+    """Return the columns of trials, of n rows each, beside each other, shape (n, m)."""
+    return np.concatenate([trial.columns for trial in trials], axis=1) if trials else np.zeros((n, 0))
+
+
+def projected(channel: Channel, base: Base, levels: Levels, terms: Terms) -> Projection:
+    """Return the projection of trials at one noise."""
+    table, _logdet = channel.whitened(np.column_stack([channel.y, base.X]), levels)
+    r, X = table[:, 0], table[:, 1:]
+    Z, _logdet = channel.whitened(terms.columns, levels)
     Xs = X * base.sd
-    factor, _lower = linalg.cho_factor(Xs.T @ Xs + np.eye(n), lower=True)
+    factor, _lower = linalg.cho_factor(Xs.T @ Xs + np.eye(len(base.sd)), lower=True)
     HZ = linalg.solve_triangular(factor, Xs.T, lower=True) @ Z
-    edges = np.cumsum([0, *(trial.columns.shape[1] for trial in trials)]).tolist()
-    places = tuple(slice(a, b) for a, b in pairwise(edges))
-    return Projection(r, X, Z, Xs, factor, HZ, visible(columns, base.X), places)
+    return Projection(r, X, Z, Xs, factor, HZ, terms)
 
 
-def screened(channel: Channel, base: Base, levels: Levels, trials: list[Trial], largest: float) -> list[Scored]:
+def screened(
+    channel: Channel, base: Base, levels: Levels, trials: Sequence[Trial], largest: float, terms: Terms | None = None
+) -> list[Scored]:
     """Return all trials with their evidence at one noise.
 
     Parameters
@@ -183,26 +238,25 @@ def screened(channel: Channel, base: Base, levels: Levels, trials: list[Trial], 
     base : Base
     levels : Levels
         Of the null.
-    trials : list of Trial
+    trials : sequence of Trial
     largest : float
         RMS of the largest effect thought possible, in the channel's unit.
+    terms : Terms, optional
+        Of these trials beside this base, where they were made before.
     """
-    terms = [trial for trial in trials if trial.base is None]
-    columns = stacked_columns(channel, terms)
-    view = projected(channel, base, levels, columns, terms)
-    g = view.scores(view.r)
-    plain = visible(columns, base.X[:, : base.plain])
+    terms = terms_of(base, trials) if terms is None else terms
+    view = projected(channel, base, levels, terms)
     found = []
-    for stack in stacked(view, terms, g[:, None], levels.rms, largest):
-        values = np.array([stack.log_bayes(rho)[:, 0] for rho in RHO])
-        best = RHO[np.argmax(values, axis=0)]
+    for stack in stacked(view, view.scores(view.r)[:, None], levels.rms, largest):
+        grid = np.array([stack.log_bayes(rho)[:, 0] for rho in RHO])
+        best, values = RHO[np.argmax(grid, axis=0)], mean_log(grid)
         amplitudes, over = stack.found(best)
-        for k, t in enumerate(stack.at.tolist()):
-            trial, rho = terms[t], float(best[k])
-            shown = float(np.sqrt(((amplitudes[k] * plain[view.places[t]]) ** 2).sum()))
-            value = float(mean_log(values[:, k])) + trial.advantage
-            spread = shown / max(float(over[k]), 1e-12)
-            found.append(Scored(trial, value, shown, levels.rms, spread, rho, rho * stack.size[k]))
+        shown = np.sqrt(((amplitudes * terms.plain[stack.at]) ** 2).sum(axis=1))
+        spread = shown / np.maximum(over, 1e-12)
+        sizes = best[:, None] * stack.size
+        rows = zip(stack.trials, values.tolist(), shown.tolist(), spread.tolist(), best.tolist(), sizes, strict=True)
+        for trial, value, size, error, rho, prior in rows:
+            found.append(Scored(trial, value + trial.advantage, size, levels.rms, error, rho, prior))
     null, before, _ = marginal(view.r, view.X, base.sd)
     for trial in trials:
         if trial.base is not None:
@@ -227,8 +281,9 @@ class Stack:
 
     Attributes
     ----------
-    at : array of int, shape (t,)
-        Which trials they are.
+    trials : list of Trial
+    at : array of int, shape (t, k)
+        Which columns they have.
     size : array, shape (t, k)
         Amplitudes at which the visible part has the RMS of the noise.
     w : array, shape (t, k)
@@ -238,6 +293,7 @@ class Stack:
         ``turn' D g`` of d vectors of data.
     """
 
+    trials: list[Trial]
     at: npt.NDArray[np.int64]
     size: FloatArray
     w: FloatArray
@@ -257,20 +313,21 @@ class Stack:
         return self.size * np.einsum("tik,tk->ti", self.turn, share * b), np.sqrt((share * b**2).sum(axis=1))
 
 
-def stacked(view: Projection, terms: Sequence[Trial], G: FloatArray, noise: float, largest: float) -> Iterator[Stack]:
+def stacked(view: Projection, G: FloatArray, noise: float, largest: float) -> Iterator[Stack]:
     """Give the trials of a projection, with scores G (m, d) of data, in stacks of equally many columns.
 
-    `noise` and `largest` are the RMS that the priors of amplitudes are made from, as `sizes_of` wants them.
+    `noise` and `largest` are the RMS that the priors of amplitudes are made from, as `Terms.sizes` wants them.
     """
-    sizes = [sizes_of(trial, view.left[own], noise, largest) for trial, own in zip(terms, view.places, strict=True)]
-    counts = np.array([len(size) for size in sizes])
+    terms = view.terms
+    counts = np.diff(terms.edges)
     for count in np.unique(counts).tolist():
-        at = np.flatnonzero(counts == count)
-        size = np.array([sizes[t] for t in at])
-        S = np.array([view.information(view.places[t]) for t in at]) * size[:, :, None] * size[:, None, :]
+        own = np.flatnonzero(counts == count)
+        at = terms.edges[own][:, None] + np.arange(count)
+        size = terms.sizes(at, noise, largest)
+        S = view.information(at) * size[:, :, None] * size[:, None, :]
         w, turn = np.linalg.eigh(S)
-        g = np.array([G[view.places[t]] for t in at]) * size[:, :, None]
-        yield Stack(at, size, np.maximum(w, 0.0), turn, np.einsum("tik,tid->tkd", turn, g))
+        b = np.einsum("tik,tid->tkd", turn, G[at] * size[:, :, None])
+        yield Stack([terms.trials[t] for t in own.tolist()], at, size, np.maximum(w, 0.0), turn, b)
 
 
 def mean_log(values: FloatArray) -> FloatArray:

@@ -9,7 +9,18 @@ import numpy as np
 
 from hexathermal.learn.diagnosis.causes import catalogue
 from hexathermal.learn.diagnosis.channels import Channel, Levels
-from hexathermal.learn.diagnosis.evidence import RHO, Base, Scored, beside, changed_base, mean_log, relevance, screened
+from hexathermal.learn.diagnosis.evidence import (
+    RHO,
+    Base,
+    Scored,
+    Terms,
+    beside,
+    changed_base,
+    mean_log,
+    relevance,
+    screened,
+    terms_of,
+)
 from hexathermal.learn.diagnosis.trials import Trial, Workbench
 from hexathermal.learn.diagnosis.unexplained import THERMAL, flexible_trials
 from hexathermal.poses import FloatArray
@@ -138,30 +149,18 @@ class Search:
     repaired: Callable[[Trial], Base] | None = None
     trials: list[Trial] = field(default_factory=list)
     _bases: dict[int, Base] = field(default_factory=dict)
-    _gains: dict[tuple[int, str], float] = field(default_factory=dict)
 
-    def all_trials(self) -> list[Trial]:
-        """Return the trials of the catalogue and the nameless ones."""
-        found = []
-        for module in catalogue().values():
-            feigned = self.bench.feigned if module.CAUSE.thermal else 0.0
-            found += [replace(trial, feigned=feigned) for trial in module.trials(self.bench)]
-        found += [replace(trial, feigned=self.bench.feigned * (trial.target in THERMAL))
-                  for trial in flexible_trials(self.bench)]  # fmt: skip
-        return [
-            trial for trial in found if trial.base is not None or np.ptp(trial.columns, axis=0).max(initial=0.0) > 0.0
-        ]
-
-    def scored(self, levels: Levels, trials: list[Trial]) -> list[Scored]:
-        """Return trials with their evidence at one noise."""
-        return screened(self.channel, self.base, levels, trials, self.largest)
+    def scored(self, levels: Levels, trials: list[Trial], terms: Terms | None = None) -> list[Scored]:
+        """Return trials with their evidence at one noise; `terms` are those of them, where they were made before."""
+        return screened(self.channel, self.base, levels, trials, self.largest, terms)
 
     def step(self, trials: list[Trial], begin: Levels | None = None) -> Step:
         """Return the ranking of trials over the present base."""
         levels, null = self.channel.fitted(self.base.X, self.base.sd, begin)
         ranked: dict[str, Ranked] = {}
+        terms = terms_of(self.base, trials)
         for _again in range(2):
-            scored = self._closer(self.scored(levels, trials), levels, null)
+            scored = self._closer(self.scored(levels, trials, terms), levels, null)
             families = _families(scored)
             leaders = sorted(families, key=lambda name: -families[name][0])[:LEADERS]
             pool = [levels]
@@ -269,10 +268,7 @@ class Search:
         model = None if sensor is None else self.bench.model(sensor)
         if sensor is None or model is None or trial.parity is None:
             return 0.0
-        key = id(trial), sensor
-        if key not in self._gains:
-            self._gains[key] = model.gain(*trial.parity(model))
-        return self._gains[key]
+        return model.gain_of(trial.parity)
 
     def _with_witness(self, ranked: Ranked) -> Ranked:
         """Return a cause whose value is the evidence in the drift with that of other witnesses.
@@ -306,6 +302,26 @@ class Search:
         least = max(trial.least_parity, -MOST_PARITY)
         beyond, sure = np.clip(own - np.maximum([usual, most], 0.0), least, MOST_PARITY).tolist()
         return beyond, sure
+
+
+def all_trials(bench: Workbench) -> list[Trial]:
+    """Return the trials of the catalogue and the nameless ones."""
+    found = []
+    for module in catalogue().values():
+        feigned = bench.feigned if module.CAUSE.thermal else 0.0
+        found += [_feigning(trial, feigned) for trial in module.trials(bench)]
+    found += [_feigning(trial, bench.feigned * (trial.target in THERMAL)) for trial in flexible_trials(bench)]
+    return [trial for trial in found if trial.base is not None or _varies(trial.columns)]
+
+
+def _feigning(trial: Trial, feigned: float) -> Trial:
+    """Return a trial with the misfit that errors of the thermometers may feign."""
+    return trial if trial.feigned == feigned else replace(trial, feigned=feigned)
+
+
+def _varies(columns: FloatArray) -> bool:
+    """Return whether a column is no constant; columns with missing values say nothing."""
+    return bool((columns != columns[0]).any() and not np.isnan(columns).any())
 
 
 def _families(scored: list[Scored]) -> dict[str, tuple[float, Scored]]:

@@ -6,8 +6,9 @@ the sensor's own: noise, a slow bias, or heat that no other sees.
 
 from __future__ import annotations
 
+from collections.abc import Callable, Hashable
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, partial
 
 import numpy as np
 
@@ -32,6 +33,9 @@ BIAS_K = 0.05
 
 AIR_SHARE = 0.3
 """Prior size of the air's share in a sound thermometer."""
+
+Parity = Callable[["SensorModel"], tuple[FloatArray, FloatArray]]
+"""From the model of a sensor to columns in its parity, shape (m, k), and their sizes, shape (k,)."""
 
 FEWEST_ROWS = 10
 PARITY_WINDOW_S = 600.0
@@ -216,6 +220,10 @@ class SensorModel:
         spread = np.where(np.arange(len(self.sd)) < len(self.expected[1]), LOOSE, self.sd)
         return self.channel.fitted(self.X, spread, self.null[0], 30)[1]
 
+    def gain_of(self, parity: Parity) -> float:
+        """Return `gain` of the columns that a trial makes of this model; trials of other stages make the same."""
+        return self.view.once(("gain", self.sensor, _sameness(parity)), lambda: self.gain(*parity(self)))
+
     def gain(self, columns: FloatArray, sizes: FloatArray) -> float:
         """Return by how much columns, shape (n, k), of prior sizes (k,), raise the log evidence of the parity.
 
@@ -225,6 +233,18 @@ class SensorModel:
         levels, value = self.channel.fitted(X, sd, self.null[0], 30)
         # the same noise must be open to both
         return value - max(self.null[1], self._displaced, self.channel.evidence(self.X, self.sd, levels))
+
+
+def _sameness(parity: Parity) -> Hashable:
+    """Return what is equal for functions that do the same."""
+    if not isinstance(parity, partial) or parity.keywords:
+        return parity
+    same = parity.func, parity.args
+    try:
+        hash(same)
+    except TypeError:  # of an array, say
+        return parity
+    return same
 
 
 def _products(P: FloatArray, y: FloatArray) -> tuple[FloatArray, FloatArray]:

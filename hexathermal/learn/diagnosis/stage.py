@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 
@@ -12,7 +13,7 @@ from hexathermal.learn.campaign import Campaign
 from hexathermal.learn.diagnosis.channels import Channel, Levels
 from hexathermal.learn.diagnosis.evidence import Base, Scored
 from hexathermal.learn.diagnosis.recorded import silent_inputs, silent_sensors, without_inputs
-from hexathermal.learn.diagnosis.search import FORETOLD, REPEATED, TWINS, Ranked, Search, Step, base_sizes
+from hexathermal.learn.diagnosis.search import FORETOLD, REPEATED, TWINS, Ranked, Search, Step, all_trials, base_sizes
 from hexathermal.learn.diagnosis.sensor_model import SensorModel
 from hexathermal.learn.diagnosis.trials import Trial, Workbench
 from hexathermal.learn.diagnosis.view import View
@@ -114,9 +115,23 @@ class Stage:
     def search(self) -> Search:
         """The search over all causes."""
         largest = LARGEST * float(np.sqrt((self.channel.y**2).mean()))
-        search = Search(self.bench, self.channel, self.base, largest, self._repaired_base)
-        search.trials = search.all_trials()
-        return search
+        return Search(self.bench, self.channel, self.base, largest, self._repaired_base, self._trials)
+
+    @cached_property
+    def _trials(self) -> list[Trial]:
+        """All trials."""
+        return all_trials(self.bench)
+
+    def _against(self, **changes: Any) -> Stage:
+        """Return the stage with another null, or other causes out of the race: what joined is as it was."""
+        other = replace(self, **changes)
+        known = ("_plain", "law_sizes", "levels", "plain", "bench", "_trials", "_left")
+        other.__dict__.update({name: self.__dict__[name] for name in known if name in self.__dict__})
+        return other
+
+    def tolerating(self, scored: Scored) -> Stage:
+        """Return the stage whose null has a trial's columns."""
+        return self._against(tolerated=(*self.tolerated, scored))
 
     def _repaired_base(self, trial: Trial) -> Base:
         """Return the base of the data that a trial mends, errors of the thermometers as they are then."""
@@ -141,7 +156,7 @@ class Stage:
     def without(self, scored: Scored) -> Stage:
         """Return the stage with a trial's cause out of the race, and its columns among what the null tolerates."""
         tolerated = (*self.tolerated, scored) if scored.trial.columns.shape[1] else self.tolerated
-        return replace(self, tolerated=tolerated, refused=(*self.refused, scored.trial.cause))
+        return self._against(tolerated=tolerated, refused=(*self.refused, scored.trial.cause))
 
     @cached_property
     def step(self) -> Step:

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
-from functools import cached_property
+from functools import cached_property, partial
 from typing import TYPE_CHECKING, Any, Protocol, TypeVar
 
 import numpy as np
 
 from hexathermal.learn.diagnosis.recorded import noisy_sensors, row_noise
-from hexathermal.learn.diagnosis.sensor_model import SensorModel, sensor_model
+from hexathermal.learn.diagnosis.sensor_model import Parity, SensorModel, sensor_model
 from hexathermal.learn.diagnosis.view import View
 from hexathermal.poses import FloatArray
 
@@ -119,7 +119,7 @@ class Trial:
     parameters: Mapping[str, Any] = field(default_factory=dict)
     base: FloatArray | None = None
     repair: Callable[[], SensorRepair] | None = None
-    parity: Callable[[SensorModel], tuple[FloatArray, FloatArray]] | None = None
+    parity: Parity | None = None
     least_parity: float = -np.inf
     anew: bool = False
     advantage: float = 0.0
@@ -175,7 +175,8 @@ class Workbench:
     @cached_property
     def noisy(self) -> tuple[str, ...]:
         """Sensors too noisy to be trusted with what moves the part."""
-        return tuple(noisy_sensors(self.view.runs, self.view.sensors))
+        view = self.view
+        return view.once(("noisy",), lambda: tuple(noisy_sensors(view.runs, view.sensors)))
 
     def bystanders(self, most: int) -> list[str]:
         """Return sensors outside the law, evenly chosen."""
@@ -198,12 +199,13 @@ class Workbench:
         for sensor in self.view.base:
             model = self.model(sensor)
             bias = USUAL_BIAS_K if model is None else min(model.null[0].slow, self.usual_bias)
-            error = np.hypot(bias, resolution(self.view, sensor) / np.sqrt(12.0))
+            step, noise = self.view.once(("reading", sensor), partial(_reading, self.view, sensor))
+            error = np.hypot(bias, step / np.sqrt(12.0))
             span = float(np.sqrt((self.slopes_span(sensor) ** 2).mean()))
             parts.append(self.slopes[sensor] * span * error)
-            noises.append(self.slopes[sensor] * span * row_noise(self.view.runs, sensor) * self.view.noise_left)
-        noise = float(np.linalg.norm(noises))
-        lured = noise * min(MOST_FEIGNED, FEIGNED_NOISE * noise / self.noise)
+            noises.append(self.slopes[sensor] * span * noise * self.view.noise_left)
+        whole = float(np.linalg.norm(noises))
+        lured = whole * min(MOST_FEIGNED, FEIGNED_NOISE * whole / self.noise)
         return float(np.hypot(FEIGNED * np.linalg.norm(parts), lured))
 
     def slopes_span(self, sensor: str) -> FloatArray:
@@ -220,6 +222,11 @@ class Workbench:
 def evenly(items: Sequence[Item], most: int) -> list[Item]:
     """Return at most so many items, evenly chosen, first and last among them."""
     return [items[k] for k in np.unique(np.linspace(0, len(items) - 1, min(most, len(items))).astype(int))]
+
+
+def _reading(view: View, sensor: str) -> tuple[float, float]:
+    """Return a thermometer's resolution and its noise from row to row [K]."""
+    return resolution(view, sensor), row_noise(view.runs, sensor)
 
 
 def resolution(view: View, sensor: str) -> float:

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Hashable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property, lru_cache
-from typing import Any
+from typing import Any, TypeVar, cast
 
 import numpy as np
 import numpy.typing as npt
@@ -36,6 +36,8 @@ THINNED_ROWS = 300
 
 MOST_WINDOWS = 500
 """Windows of a run; longer runs take longer windows."""
+
+Made = TypeVar("Made")
 
 
 @dataclass(frozen=True, eq=False)
@@ -205,32 +207,53 @@ class View:
 
         Where runs follow one another on the campaign's clock, what the shape remembers goes on.
         """
-        return self._kept("rows", shape, parameters, self._columns)
+        if "ratio" not in parameters:
+            return self._kept("rows", shape, parameters, self._columns)
+        # a shape with a ratio is a length times what knows no ratio, and every stage of a diagnosis has its own ratio
+        both = self._kept("lengths", shape, {**parameters, "ratio": 0.0}, self._lengths)
+        k = both.shape[1] // 2
+        return np.asarray(both[:, :k] + parameters["ratio"] * both[:, k:])
+
+    def once(self, key: tuple[Hashable, ...], made: Callable[[], Made]) -> Made:
+        """Return what was made before under a key, or make it: most of what stages of a diagnosis ask for is alike."""
+        if key not in self._made:
+            self._made[key] = made()
+        return cast("Made", self._made[key])
+
+    @cached_property
+    def _made(self) -> dict[tuple[Hashable, ...], object]:
+        """What `once` keeps."""
+        return {}
 
     def _kept(
         self, how: str, shape: str, parameters: Mapping[str, Any], made: Callable[[str, Mapping[str, Any]], FloatArray]
     ) -> FloatArray:
-        """Return columns that were made before, or make them: every stage of a diagnosis asks for most of them."""
-        key = (how, shape, repr(sorted(parameters.items())))
-        if key not in self._made:
-            found = made(shape, parameters)
-            found.flags.writeable = False
-            self._made[key] = found
-        return self._made[key]
+        """Return columns of a shape that were made before, or make them."""
+        found = self.once((how, shape, repr(sorted(parameters.items()))), lambda: made(shape, parameters))
+        found.flags.writeable = False
+        return found
 
-    @cached_property
-    def _made(self) -> dict[tuple[Any, ...], FloatArray]:
-        """Columns of shapes by their parameters."""
-        return {}
+    def _rows(self, shape: str, parameters: Mapping[str, Any]) -> Iterator[FloatArray]:
+        """Give a shape's columns in all rows, run after run."""
+        memory = Memory()
+        for signals, goes_on in zip(self.signals, self.goes_on, strict=True):
+            memory = memory if goes_on else Memory()
+            yield term_columns(shape, signals, parameters, memory)
 
     def _columns(self, shape: str, parameters: Mapping[str, Any]) -> FloatArray:
         """Return a shape's columns, made of all rows."""
-        found, memory = list[FloatArray](), Memory()
-        for k, (signals, piece) in enumerate(zip(self.signals, self.pieces, strict=True)):
-            memory = memory if self.goes_on[k] else Memory()
-            rows = term_columns(shape, signals, parameters, memory)
-            found.append(rows - (rows[piece.used[0]] if self.zeroed_by_run else 0.0))
-        return self.windows(found)
+        return self.windows(self._zeroed(self._rows(shape, parameters)))
+
+    def _lengths(self, shape: str, parameters: Mapping[str, Any]) -> FloatArray:
+        """Return a shape's columns for the retracted length, then for the displacement, shape (n, 2 k)."""
+        both = [np.column_stack([rows, rows * (signals.q / signals.retracted_length)[:, None]])
+                for rows, signals in zip(self._rows(shape, parameters), self.signals, strict=True)]  # fmt: skip
+        return self.windows(self._zeroed(both))
+
+    def _zeroed(self, values: Iterable[FloatArray]) -> list[FloatArray]:
+        """Return rows' values, shape (n,) or (n, k), less those of each run's zero."""
+        return [value - (value[piece.used[0]] if self.zeroed_by_run else 0.0)
+                for value, piece in zip(values, self.pieces, strict=True)]  # fmt: skip
 
     @cached_property
     def travelled(self) -> tuple[FloatArray, FloatArray]:
@@ -309,9 +332,7 @@ class View:
 
     def windows_zeroed(self, values: Sequence[FloatArray]) -> FloatArray:
         """Return means over windows of rows' values less those of the zero, shape (n,)."""
-        zeroed = [value - (value[piece.used[0]] if self.zeroed_by_run else 0.0)
-                  for value, piece in zip(values, self.pieces, strict=True)]  # fmt: skip
-        return self.windows(zeroed)[:, 0]
+        return self.windows(self._zeroed(values))[:, 0]
 
     def shifted(self, sensor: str, offset: float) -> FloatArray:
         """Return a sensor's temperature read `offset` seconds later, in windows [K]."""
@@ -327,6 +348,10 @@ class View:
 
         It is noise of readings and quick warming; smoothing is symmetric in time and knows no lag.
         """
+        return self.once(("quick", sensor), lambda: self._quick(sensor))
+
+    def _quick(self, sensor: str) -> FloatArray:
+        """Return what `quick` keeps."""
         bands = []
         for rows, signals in zip(self.runs, self.signals, strict=True):
             raw, once = rows.signals.dT[sensor], signals.dT[sensor]

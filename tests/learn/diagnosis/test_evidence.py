@@ -21,7 +21,6 @@ from hexathermal.learn.diagnosis.evidence import (
     mean_log,
     relevance,
     screened,
-    sizes_of,
     visible,
 )
 from hexathermal.learn.diagnosis.search import NONE, SURE_WITNESS, Ranked, Search, Step
@@ -49,17 +48,18 @@ def density(channel: Channel, X: FloatArray, sd: FloatArray) -> float:
 def test_a_term_is_scored_as_dense_distributions_score_it(
     channel: Channel, base: Base, rng: np.random.Generator
 ) -> None:
-    """The score of one and two columns is the log of the mean over sizes of p(y | law and trial) / p(y | law)."""
+    """The score of one to four columns is the log of the mean over sizes of p(y | law and trial) / p(y | law)."""
     channel = noisy(channel, LEVELS, rng)
-    for k in (1, 2):
-        trial = Trial("backlash", rng.standard_normal((len(channel), k)))
-        (found,) = screened(channel, base, LEVELS, [trial], LARGEST)
-        size = sizes_of(trial, visible(trial.columns, base.X), LEVELS.rms, LARGEST)
+    trials = [Trial("backlash", rng.standard_normal((len(channel), k))) for k in (2, 1, 4, 2, 3)]
+    for found in screened(channel, base, LEVELS, trials, LARGEST):
+        trial, k = found.trial, found.trial.columns.shape[1]
+        size = LEVELS.rms / np.sqrt(k) / visible(trial.columns, base.X)
         X = np.column_stack([base.X, trial.columns])
         values = np.array([density(channel, X, np.append(base.sd, rho * size)) for rho in RHO])
         wanted = mean_log(values) - density(channel, base.X, base.sd)
         assert found.value == pytest.approx(wanted, abs=1e-6)
         assert found.rho == RHO[int(np.argmax(values))]
+        np.testing.assert_allclose(found.size, found.rho * size)
 
 
 def test_a_changed_law_is_scored_on_the_same_data(channel: Channel, base: Base, rng: np.random.Generator) -> None:

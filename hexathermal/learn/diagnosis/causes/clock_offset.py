@@ -9,6 +9,7 @@ import numpy as np
 
 from hexathermal.learn.diagnosis.timing import Timing
 from hexathermal.learn.diagnosis.trials import Cause, Parameter, Trial, Workbench
+from hexathermal.learn.diagnosis.view import View
 from hexathermal.machine.leg_repairs import SensorRepair
 
 CAUSE = Cause(
@@ -29,7 +30,11 @@ OFFSETS_S = tuple(np.geomspace(10.0, 1200.0, 28))
 
 def trials(bench: Workbench) -> Iterator[Trial]:
     """Give the law at temperatures that are read earlier or later."""
-    view = bench.view
+    yield from bench.view.once((CAUSE.name,), lambda: tuple(_shifted(bench.view)))
+
+
+def _shifted(view: View) -> Iterator[Trial]:
+    """Give the trials, which no stage of a diagnosis changes."""
     timing = Timing(view)
     for offset in (*(-value for value in OFFSETS_S[::-1]), *OFFSETS_S):
         base = view.base_of([view.shifted(name, offset) for name in view.base])

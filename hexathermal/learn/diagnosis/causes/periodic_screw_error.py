@@ -31,6 +31,12 @@ PARTS = 4.0
 
 def trials(bench: Workbench) -> Iterator[Trial]:
     """Give waves of all pitches that the stroke can tell apart."""
+    # no stage of a diagnosis changes them
+    yield from bench.view.once((CAUSE.name,), lambda: tuple(_waves(bench)))
+
+
+def _waves(bench: Workbench) -> Iterator[Trial]:
+    """Give the trials."""
     view = bench.view
     if not view.moves:
         return

@@ -59,11 +59,11 @@ def trials(bench: Workbench) -> Iterator[Trial]:
             continue
         span, own = bench.slopes_span(sensor), view.temperatures(sensor)
         even = _even_moments(model, min(7, MOST_MOMENTS // len(view.runs)))
-        promising = set(_promising_moments(model))
+        promising = set(view.once((CAUSE.name, sensor), partial(_promising_moments, model)))
         for k, moment in sorted({*even, *promising}):
-            told = _foretold(model, k, moment)
+            told = view.once((CAUSE.name, sensor, k, moment), partial(_told, model, k, moment))
             off = (view.channel.run > k) | ((view.channel.run == k) & (view.time >= moment))
-            lost = off * (view.windows_zeroed(told) - own)
+            lost = off * (told - own)
             where = {"run": view.runs[k].run.name, "time_s": round(moment, 1)}
             asked = (k, moment) in promising
             yield Trial(CAUSE.name, (span * lost)[:, None], sensor, "", where, parity=partial(_parity, k, moment),
@@ -117,9 +117,9 @@ def _repair(model: SensorModel, run: int, moment: float) -> SensorRepair:
     return SensorRepair(CAUSE.name, "detached", {"sensor": model.sensor, "weights": weights, "from_s": begins})
 
 
-def _foretold(model: SensorModel, run: int, moment: float) -> list[FloatArray]:
-    """Return what the other sensors foretell, learnt before the moment in run `run`."""
-    return model.foretold(_before(model, run, moment))
+def _told(model: SensorModel, run: int, moment: float) -> FloatArray:
+    """Return what the other sensors foretell in windows, learnt before the moment in run `run`."""
+    return model.view.windows_zeroed(model.foretold(_before(model, run, moment)))
 
 
 def _before(model: SensorModel, run: int, moment: float) -> list[slice]:

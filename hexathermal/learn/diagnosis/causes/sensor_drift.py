@@ -47,11 +47,16 @@ def trials(bench: Workbench) -> Iterator[Trial]:
             fade = np.exp(-view.channel.run / decay)
             yield Trial(CAUSE.name, -(span * view.time / 3600.0 * fade)[:, None], sensor, "", {"decay_runs": decay},
                         parity=partial(_parity, decay), repair=partial(_repair, model))  # fmt: skip
-        lost = view.windows_zeroed(model.foretold(nuisance=_slopes(model))) - view.temperatures(sensor)
+        lost = view.once((CAUSE.name, sensor), partial(_told, model)) - view.temperatures(sensor)
         hours = view.time / 3600.0
         settings = {"decay_runs": DECAYS[0], "rate_K_per_h": -float(hours @ lost / (hours @ hours))}
         yield Trial(CAUSE.name, (span * lost)[:, None], sensor, "", settings,
                     parity=partial(_parity, DECAYS[0]), repair=partial(_repair, model))  # fmt: skip
+
+
+def _told(model: SensorModel) -> FloatArray:
+    """Return what the other sensors foretell in windows, learnt beside a slope in time for each run."""
+    return model.view.windows_zeroed(model.foretold(nuisance=_slopes(model)))
 
 
 def _slopes(model: SensorModel) -> list[FloatArray]:

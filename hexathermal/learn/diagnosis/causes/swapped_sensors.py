@@ -9,6 +9,7 @@ import numpy as np
 
 from hexathermal.learn.diagnosis.order import Order
 from hexathermal.learn.diagnosis.trials import Cause, Parameter, Trial, Workbench
+from hexathermal.learn.diagnosis.view import View
 from hexathermal.machine.leg_repairs import SensorRepair
 
 CAUSE = Cause(
@@ -28,7 +29,11 @@ CAUSE = Cause(
 
 def trials(bench: Workbench) -> Iterator[Trial]:
     """Give each of the law's sensors exchanged with each other one."""
-    view = bench.view
+    yield from bench.view.once((CAUSE.name,), lambda: tuple(_exchanged(bench.view)))
+
+
+def _exchanged(view: View) -> Iterator[Trial]:
+    """Give the trials, which no stage of a diagnosis changes."""
     order = Order(view)
     for k, sensor in enumerate(view.base):
         for other in view.sensors:

@@ -79,10 +79,15 @@ def _late(bench: Workbench, sensor: str, ratio: float) -> Iterator[Trial]:
     for tau in LATE_TIMES_S:
         for order in (1, 2):
             stages = (tau / order,) * order
-            weights = model.sensor_weights(model.weights(behind=model.behind(stages)))
+            weights = bench.view.once((CAUSE.name, sensor, stages), partial(_late_weights, model, stages))
             trial = bench.term(CAUSE.name, "foretold", sensor, sensor=sensor, weights=weights, ratio=ratio,
                                time_constant_s=tau, order=order)  # fmt: skip
             yield replace(trial, parity=partial(_late_parity, stages), least_parity=0.0)
+
+
+def _late_weights(model: SensorModel, stages: tuple[float, ...]) -> dict[str, float]:
+    """Return the weights of the other sensors that explain a sensor behind low passes."""
+    return model.sensor_weights(model.weights(behind=model.behind(stages)))
 
 
 def _late_parity(stages: tuple[float, ...], model: SensorModel) -> tuple[FloatArray, FloatArray]:

@@ -8,6 +8,7 @@ import numpy as np
 import numpy.typing as npt
 
 from hexathermal.learn.diagnosis.trials import Cause, Parameter, Trial, Workbench
+from hexathermal.learn.diagnosis.view import View
 from hexathermal.poses import FloatArray
 
 CAUSE = Cause(
@@ -33,7 +34,11 @@ half evenly in time, so that neither many short landings nor one long rest is pa
 
 def trials(bench: Workbench) -> Iterator[Trial]:
     """Give steps at the beginnings of windows, run by run."""
-    view = bench.view
+    yield from bench.view.once((CAUSE.name,), lambda: tuple(_steps(bench.view)))
+
+
+def _steps(view: View) -> Iterator[Trial]:
+    """Give the trials, which no stage of a diagnosis changes."""
     run, time = view.channel.run, view.time
     moments = max(4, MOST_MOMENTS // len(view.runs))
     for k, rows in enumerate(view.runs):
