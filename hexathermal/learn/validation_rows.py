@@ -49,9 +49,7 @@ class RowsPredictor:
         Runs that are in memory already, by their names.
     """
 
-    def __init__(
-        self, law: IdentifiedLaw, campaign: Campaign, read: Mapping[str, RunRows] | None = None
-    ) -> None:
+    def __init__(self, law: IdentifiedLaw, campaign: Campaign, read: Mapping[str, RunRows] | None = None) -> None:
         self.law, self.campaign, self._read = law, campaign, read or {}
         self._run, self._time = "", np.zeros(0)
         self._said = Predicted(np.zeros((0, 0)), self._time, self._time)

@@ -9,7 +9,7 @@ from __future__ import annotations
 import numpy as np
 
 from hexathermal.learn.diagnosis.channels import Channel, Levels
-from hexathermal.learn.diagnosis.evidence import RHO, Base, mean_log, projected, stacked, terms_of
+from hexathermal.learn.diagnosis.evidence import RHO, Base, mean_log, null_of, stacked, terms_of
 from hexathermal.learn.diagnosis.trials import Trial
 from hexathermal.poses import FloatArray
 
@@ -32,14 +32,15 @@ def chance_threshold(
     seed : int
     """
     terms = terms_of(base, [trial for trial in trials if trial.columns.shape[1] <= 2])
-    if not terms.trials:
+    if not terms:
         return 0.0
-    view = projected(channel, base, levels, terms)
-    G = view.scores(np.random.default_rng(seed).standard_normal((len(channel), DRAWS)))
+    null = null_of(channel, base, levels)
+    left = null.left(np.random.default_rng(seed).standard_normal((len(channel), DRAWS)))
     families: dict[str, list[FloatArray]] = {}
-    for stack in stacked(view, G, levels.rms, largest):
+    for own in terms:
+        stack = stacked(channel, null, own, left, levels, largest)
         values = mean_log(np.array([stack.log_bayes(rho) for rho in RHO]))
-        for trial, drawn in zip(stack.trials, values, strict=True):
+        for trial, drawn in zip(own.trials, values, strict=True):
             families.setdefault(trial.cause, []).append(drawn)
     best = np.max([mean_log(np.array(values)) for values in families.values()], axis=0)
     scale = np.sqrt(6.0) / np.pi * float(best.std())

@@ -13,7 +13,7 @@ Theory of Statistics 2B, 2004, 7.37 ff.).
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -28,7 +28,10 @@ RHO = np.array([0.25, 0.5, 1.0, 2.0, 4.0])
 """Prior sizes of what stays visible of an effect, over the noise."""
 
 FEW = 2
-"""Up to so many columns of each, products of many trials are made at once."""
+"""Up to so many columns of each, products of many trials are sums over rows, all at once."""
+
+TABLE = 500_000
+"""Numbers of a table of trials' columns."""
 
 TOLERATED = 0.05
 """Misfit that the null tolerates in any shape, RMS over the noise: no model is exact, and many rows would tell."""
@@ -103,112 +106,139 @@ def relevance(shown: float, noise: float, feigned: float) -> float:
 
 def visible(columns: FloatArray, base: FloatArray) -> FloatArray:
     """Return the RMS of what stays of columns after the base is refitted, shape (m,)."""
-    return _rms(beside(columns, base))
-
-
-def _rms(columns: FloatArray) -> FloatArray:
-    """Return the RMS of each column, shape (m,)."""
-    return np.asarray(np.sqrt(np.einsum("nm,nm->m", columns, columns) / len(columns)))
+    return np.asarray(np.sqrt(_squares(beside(columns, base)) / len(columns)))
 
 
 def beside(columns: FloatArray, base: FloatArray) -> FloatArray:
     """Return what stays of columns after the base is refitted, shape (n, m)."""
+    Q, keep = _orthonormal(base)
+    return _without(columns, Q[:, keep])
+
+
+def _orthonormal(base: FloatArray) -> tuple[FloatArray, npt.NDArray[np.bool_]]:
+    """Return orthonormal columns, those of the first k a basis of the first k of the base, and which to keep."""
     Q, R = linalg.qr(base / (np.sqrt((base**2).mean(axis=0)) + 1e-30), mode="economic")
-    keep = np.abs(np.diag(R)) > 1e-9 * np.abs(np.diag(R)).max()
-    return np.asarray(columns - Q[:, keep] @ (Q[:, keep].T @ columns))
+    return Q, np.abs(np.diag(R)) > 1e-9 * np.abs(np.diag(R)).max()
+
+
+def _without(columns: FloatArray, Q: FloatArray) -> FloatArray:
+    """Return columns less their parts along orthonormal ones."""
+    return np.asarray(columns - Q @ (Q.T @ columns))
+
+
+def _squares(columns: FloatArray) -> FloatArray:
+    """Return the sum of squares of each column, shape (m,)."""
+    return np.asarray(np.einsum("nm,nm->m", columns, columns))
 
 
 @dataclass(frozen=True, eq=False)
 class Terms:
-    """Trials that add columns to the law, as every noise meets them.
+    """Trials that add equally many columns each to the law, as every noise meets them.
 
     Attributes
     ----------
     trials : tuple of Trial
-    columns : array, shape (n, m)
+        t of them.
+    columns : array, shape (n, t k)
         Of all trials beside each other.
-    edges : array of int, shape (t + 1,)
-        Where each trial's columns begin.
-    rms : array, shape (m,)
+    rms : array, shape (t, k)
         Of the columns.
-    left, plain : array, shape (m,)
+    left, plain : array, shape (t, k)
         RMS of what stays visible of each after the base is refitted, and after the law and what joined it.
     """
 
     trials: tuple[Trial, ...]
     columns: FloatArray
-    edges: npt.NDArray[np.int64]
     rms: FloatArray
     left: FloatArray
     plain: FloatArray
 
-    def sizes(self, at: npt.NDArray[np.int64], noise: float, largest: float) -> FloatArray:
-        """Return amplitudes at which visible parts have the RMS of the noise, none above a largest effect.
-
-        `at`, shape (t, k), are the columns of t trials of k columns each.
-        """
-        rms = self.rms[at] + 1e-30
-        wanted = noise / np.sqrt(at.shape[1]) / np.maximum(self.left[at], 1e-3 * rms)
+    def sizes(self, noise: float, largest: float) -> FloatArray:
+        """Return amplitudes at which visible parts have the RMS of the noise, none above a largest effect, (t, k)."""
+        rms = self.rms + 1e-30
+        wanted = noise / np.sqrt(rms.shape[1]) / np.maximum(self.left, 1e-3 * rms)
         return np.asarray(np.minimum(wanted, largest / rms))
 
 
-def terms_of(base: Base, trials: Sequence[Trial]) -> Terms:
-    """Return those of some trials that add columns."""
-    terms = tuple(trial for trial in trials if trial.base is None)
-    columns = stacked_columns(len(base.X), terms)
-    edges = np.cumsum([0, *(trial.columns.shape[1] for trial in terms)])
-    plain = visible(columns, base.X[:, : base.plain])
-    left = plain if base.plain == base.X.shape[1] else visible(columns, base.X)
-    return Terms(terms, columns, edges, _rms(columns), left, plain)
+def terms_of(base: Base, trials: Iterable[Trial]) -> list[Terms]:
+    """Return those of some trials that add columns, in tables that a processor keeps at hand."""
+    Q, keep = _orthonormal(base.X)
+    plain, Q = int(keep[: base.plain].sum()), np.ascontiguousarray(Q[:, keep])
+    groups: dict[int, list[Trial]] = {}
+    for trial in trials:
+        if trial.base is None:
+            groups.setdefault(trial.columns.shape[1], []).append(trial)
+    found = []
+    for count, group in sorted(groups.items()):
+        most = max(1, TABLE // (len(base.X) * count))
+        for first in range(0, len(group), most):
+            own = tuple(group[first : first + most])
+            columns = stacked_columns(len(base.X), own)
+            found.append(Terms(own, columns, *(size.reshape(-1, count) for size in _sizes(columns, Q, plain))))
+    return found
+
+
+def _sizes(columns: FloatArray, Q: FloatArray, plain: int) -> list[FloatArray]:
+    """Return the RMS of columns, and of what stays of them beside Q and beside the first `plain` columns of it."""
+    whole, along = _squares(columns), (Q.T @ columns) ** 2
+    found = [whole]
+    for k in (Q.shape[1], plain):
+        left = whole - along[:k].sum(axis=0)
+        # a difference of two numbers nearly alike would be one of their rounding
+        little = left < 1e-4 * whole
+        left[little] = _squares(_without(columns[:, little], Q[:, :k]))
+        found.append(left)
+    return [np.sqrt(squares / len(columns)) for squares in found]
 
 
 @dataclass(frozen=True, eq=False)
-class Projection:
-    """A channel, a base and trials' columns, whitened, with the base integrated out.
+class Null:
+    """A channel and a base, whitened, with the base integrated out.
 
     Attributes
     ----------
-    r, X, Z : array, shape (n,), (n, p), (n, m)
-        Of the channel, the base and all columns, whitened.
+    r, X : array, shape (n,), (n, p)
+        Of the channel and the base, whitened.
     Xs : array, shape (n, p)
         X times the sizes of the priors.
     factor : array, shape (p, p)
         Lower Cholesky factor of ``Xs' Xs + I``.
-    HZ : array, shape (p, m)
-    terms : Terms
-        Whose columns they are.
     """
 
     r: FloatArray
     X: FloatArray
-    Z: FloatArray
     Xs: FloatArray
     factor: FloatArray
-    HZ: FloatArray
-    terms: Terms
 
-    def scores(self, rows: FloatArray) -> FloatArray:
-        """Return ``Z' P r`` of whitened data r, shape (n,) or (n, d)."""
-        return np.asarray(self.Z.T @ (rows - self.Xs @ linalg.cho_solve((self.factor, True), self.Xs.T @ rows)))
+    def left(self, rows: FloatArray) -> FloatArray:
+        """Return ``P r`` of whitened data r, shape (n,) or (n, d)."""
+        return np.asarray(rows - self.Xs @ linalg.cho_solve((self.factor, True), self.Xs.T @ rows))
 
-    def information(self, at: npt.NDArray[np.int64]) -> FloatArray:
-        """Return ``S = Z' P Z`` of trials whose columns are `at`, shape (t, k), k each: (t, k, k)."""
-        count = at.shape[1]
-        if count > FEW:
-            parts = [(self.Z[:, own], self.HZ[:, own]) for own in (slice(row[0], row[-1] + 1) for row in at.tolist())]
-            return np.array([z.T @ z - h.T @ h for z, h in parts])
-        S = np.empty((len(at), count, count))
-        for i in range(count):
-            for j in range(i + 1):
-                S[:, i, j] = S[:, j, i] = _products(self.Z, at[:, i], at[:, j]) - _products(self.HZ, at[:, i], at[:, j])
-        return S
+    def information(self, Z: FloatArray, count: int) -> FloatArray:
+        """Return ``S = Z' P Z`` of each `count` of whitened columns, shape (t, count, count)."""
+        HZ = linalg.solve_triangular(self.factor, self.Xs.T, lower=True) @ Z
+        return _products(Z, count) - _products(HZ, count)
 
 
-def _products(table: FloatArray, first: npt.NDArray[np.int64], second: npt.NDArray[np.int64]) -> FloatArray:
-    """Return the sums over rows of the products of some columns with others, shape (t,)."""
-    one = table[:, first]
-    other = one if first is second else table[:, second]
-    return np.asarray(np.einsum("nt,nt->t", one, other))
+def null_of(channel: Channel, base: Base, levels: Levels) -> Null:
+    """Return the null at one noise."""
+    table, _logdet = channel.whitened(np.column_stack([channel.y, base.X]), levels)
+    r, X = table[:, 0], table[:, 1:]
+    Xs = X * base.sd
+    factor, _lower = linalg.cho_factor(Xs.T @ Xs + np.eye(len(base.sd)), lower=True)
+    return Null(r, X, Xs, factor)
+
+
+def _products(table: FloatArray, count: int) -> FloatArray:
+    """Return the products of each `count` columns of a table with themselves, shape (t, count, count)."""
+    if count > FEW:
+        parts = table.reshape(len(table), -1, count)
+        return np.asarray(parts.transpose(1, 2, 0) @ parts.transpose(1, 0, 2))
+    S = np.empty((table.shape[1] // count, count, count))
+    for i in range(count):
+        for j in range(i + 1):
+            S[:, i, j] = S[:, j, i] = np.einsum("nt,nt->t", table[:, i::count], table[:, j::count])
+    return S
 
 
 def stacked_columns(n: int, trials: Sequence[Trial]) -> FloatArray:
@@ -216,20 +246,10 @@ def stacked_columns(n: int, trials: Sequence[Trial]) -> FloatArray:
     return np.concatenate([trial.columns for trial in trials], axis=1) if trials else np.zeros((n, 0))
 
 
-def projected(channel: Channel, base: Base, levels: Levels, terms: Terms) -> Projection:
-    """Return the projection of trials at one noise."""
-    table, _logdet = channel.whitened(np.column_stack([channel.y, base.X]), levels)
-    r, X = table[:, 0], table[:, 1:]
-    Z, _logdet = channel.whitened(terms.columns, levels)
-    Xs = X * base.sd
-    factor, _lower = linalg.cho_factor(Xs.T @ Xs + np.eye(len(base.sd)), lower=True)
-    HZ = linalg.solve_triangular(factor, Xs.T, lower=True) @ Z
-    return Projection(r, X, Z, Xs, factor, HZ, terms)
-
-
 def screened(
-    channel: Channel, base: Base, levels: Levels, trials: Sequence[Trial], largest: float, terms: Terms | None = None
-) -> list[Scored]:
+    channel: Channel, base: Base, levels: Levels, trials: Sequence[Trial], largest: float,
+    terms: Sequence[Terms] | None = None,
+) -> list[Scored]:  # fmt: skip
     """Return all trials with their evidence at one noise.
 
     Parameters
@@ -241,29 +261,30 @@ def screened(
     trials : sequence of Trial
     largest : float
         RMS of the largest effect thought possible, in the channel's unit.
-    terms : Terms, optional
+    terms : sequence of Terms, optional
         Of these trials beside this base, where they were made before.
     """
-    terms = terms_of(base, trials) if terms is None else terms
-    view = projected(channel, base, levels, terms)
+    null = null_of(channel, base, levels)
+    left = null.left(null.r)[:, None]
     found = []
-    for stack in stacked(view, view.scores(view.r)[:, None], levels.rms, largest):
+    for own in terms_of(base, trials) if terms is None else terms:
+        stack = stacked(channel, null, own, left, levels, largest)
         grid = np.array([stack.log_bayes(rho)[:, 0] for rho in RHO])
         best, values = RHO[np.argmax(grid, axis=0)], mean_log(grid)
         amplitudes, over = stack.found(best)
-        shown = np.sqrt(((amplitudes * terms.plain[stack.at]) ** 2).sum(axis=1))
+        shown = np.sqrt(((amplitudes * own.plain) ** 2).sum(axis=1))
         spread = shown / np.maximum(over, 1e-12)
         sizes = best[:, None] * stack.size
-        rows = zip(stack.trials, values.tolist(), shown.tolist(), spread.tolist(), best.tolist(), sizes, strict=True)
+        rows = zip(own.trials, values.tolist(), shown.tolist(), spread.tolist(), best.tolist(), sizes, strict=True)
         for trial, value, size, error, rho, prior in rows:
             found.append(Scored(trial, value + trial.advantage, size, levels.rms, error, rho, prior))
-    null, before, _ = marginal(view.r, view.X, base.sd)
+    alone, before, _ = marginal(null.r, null.X, base.sd)
     for trial in trials:
         if trial.base is not None:
             X = changed_base(base, trial).X
             value, after, _ = channel.solved(X, base.sd, levels)
             shown = float(np.sqrt(((X @ after - base.X @ before) ** 2).mean()))
-            found.append(Scored(trial, value - null + trial.advantage, shown, levels.rms, math.nan, 0.0, np.zeros(0)))
+            found.append(Scored(trial, value - alone + trial.advantage, shown, levels.rms, math.nan, 0.0, np.zeros(0)))
     return found
 
 
@@ -281,9 +302,6 @@ class Stack:
 
     Attributes
     ----------
-    trials : list of Trial
-    at : array of int, shape (t, k)
-        Which columns they have.
     size : array, shape (t, k)
         Amplitudes at which the visible part has the RMS of the noise.
     w : array, shape (t, k)
@@ -293,8 +311,6 @@ class Stack:
         ``turn' D g`` of d vectors of data.
     """
 
-    trials: list[Trial]
-    at: npt.NDArray[np.int64]
     size: FloatArray
     w: FloatArray
     turn: FloatArray
@@ -313,21 +329,17 @@ class Stack:
         return self.size * np.einsum("tik,tk->ti", self.turn, share * b), np.sqrt((share * b**2).sum(axis=1))
 
 
-def stacked(view: Projection, G: FloatArray, noise: float, largest: float) -> Iterator[Stack]:
-    """Give the trials of a projection, with scores G (m, d) of data, in stacks of equally many columns.
+def stacked(channel: Channel, null: Null, terms: Terms, left: FloatArray, levels: Levels, largest: float) -> Stack:
+    """Return trials at one noise, for d vectors of data that the null leaves, `left` (n, d).
 
-    `noise` and `largest` are the RMS that the priors of amplitudes are made from, as `Terms.sizes` wants them.
+    `largest` is the RMS of the largest effect thought possible; amplitudes count in the RMS of the noise.
     """
-    terms = view.terms
-    counts = np.diff(terms.edges)
-    for count in np.unique(counts).tolist():
-        own = np.flatnonzero(counts == count)
-        at = terms.edges[own][:, None] + np.arange(count)
-        size = terms.sizes(at, noise, largest)
-        S = view.information(at) * size[:, :, None] * size[:, None, :]
-        w, turn = np.linalg.eigh(S)
-        b = np.einsum("tik,tid->tkd", turn, G[at] * size[:, :, None])
-        yield Stack([terms.trials[t] for t in own.tolist()], at, size, np.maximum(w, 0.0), turn, b)
+    Z, _logdet = channel.whitened(terms.columns, levels)
+    size = terms.sizes(levels.rms, largest)
+    S = null.information(Z, size.shape[1]) * size[:, :, None] * size[:, None, :]
+    w, turn = np.linalg.eigh(S)
+    g = (Z.T @ left).reshape(*size.shape, -1) * size[:, :, None]
+    return Stack(size, np.maximum(w, 0.0), turn, np.einsum("tik,tid->tkd", turn, g))
 
 
 def mean_log(values: FloatArray) -> FloatArray:

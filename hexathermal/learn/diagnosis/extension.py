@@ -131,6 +131,8 @@ def _shrunk(X: FloatArray, y: FloatArray, run: npt.NDArray[np.int64]) -> FloatAr
     losses = []
     strengths = np.geomspace(1e-6, 1.0, 7)
     for strength in strengths.tolist():
-        left = [((y[own] - X[own] @ weights(rest, strength)) ** 2).sum() for own, rest in zip(runs, others, strict=True)]
+        left = [
+            ((y[own] - X[own] @ weights(rest, strength)) ** 2).sum() for own, rest in zip(runs, others, strict=True)
+        ]
         losses.append(float(np.sum(left)))
     return weights(table.T @ table, float(strengths[int(np.argmin(losses))]))

@@ -150,7 +150,7 @@ class Search:
     trials: list[Trial] = field(default_factory=list)
     _bases: dict[int, Base] = field(default_factory=dict)
 
-    def scored(self, levels: Levels, trials: list[Trial], terms: Terms | None = None) -> list[Scored]:
+    def scored(self, levels: Levels, trials: list[Trial], terms: list[Terms] | None = None) -> list[Scored]:
         """Return trials with their evidence at one noise; `terms` are those of them, where they were made before."""
         return screened(self.channel, self.base, levels, trials, self.largest, terms)
 
