@@ -9,8 +9,9 @@ import numpy as np
 from hexathermal.learn.campaign import Campaign
 from hexathermal.learn.diagnosis.course import Course
 from hexathermal.learn.diagnosis.result import RunResidual
+from hexathermal.learn.diagnosis.smoothing import smoothed
 from hexathermal.learn.diagnosis.stage import view_of
-from hexathermal.learn.diagnosis.view import View, smoothed
+from hexathermal.learn.diagnosis.view import View
 from hexathermal.learn.law import IdentifiedLaw
 from hexathermal.learn.signals import RunRows
 from hexathermal.learn.validation_rows import memories

@@ -14,7 +14,8 @@ import numpy as np
 
 from hexathermal.learn.diagnosis.along_leg import smooth_along
 from hexathermal.learn.diagnosis.channels import Channel, Levels
-from hexathermal.learn.diagnosis.view import View, leading_profiles, smoothed
+from hexathermal.learn.diagnosis.smoothing import leading_profiles, smoothed
+from hexathermal.learn.diagnosis.view import View
 from hexathermal.machine.leg_signals import Memory
 from hexathermal.poses import FloatArray
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Any
@@ -14,7 +14,7 @@ from hexathermal.learn.diagnosis.channels import Channel, Levels
 from hexathermal.learn.diagnosis.evidence import Base, Scored
 from hexathermal.learn.diagnosis.recorded import silent_inputs, silent_sensors, without_inputs
 from hexathermal.learn.diagnosis.search import FORETOLD, REPEATED, TWINS, Ranked, Search, Step, all_trials, base_sizes
-from hexathermal.learn.diagnosis.sensor_model import SensorModel
+from hexathermal.learn.diagnosis.sensor_model import SensorModel, sensor_model
 from hexathermal.learn.diagnosis.trials import Trial, Workbench
 from hexathermal.learn.diagnosis.view import View
 from hexathermal.learn.signals import RunRows
@@ -56,8 +56,6 @@ class Stage:
         Misfit that errors of the thermometers feign: its columns stand beside the law's, and say nothing.
     refused : tuple of str
         Causes that are not asked any more: they predict runs left out no better.
-    begin : Levels or None
-        Noise at which the law is fitted at first, where one is known; by default its own.
     models : dict of str to SensorModel or None
         Of the view's sensors, as far as they were made: stages with the same view share them.
     """
@@ -67,7 +65,6 @@ class Stage:
     repairs: tuple[SensorRepair, ...] = ()
     tolerated: tuple[Scored, ...] = ()
     refused: tuple[str, ...] = ()
-    begin: Levels | None = None
     models: dict[str, SensorModel | None] = field(default_factory=dict)
 
     @cached_property
@@ -76,40 +73,37 @@ class Stage:
         return self.view.channel
 
     @cached_property
-    def law_sizes(self) -> FloatArray:
-        """Loose priors of the law's coefficients."""
-        return base_sizes(self.channel, self.view.base_columns)
-
-    @cached_property
     def bench(self) -> Workbench:
         """What trials are built from, with the law as it fits at first."""
-        levels = self.levels if self.begin is None else self.begin
-        coefficients, _ = self.fit(levels)
-        return Workbench(self.view, coefficients[: self.view.base_columns.shape[1]], levels.rms, self.models)
+        coefficients, _ = self.fit(self.levels)
+        return Workbench(self.view, coefficients[: self.view.base_columns.shape[1]], self.levels.rms, self.models)
 
     @cached_property
     def _plain(self) -> tuple[FloatArray, FloatArray]:
         """The law's columns with those that joined, and the sizes of their priors: what a law can carry."""
-        X = np.column_stack([self.view.base_columns, *(item.trial.columns for item in self.joined)])
-        return X, np.concatenate([self.law_sizes, *(4.0 * item.size for item in self.joined)])
+        return self._with_joined(self.view.base_columns)
+
+    def _with_joined(self, law: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Return columns of the law with those that joined, and the sizes of their priors."""
+        X = np.column_stack([law, *(item.trial.columns for item in self.joined)])
+        return X, np.concatenate([base_sizes(self.channel, law), *(4.0 * item.size for item in self.joined)])
 
     @cached_property
     def base(self) -> Base:
         """What trials must beat: the law, what joined it, and errors of its thermometers."""
         X, sd = self._plain
-        base = Base(X, sd, X.shape[1])
-        bench = self.bench
-        for sensor in self.view.base:
-            span, size = bench.slopes_span(sensor)[:, None], abs(bench.slopes[sensor])
-            model = bench.model(sensor)
-            if model is not None:
-                base = base.extended(span * model.innovation, np.full(2, size))
-            base = base.extended(span * self.view.quick(sensor), np.full(3, size))
-        steps = self.view.taken_back
-        base = base.extended(steps, np.full(steps.shape[1], TAKEN_BACK))
+        base = self._doubting(Base(X, sd, X.shape[1]), self.bench, told_by(self.view, self.bench.model))
         for item in self.tolerated:
             base = base.extended(item.trial.columns, item.size)
         return base
+
+    def _doubting(self, base: Base, bench: Workbench, told: Told) -> Base:
+        """Return a base with errors of the law's thermometers, and of the beams' repairs."""
+        for sensor, doubts in zip(self.view.base, told.doubts, strict=True):
+            sizes = np.full(doubts.shape[1], abs(bench.slopes[sensor]))
+            base = base.extended(bench.slopes_span(sensor)[:, None] * doubts, sizes)
+        steps = self.view.taken_back
+        return base.extended(steps, np.full(steps.shape[1], TAKEN_BACK))
 
     @cached_property
     def search(self) -> Search:
@@ -125,7 +119,7 @@ class Stage:
     def _against(self, **changes: Any) -> Stage:
         """Return the stage with another null, or other causes out of the race: what joined is as it was."""
         other = replace(self, **changes)
-        known = ("_plain", "law_sizes", "levels", "plain", "bench", "_trials", "_left")
+        known = ("_plain", "levels", "plain", "bench", "_trials", "_left")
         other.__dict__.update({name: self.__dict__[name] for name in known if name in self.__dict__})
         return other
 
@@ -135,12 +129,15 @@ class Stage:
 
     def _repaired_base(self, trial: Trial) -> Base:
         """Return the base of the data that a trial mends, errors of the thermometers as they are then."""
-        after = self.with_effect(Scored(trial, 0.0, 0.0, 1.0, 0.0, 0.0, np.zeros(0)))
-        base = replace(after, begin=self.levels).base
-        # the same priors: evidence is compared
-        sd = base.sd.copy()
-        sd[: len(self.law_sizes)] = self.law_sizes
-        return Base(base.X, sd, base.plain)
+        assert trial.repair is not None  # of trials that mend data alone
+        repair = trial.repair()
+        same = ("told", repair.kind, repr(sorted(repair.parameters.items())))
+        told = self.view.once(same, lambda: _told_after(self.view, repair))
+        X, sizes = self._with_joined(told.law)
+        _, mean, _ = self.channel.solved(X, sizes, self.levels)
+        bench = Workbench(self.view, mean[: told.law.shape[1]], self.levels.rms, self.models)
+        # the same priors as without the repair: evidence is compared
+        return self._doubting(Base(X, self._plain[1], X.shape[1]), bench, told)
 
     @cached_property
     def trials_left(self) -> list[Trial]:
@@ -169,9 +166,7 @@ class Stage:
         if trial.repair is None:
             return replace(self, joined=(*self.joined, scored))
         repair = trial.repair()
-        runs = [mended(rows, repair) for rows in self.view.runs]
-        view = replace(self.view, runs=tuple(runs))
-        return replace(self, view=view, repairs=(*self.repairs, repair), tolerated=(), models={})
+        return replace(self, view=_mended(self.view, repair), repairs=(*self.repairs, repair), tolerated=(), models={})
 
     def amplitudes(self, leader: Ranked) -> tuple[FloatArray, FloatArray]:
         """Return the amplitudes of a leader's columns beside the base, and their standard uncertainties."""
@@ -233,6 +228,41 @@ class Stage:
     def _left(self) -> dict[Levels, tuple[FloatArray, FloatArray]]:
         """What `left_out` found at each noise: a stage is compared with many that follow it."""
         return {}
+
+
+@dataclass(frozen=True, eq=False)
+class Told:
+    """What the law's thermometers tell in windows.
+
+    Attributes
+    ----------
+    law : array, shape (n, p)
+        The law's columns.
+    doubts : tuple of array, shape (n, k) [K]
+        Of each thermometer what the law may rather not believe: its parity, noise of readings, quick warming.
+    """
+
+    law: FloatArray
+    doubts: tuple[FloatArray, ...]
+
+
+def told_by(view: View, model: Callable[[str], SensorModel | None]) -> Told:
+    """Return what the law's thermometers tell, by their models."""
+    models = [model(sensor) for sensor in view.base]
+    parity = [np.zeros((len(view.q), 0)) if one is None else one.innovation for one in models]
+    quick = [view.quick(sensor) for sensor in view.base]
+    return Told(view.base_columns, tuple(np.column_stack(both) for both in zip(parity, quick, strict=True)))
+
+
+def _told_after(view: View, repair: SensorRepair) -> Told:
+    """Return what the thermometers tell once data are mended; the mended data themselves are not kept."""
+    after = _mended(view, repair)
+    return told_by(after, lambda sensor: sensor_model(after, sensor))
+
+
+def _mended(view: View, repair: SensorRepair) -> View:
+    """Return runs whose temperatures are repaired."""
+    return replace(view, runs=tuple(mended(rows, repair) for rows in view.runs))
 
 
 def mended(rows: RunRows, repair: SensorRepair) -> RunRows:

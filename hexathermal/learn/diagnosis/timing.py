@@ -12,7 +12,8 @@ from functools import cached_property
 import numpy as np
 from scipy import special
 
-from hexathermal.learn.diagnosis.view import View, leading_profiles, smoothed
+from hexathermal.learn.diagnosis.smoothing import leading_profiles, smoothed
+from hexathermal.learn.diagnosis.view import View
 from hexathermal.machine.leg_signals import Memory
 from hexathermal.poses import FloatArray
 

@@ -4,15 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Callable, Hashable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from functools import cached_property, lru_cache
+from functools import cached_property
 from typing import Any, TypeVar, cast
 
 import numpy as np
 import numpy.typing as npt
-from scipy import signal
 
 from hexathermal.learn.cleaning_record import BEAM_STEP
 from hexathermal.learn.diagnosis.channels import Channel
+from hexathermal.learn.diagnosis.smoothing import FEWEST_SMOOTHED, SMOOTHED_S, smoothed, smoothing_rows
 from hexathermal.learn.signals import RunRows, follows_on
 from hexathermal.machine.leg_signals import LegSignals, Memory
 from hexathermal.machine.leg_terms import term_columns
@@ -22,17 +22,8 @@ EDGES_S = (0.0, 60.0, 180.0, 420.0)
 """Windows of a landing begin so long after its first row; then every `LONGEST_S`: what relaxes, relaxes at first."""
 
 LONGEST_S = 300.0
-SMOOTHED_S = 300.0
-"""Temperatures are smoothed by a parabola over so long: short against heat's times, long against readings' noise."""
-
-FEWEST_SMOOTHED = 5
-"""Fewer rows than this are not smoothed."""
-
 LONGER_S = (900.0, 2400.0)
 """Longer smoothing, for what the law may rather not believe of a thermometer."""
-
-THINNED_ROWS = 300
-"""About so many rows of a run are enough to tell its leading profiles."""
 
 MOST_WINDOWS = 500
 """Windows of a run; longer runs take longer windows."""
@@ -81,39 +72,6 @@ def pieces_of(rows: RunRows) -> Pieces:
         if len(edges) - len(first) <= MOST_WINDOWS:
             return Pieces(used, edges, landing[edges])
         longest *= 2.0
-
-
-def smoothed(time: FloatArray, values: FloatArray, over: float = SMOOTHED_S) -> FloatArray:
-    """Return values, shape (n, s), smoothed by a parabola over `over` seconds (Savitzky and Golay, 1964)."""
-    count = _smoothing_rows(time, over)
-    if count < FEWEST_SMOOTHED or count > len(values):
-        return values
-    out = np.asarray(signal.savgol_filter(values, count, 2, axis=0, mode="nearest"))
-    edge = _edge(count)
-    out[: len(edge)] = edge @ values[:count]
-    out[len(out) - len(edge) :] = edge[::-1, ::-1] @ values[len(values) - count :]
-    return out
-
-
-def _smoothing_rows(time: FloatArray, over: float) -> int:
-    """Return the rows of a parabola that smooths over so many seconds: an odd number."""
-    return 2 * int(over / float(np.median(np.diff(time))) / 2.0) + 1
-
-
-@lru_cache(maxsize=64)
-def _edge(count: int) -> FloatArray:
-    """Return the weights of the first values of which the parabola through them is made, shape (count // 2, count)."""
-    design = np.vander(np.linspace(-1.0, 1.0, count), 3)
-    edge = design[: count // 2] @ np.linalg.pinv(design)
-    edge.flags.writeable = False
-    return np.asarray(edge)
-
-
-def leading_profiles(tables: Sequence[FloatArray], count: int) -> FloatArray:
-    """Return the weights of columns in their leading profiles over all runs, largest first, shape (s, count)."""
-    stacked = np.concatenate([table[:: max(1, len(table) // THINNED_ROWS)] for table in tables])
-    _w, vectors = np.linalg.eigh(stacked.T @ stacked)
-    return np.asarray(vectors[:, ::-1][:, :count])
 
 
 @dataclass(frozen=True, eq=False)
@@ -176,7 +134,7 @@ class View:
     @cached_property
     def noise_left(self) -> float:
         """What smoothing leaves of the white noise of readings, RMS: 3 / (2 sqrt(n)) of a parabola through n rows."""
-        count = _smoothing_rows(self.runs[0].signals.time, SMOOTHED_S)
+        count = smoothing_rows(self.runs[0].signals.time, SMOOTHED_S)
         return 1.5 / float(np.sqrt(count)) if count >= FEWEST_SMOOTHED else 1.0
 
     def tables(self, sensors: Sequence[str]) -> list[FloatArray]:
@@ -201,6 +159,10 @@ class View:
         """Return means over windows of rows' values, run after run, shape (n, k)."""
         return np.concatenate([piece.means(value if value.ndim == 2 else value[:, None])
                                for piece, value in zip(self.pieces, values, strict=True)])  # fmt: skip
+
+    def _means(self, values: Sequence[FloatArray]) -> FloatArray:
+        """Return means over windows of one quantity in rows, run after run, shape (n,)."""
+        return np.concatenate([piece.means(value) for value, piece in zip(values, self.pieces, strict=True)])
 
     def columns(self, shape: str, parameters: Mapping[str, Any]) -> FloatArray:
         """Return a shape's columns in windows, less their value at each run's zero, shape (n, k).
@@ -294,12 +256,12 @@ class View:
     @cached_property
     def time(self) -> FloatArray:
         """Time of each window since its run's first row [s]."""
-        return np.concatenate([signals.time for signals in self.windowed])
+        return self._means([signals.time for signals in self.signals])
 
     @cached_property
     def q(self) -> FloatArray:
         """Displacement in each window [m]."""
-        return np.concatenate([signals.q for signals in self.windowed])
+        return self._means([signals.q for signals in self.signals])
 
     @property
     def length(self) -> float:
@@ -313,7 +275,7 @@ class View:
 
     def temperatures(self, sensor: str) -> FloatArray:
         """Return a sensor's smoothed temperature in windows [K]."""
-        return np.concatenate([signals.dT[sensor] for signals in self.windowed])
+        return self.once(("means", sensor), lambda: self._means([signals.dT[sensor] for signals in self.signals]))
 
     def degC(self, sensor: str) -> tuple[FloatArray, FloatArray] | None:
         """Return a sensor's temperature in windows and at the zero of each, shape (n,) [degC]; None if not known."""

@@ -7,7 +7,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from hexathermal.learn.diagnosis.view import EDGES_S, LONGEST_S, View, pieces_of, smoothed
+from hexathermal.learn.diagnosis.smoothing import smoothed
+from hexathermal.learn.diagnosis.view import EDGES_S, LONGEST_S, View, pieces_of
 from hexathermal.machine.leg_terms import term_columns
 from tests.learn.diagnosis.campaigns import viewed
 

@@ -7,6 +7,9 @@ from collections.abc import Iterator
 import numpy as np
 
 from hexathermal.learn.diagnosis.trials import Cause, Parameter, Trial, Workbench
+from hexathermal.learn.diagnosis.view import View
+from hexathermal.machine.leg_signals import LegSignals
+from hexathermal.machine.leg_terms import term_columns
 
 CAUSE = Cause(
     name="periodic-screw-error",
@@ -32,16 +35,20 @@ PARTS = 4.0
 def trials(bench: Workbench) -> Iterator[Trial]:
     """Give waves of all pitches that the stroke can tell apart."""
     # no stage of a diagnosis changes them
-    yield from bench.view.once((CAUSE.name,), lambda: tuple(_waves(bench)))
+    yield from bench.view.once((CAUSE.name,), lambda: tuple(_waves(bench.view)))
 
 
-def _waves(bench: Workbench) -> Iterator[Trial]:
+def _waves(view: View) -> Iterator[Trial]:
     """Give the trials."""
-    view = bench.view
     if not view.moves:
         return
     stroke = float(np.ptp(view.q))
     step = 1.0 / (PARTS * stroke)
     first = max(1.0 / LONGEST_M, 1.5 / stroke)
+    windows = LegSignals(view.time, {}, view.q)
+    begin = np.flatnonzero(view.channel.start)[view.channel.run]
     for frequency in np.arange(first, 1.0 / SHORTEST_M, step):
-        yield bench.term(CAUSE.name, "periodic", None, quick=True, pitch_m=1.0 / float(frequency))
+        own = {"pitch_m": 1.0 / float(frequency)}
+        waves = term_columns("periodic", windows, own)
+        # a run counts from its own beginning
+        yield Trial(CAUSE.name, waves - waves[begin], None, "periodic", own)
