@@ -39,6 +39,25 @@ def test_the_covariance_of_weighed_sums_is_that_of_the_dense_matrix(rng: np.rand
     np.testing.assert_allclose(channel.spread(G, LEVELS), G.T @ dense(channel, LEVELS) @ G, rtol=1e-10, atol=1e-12)
 
 
+def test_runs_left_out_are_told_by_the_others_alone(rng: np.random.Generator) -> None:
+    """What a run leaves is its data less the columns by the coefficients that all other runs' data alone give.
+
+    One column is there in one run only, ten thousand times as large: left out, its coefficient is not known at all.
+    """
+    channel = noisy(channel_like(rng), LEVELS, rng)
+    X, sd = rng.standard_normal((len(channel), 3)), np.array([1.0, 2.0, 0.5])
+    X[:, 2] = 1e4 * (channel.run == 1)
+    left, white = channel.left_out(X, sd, LEVELS)
+    factor = np.linalg.cholesky(dense(channel, LEVELS))
+    y, Z = (solve_triangular(factor, item, lower=True) for item in (channel.y, X))
+    for k in range(3):
+        own, others = channel.run == k, channel.run != k
+        M = Z[others].T @ Z[others] + np.diag(1.0 / sd**2)
+        b = np.linalg.solve(M, Z[others].T @ y[others])
+        np.testing.assert_allclose(left[own], channel.y[own] - X[own] @ b, rtol=1e-8, atol=1e-8)
+        np.testing.assert_allclose(white[own], y[own] - Z[own] @ b, rtol=1e-8, atol=1e-8)
+
+
 def test_the_filter_starts_anew_in_each_run(rng: np.random.Generator) -> None:
     """Runs are independent: a run whitened alone is what it is among others, and log det V is the sum."""
     channel = channel_like(rng)

@@ -125,6 +125,27 @@ def test_shapes_with_a_memory_run_over_all_rows(view: View, shape: str) -> None:
     assert np.ptp(found) > 0.0
 
 
+@pytest.mark.parametrize("shape", ["lag", "lead", "stored-heat", "temperature"])
+def test_a_ratio_asked_later_is_made_of_what_was_kept(view: View, shape: str) -> None:
+    """Whatever ratio was asked for before, columns are those of the law's own shape at the ratio asked for."""
+    known = {"lag": REMEMBERING["lag"](view), "lead": {"sensor": view.base[0], "time_constant_s": 300.0},
+             "stored-heat": {"source": "motion", "time_constant_s": 900.0},
+             "temperature": {"sensor": view.sensors[3]}}[shape]  # fmt: skip
+    for ratio in (0.4, -1.3, 0.0):
+        parameters = {**known, "ratio": ratio}
+        own = [term_columns(shape, signals, parameters) for signals in view.signals]
+        zeroed = [rows - rows[piece.used[0]] for rows, piece in zip(own, view.pieces, strict=True)]
+        wanted = view.windows(zeroed)
+        np.testing.assert_allclose(view.columns(shape, parameters), wanted, rtol=0.0, atol=1e-12 * np.abs(wanted).max())
+
+
+def test_what_is_kept_is_made_once(view: View) -> None:
+    """What a key stands for is made at the first question; another key is another thing."""
+    made = [view.once(("a test", key), lambda key=key: [key]) for key in (1, 2, 1)]  # type: ignore[misc]
+    assert made == [[1], [2], [1]]
+    assert made[0] is made[2]
+
+
 def test_temperatures_count_from_the_zero(view: View) -> None:
     """The smoothed temperatures of each run are 0 in its first usable row, so that the law's columns are too."""
     for signals, piece in zip(view.signals, view.pieces, strict=True):
