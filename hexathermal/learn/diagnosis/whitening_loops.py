@@ -13,6 +13,9 @@ import numpy as np
 
 from hexathermal.kinematics.compiled import loop
 
+LOGARITHM_EVERY = 8
+"""Variances that are multiplied before their logarithm is taken: a logarithm takes as long as a window's algebra."""
+
 
 @loop
 def whiten(C, start, fresh, step, white, landing, slow, tau, offset, out):
@@ -23,55 +26,48 @@ def whiten(C, start, fresh, step, white, landing, slow, tau, offset, out):
     """
     n, m = C.shape
     x = np.zeros((3, m))
-    P = np.zeros((3, 3))
-    total = 0.0
+    p00 = p01 = p02 = p11 = p12 = p22 = 0.0
+    total, product, last, a = 0.0, 1.0, -1.0, 1.0
     for i in range(n):
         if start[i]:
-            P[:, :] = 0.0
-            P[0, 0] = slow
-            P[1, 1] = landing[i]
-            P[2, 2] = offset
+            p00, p11, p22 = slow, landing[i], offset
+            p01 = p02 = p12 = 0.0
             x[:, :] = 0.0
+            a, last = 1.0, -1.0
         else:
-            a = np.exp(-step[i] / tau)
-            P[0, 0] = a * a * P[0, 0] + slow * (1.0 - a * a)
-            P[0, 1] *= a
-            P[1, 0] *= a
-            P[0, 2] *= a
-            P[2, 0] *= a
-            for c in range(m):
-                x[0, c] *= a
+            if step[i] != last:  # windows are alike
+                last = step[i]
+                a = np.exp(-last / tau)
+            p00 = a * a * p00 + slow * (1.0 - a * a)
+            p01 *= a
+            p02 *= a
             if fresh[i]:
-                P[1, 0] = 0.0
-                P[0, 1] = 0.0
-                P[1, 2] = 0.0
-                P[2, 1] = 0.0
-                P[1, 1] = landing[i]
+                p01, p12, p11 = 0.0, 0.0, landing[i]
                 for c in range(m):
                     x[1, c] = 0.0
-        h0 = P[0, 0] + P[0, 1] + P[0, 2]
-        h1 = P[1, 0] + P[1, 1] + P[1, 2]
-        h2 = P[2, 0] + P[2, 1] + P[2, 2]
+        h0, h1, h2 = p00 + p01 + p02, p01 + p11 + p12, p02 + p12 + p22
         s = h0 + h1 + h2 + white[i]
-        total += np.log(s)
-        r = 1.0 / np.sqrt(s)
-        k0, k1, k2 = h0 / s, h1 / s, h2 / s
+        product *= s
+        if i % LOGARITHM_EVERY == 0:
+            total += np.log(product)
+            product = 1.0
+        inverse = 1.0 / s
+        r = np.sqrt(inverse)
+        k0, k1, k2 = h0 * inverse, h1 * inverse, h2 * inverse
         for c in range(m):
-            e = C[i, c] - x[0, c] - x[1, c] - x[2, c]
+            before = a * x[0, c]
+            e = C[i, c] - before - x[1, c] - x[2, c]
             out[i, c] = e * r
-            x[0, c] += k0 * e
+            x[0, c] = before + k0 * e
             x[1, c] += k1 * e
             x[2, c] += k2 * e
-        P[0, 0] -= k0 * h0
-        P[0, 1] -= k0 * h1
-        P[0, 2] -= k0 * h2
-        P[1, 0] -= k1 * h0
-        P[1, 1] -= k1 * h1
-        P[1, 2] -= k1 * h2
-        P[2, 0] -= k2 * h0
-        P[2, 1] -= k2 * h1
-        P[2, 2] -= k2 * h2
-    return total
+        p00 -= k0 * h0
+        p01 -= k0 * h1
+        p02 -= k0 * h2
+        p11 -= k1 * h1
+        p12 -= k1 * h2
+        p22 -= k2 * h2
+    return total + np.log(product)
 
 
 @loop
