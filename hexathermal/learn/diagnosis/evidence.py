@@ -243,6 +243,8 @@ def _products(table: FloatArray, count: int) -> FloatArray:
 
 def stacked_columns(n: int, trials: Sequence[Trial]) -> FloatArray:
     """Return the columns of trials, of n rows each, beside each other, shape (n, m)."""
+    if len(trials) == 1:
+        return trials[0].columns
     return np.concatenate([trial.columns for trial in trials], axis=1) if trials else np.zeros((n, 0))
 
 

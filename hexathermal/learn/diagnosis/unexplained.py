@@ -8,6 +8,7 @@ import numpy as np
 import numpy.typing as npt
 
 from hexathermal.learn.diagnosis.trials import PREFIX, Trial, Workbench
+from hexathermal.learn.diagnosis.view import View
 from hexathermal.poses import FloatArray
 
 THERMAL = ("T", "qT", "input", "the humidity")
@@ -50,18 +51,23 @@ def flexible_trials(bench: Workbench) -> Iterator[Trial]:
         if view.moves:
             both = _bumps(view.q, 5)[:, :, None] * _bumps(T, 4)[:, None, :]
             yield Trial(PREFIX + "displacement and temperature", both.reshape(len(T), -1), "qT")
-    for period in PERIODS_S:
-        phase = 2.0 * np.pi * view.time / period
-        waves = np.column_stack([np.sin(phase), np.cos(phase)])
-        own = (view.channel.run[:, None] == np.arange(len(view.runs))[None, :]).astype(float)
-        yield Trial(PREFIX + "time (a rhythm)", (waves[:, :, None] * own[:, None, :]).reshape(len(phase), -1), "t", "",
-                    {"period_s": float(period)})  # fmt: skip
+    yield from view.once((PREFIX, "rhythms"), lambda: tuple(_rhythms(view)))
     for name, columns in _weather(bench):
         yield Trial(PREFIX + name, columns, name)
     for name in view.runs[0].signals.inputs:
         values = np.concatenate([s.inputs[name] for s in view.windowed])
         if np.ptp(values) > 0.0:
             yield Trial(PREFIX + f"the input {name}", _hinges(values, 5), "input")
+
+
+def _rhythms(view: View) -> Iterator[Trial]:
+    """Give waves in time, in each run with a phase of its own."""
+    own = (view.channel.run[:, None] == np.arange(len(view.runs))[None, :]).astype(float)
+    for period in PERIODS_S:
+        phase = 2.0 * np.pi * view.time / period
+        waves = np.column_stack([np.sin(phase), np.cos(phase)])
+        yield Trial(PREFIX + "time (a rhythm)", (waves[:, :, None] * own[:, None, :]).reshape(len(phase), -1), "t", "",
+                    {"period_s": float(period)})  # fmt: skip
 
 
 def _kinks(bench: Workbench, sensor: str) -> Iterator[Trial]:
