@@ -20,6 +20,9 @@ from hexathermal.poses import FloatArray
 SMALLEST_MOVE = 2e-6
 """A smaller change of the displacement is the scale's noise, not a move [m]."""
 
+WHOLE_ROW = 1e-4
+"""A move that goes on by so much in a row has not ended before it [m]."""
+
 LONGEST_DECAY = 30.0
 """Rows are filtered together while their times sum up to so many time constants, so that no power overflows."""
 
@@ -155,6 +158,22 @@ class Memory:
         step = np.diff(q, prepend=before)
         return np.where(np.abs(step) > SMALLEST_MOVE, step, 0.0)
 
+    def lengths(self, q: FloatArray) -> FloatArray:
+        """Return how far the move that a row belongs to has gone so far, signed; 0 at rest, shape (n,) [m].
+
+        Rows in which the rod moves one way without a rest belong to one move.
+        """
+        last = self._kept.get("lengths", 0.0)
+        steps = self.moves(q)
+        way = np.sign(np.concatenate([[last], steps]))
+        gone = np.cumsum(np.concatenate([[last], steps]))
+        begins = np.concatenate([[True], way[1:] != way[:-1]])
+        first = np.maximum.accumulate(np.where(begins, np.arange(len(way)), 0))
+        before = np.where(first > 0, gone[first - 1], 0.0)
+        found = np.where(way != 0.0, gone - before, 0.0)[1:]
+        self._kept["lengths"] = found[-1]
+        return np.asarray(found)
+
     def direction(self, q: FloatArray) -> FloatArray:
         """Return the direction of the last move, +1 or -1; 0 before the first move."""
         sign = np.sign(self.moves(q))
@@ -183,15 +202,35 @@ class Memory:
         self._kept["play"] = (float(q[-1]), place)
         return found
 
-    def relaxing(self, time: FloatArray, kicks: FloatArray, time_constant: float) -> FloatArray:
-        """Return what decays from each kick, ``y <- y exp(-dt / tau) + kick``, shape (n,) or (n, k)."""
-        t0, y0 = self._kept.get("relaxing", (time[0], np.zeros(kicks.shape[1:])))
+    def relaxing(
+        self, time: FloatArray, sizes: FloatArray, lengths: FloatArray, time_constant: float, name: str = ""
+    ) -> FloatArray:
+        """Return what decays from the end of each move, ``y <- y exp(-dt / tau) + kick``, shape (n,).
+
+        In a row in which a move goes on its decay begins anew; in part where that row is shorter than `WHOLE_ROW`, as
+        the steps of a corrected leg that follows its temperature are.
+
+        Parameters
+        ----------
+        time : array, shape (n,) [s]
+        sizes : array, shape (n,)
+            Of the move that a row belongs to, as it is so far.
+        lengths : array, shape (n,) [m]
+            See `lengths`.
+        time_constant : float [s]
+        name : str
+            Of several decays that one term remembers.
+        """
+        key = f"relaxing {name}"
+        t0, y0, size, length = self._kept.get(key, (time[0], np.zeros(1), 0.0, 0.0))
         step = np.diff(time, prepend=t0) / time_constant
-        flat = kicks if kicks.ndim == 2 else kicks[:, None]
-        y = _accumulated(np.exp(-step), step, flat, np.atleast_1d(y0))
-        y = y if kicks.ndim == 2 else y[:, 0]
-        self._kept["relaxing"] = (time[-1], y[-1].copy())
-        return y
+        before = np.concatenate([[size], sizes[:-1]])
+        gone = np.concatenate([[length], lengths[:-1]])
+        anew = np.minimum(np.abs(lengths - gone) / WHOLE_ROW, 1.0)
+        kicks = sizes - np.where(lengths * gone > 0.0, before * (1.0 + anew * np.expm1(-step)), 0.0)
+        y = _accumulated(np.exp(-step), step, kicks[:, None], y0)
+        self._kept[key] = (time[-1], y[-1].copy(), sizes[-1], lengths[-1])
+        return np.asarray(y[:, 0])
 
 
 def _accumulated(decay: FloatArray, step: FloatArray, gained: FloatArray, start: FloatArray) -> FloatArray:

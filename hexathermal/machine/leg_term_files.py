@@ -36,7 +36,7 @@ PARAMETERS: dict[str, dict[str, str]] = {
     "direction": {"play_mm": "mm"},
     "periodic": {"pitch_mm": "mm!"},
     "position": {},
-    "relaxation": {"time_constant_s": "number!", "kick": "text!"},
+    "relaxation": {"time_constant_s": "number!", "kick": "text!", "decades": "number"},
     "time": {},
 }
 """Parameters of each shape in files and their rules, see `hexathermal.machine.forms.Form`."""
@@ -55,6 +55,7 @@ UNITS = {"lag": "1/K", "lead": "1/K", "foretold": "1/K", "temperature": "1/K", "
 COUNTS = {"lead": 2, "expansion": 2, "tilt": 2, "periodic": 2}
 """Amplitudes of shapes that have more than one."""
 
+MOST_DECADES = 6.0
 KICKS = ("direction", "move", "step")
 
 TERM = {"cause": "text!", "shape": "text!", "amplitudes": "number+!", "unit": "text!", "covariance": "matrix"}
@@ -221,6 +222,8 @@ def _check_parameters(form: Form, shape: str, parameters: Mapping[str, Any], pat
             form.check((*path, key), bool(value) and parameters.get("sensor") not in value, "those of other sensors")
     if "order" in parameters and shape in ("lag", "foretold"):
         form.check((*path, "order"), parameters["order"] in (1.0, 2.0), "1 or 2")
+    if "decades" in parameters and shape == "relaxation":
+        form.check((*path, "decades"), 0.0 <= parameters["decades"] <= MOST_DECADES, f"0 to {MOST_DECADES:g}")
     if "kick" in parameters and shape == "relaxation":
         form.check((*path, "kick"), parameters["kick"] in KICKS, f"one of: {', '.join(KICKS)}")
 

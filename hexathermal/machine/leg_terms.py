@@ -241,16 +241,26 @@ def position(signals: LegSignals, parameters: Mapping[str, Any], memory: Memory)
     return np.asarray(signals.q - memory.first("q", signals.q))
 
 
+PER_DECADE = 2
+"""Exponentials that stand for a decade of a broad relaxation."""
+
+
 def relaxation(signals: LegSignals, parameters: Mapping[str, Any], memory: Memory) -> FloatArray:
     """Return what decays after each move [1].
 
     ``kick`` is ``"direction"`` (one for each move, signed), ``"move"`` (one for each move) or ``"step"`` (the length
-    of the move, signed, in units of 10 mm).
+    of the move, signed, in units of 10 mm). Rows in which the rod moves one way without a rest are one move. With
+    ``decades`` above 0 it is the mean of exponentials evenly in log time from the time constant on over so many
+    decades: creep that goes with the logarithm of time.
     """
-    moves = memory.moves(signals.q)
-    tau = parameters["time_constant_s"]
-    kicks = {"direction": np.sign(moves), "move": np.abs(np.sign(moves)), "step": moves / 0.01}[parameters["kick"]]
-    return memory.relaxing(signals.time, kicks, tau)
+    lengths, tau = memory.lengths(signals.q), parameters["time_constant_s"]
+    way = np.sign(lengths)
+    sizes = {"direction": way, "move": np.abs(way), "step": lengths / 0.01}[parameters["kick"]]
+    decades = parameters.get("decades", 0.0)
+    times = tau * np.logspace(0.0, decades, 1 + round(PER_DECADE * decades))
+    return np.asarray(
+        np.mean([memory.relaxing(signals.time, sizes, lengths, one, f"{k}") for k, one in enumerate(times)], axis=0)
+    )
 
 
 def time(signals: LegSignals, parameters: Mapping[str, Any], memory: Memory) -> FloatArray:

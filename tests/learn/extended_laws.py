@@ -34,8 +34,9 @@ EXAMPLES: dict[str, list[tuple[str, dict[str, Any], list[float]]]] = {
     "direction": [("backlash", {}, [0.31e-6])],
     "periodic": [("periodic-screw-error", {"pitch_m": 0.00203}, [0.1e-6, -0.2e-6])],
     "position": [("scale-error", {}, [3e-6])],
-    "relaxation": [("creep", {"time_constant_s": 240.0, "kick": kick}, [0.2e-6])
-                   for kick in ("direction", "move", "step")],
+    "relaxation": [("creep", {"time_constant_s": 240.0, "kick": "direction"}, [0.2e-6]),
+                   ("creep", {"time_constant_s": 240.0, "kick": "move"}, [0.2e-6]),
+                   ("creep", {"time_constant_s": 60.0, "kick": "step", "decades": 1.5}, [0.2e-6])],
     "time": [("zero-drift", {}, [0.05e-6])],
 }  # fmt: skip
 """Cause, parameters and amplitudes of terms of each shape."""

@@ -65,12 +65,19 @@ def test_shapes_of_motion_are_their_recursions(seed: int) -> None:
     """Direction, relaxation and heat of motion, written as a loop over rows."""
     signals = drawn_signals(seed, 60)
     t, q = signals.time, signals.q
-    last, decayed, heat = 0.0, 0.0, [0.0]
+    last, heat = 0.0, [0.0]
+    ends: list[float] = []
+    before = 0.0
     for k in range(60):
         moved = q[k] - q[k - 1] if k else 0.0
         moved = moved if abs(moved) > 2e-6 else 0.0
         last = np.sign(moved) if moved else last
-        decayed = decayed * np.exp(-(t[k] - t[k - 1]) / 300.0 if k else 0.0) + abs(np.sign(moved))
+        if moved and moved * before > 0.0:
+            ends[-1] = t[k]
+        elif moved:
+            ends.append(t[k])
+        before = moved
+        decayed = sum(np.exp(-(t[k] - end) / 300.0) for end in ends)
         if k:
             heat.append((abs(moved) / (t[k] - t[k - 1])) ** 2)
         assert term_columns("direction", signals, {})[k, 0] == 0.5 * last
@@ -78,6 +85,33 @@ def test_shapes_of_motion_are_their_recursions(seed: int) -> None:
         assert kicked == pytest.approx(decayed, abs=1e-12)
     stored = term_columns("stored-heat", signals, {"source": "motion", "power": 2, "time_constant_s": 0.0})
     assert np.allclose(stored[:, 0], heat, atol=1e-18)
+
+
+def test_a_relaxation_does_not_ask_how_often_a_move_was_logged() -> None:
+    """The same moves logged every 2 s and every 20 s leave the same, of whatever kick, one time or decades of them."""
+    knots, places = [0.0, 100.0, 140.0, 600.0, 660.0, 700.0, 2000.0], [0.2, 0.2, 0.22, 0.22, 0.25, 0.24, 0.24]
+    found = {}
+    for step in (2.0, 20.0):
+        t = np.arange(0.0, 2001.0, step)
+        signals = LegSignals(t, {}, np.interp(t, knots, places))
+        found[step] = [
+            term_columns("relaxation", signals, {"time_constant_s": 150.0, "kick": kick, "decades": decades})[:, 0]
+            for kick in ("direction", "move", "step") for decades in (0.0, 2.0)
+        ]  # fmt: skip
+    for fine, coarse in zip(found[2.0], found[20.0], strict=True):
+        assert np.allclose(fine[::10], coarse, atol=1e-12)
+        assert np.ptp(coarse) > 0.3
+
+
+def test_relaxations_over_decades_go_with_the_logarithm_of_time() -> None:
+    """Between the shortest and the longest time equal ratios of time take equal parts."""
+    t = np.concatenate([[0.0, 1.0], np.geomspace(2.0, 1e5, 400)])
+    signals = LegSignals(t, {}, np.where(t < 1.0, 0.2, 0.21))
+    left = term_columns("relaxation", signals, {"time_constant_s": 10.0, "kick": "move", "decades": 3.0})[:, 0]
+    lost = -np.diff(np.interp(np.log(np.geomspace(40.0, 4000.0, 6)), np.log(t[1:] - 0.999), left[1:]))
+    assert np.allclose(lost, lost.mean(), rtol=0.1)
+    assert left[1] == 1.0
+    assert left[-1] < 1e-3
 
 
 @given(seed=st.integers(0, 10**6), middle=st.floats(15.0, 28.0))

@@ -346,11 +346,12 @@ def _spread(before: Stage, after: Stage, leader: Ranked) -> float:
 
 
 def _foresight(before: Stage, after: Stage, leader: Ranked) -> float:
-    """Return by how much runs left out become more likely, at the noise of the null (log)."""
+    """Return by how much runs left out become more likely (log), each stage at the likeliest of the same noises."""
     if _of_one_run(leader):
         return np.inf
-    old, new = before.left_out(before.step.levels)[1], after.left_out(before.step.levels)[1]
-    return 0.5 * float((old**2).sum() - (new**2).sum())
+    noises = before.step.levels, leader.levels, after.levels
+    old, new = (max(stage.left_likelihood(levels) for levels in noises) for stage in (before, after))
+    return new - old
 
 
 def _refuse_too_little(stage: Stage) -> None:

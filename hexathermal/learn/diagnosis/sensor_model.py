@@ -52,15 +52,18 @@ class SensorModel:
     ----------
     view : View
     sensor : str
+    unasked : tuple of str
+        Others that are not asked, since what is wrong with them would be found in this one.
     """
 
     view: View
     sensor: str
+    unasked: tuple[str, ...] = ()
 
     @property
     def others(self) -> tuple[str, ...]:
         """The other thermometers."""
-        return tuple(name for name in self.view.sensors if name != self.sensor)
+        return tuple(name for name in self.view.sensors if name not in (self.sensor, *self.unasked))
 
     @cached_property
     def profiles(self) -> list[FloatArray]:
@@ -253,7 +256,7 @@ def _products(P: FloatArray, y: FloatArray) -> tuple[FloatArray, FloatArray]:
     return P.T @ P, P.T @ y
 
 
-def sensor_model(view: View, sensor: str) -> SensorModel | None:
+def sensor_model(view: View, sensor: str, unasked: tuple[str, ...] = ()) -> SensorModel | None:
     """Return the model of a sensor; None where there are too few others."""
-    model = SensorModel(view, sensor)
+    model = SensorModel(view, sensor, unasked)
     return model if len(model.others) >= FEWEST_OTHERS else None

@@ -224,6 +224,11 @@ class Stage:
             self._left[levels] = self.channel.left_out(*self._plain, levels)
         return self._left[levels]
 
+    def left_likelihood(self, levels: Levels) -> float:
+        """Return the log likelihood of runs left out, each by a fit of all others, at one noise."""
+        _, logdet = self.channel.whitened(np.empty((len(self.channel), 0)), levels)
+        return -0.5 * (float((self.left_out(levels)[1] ** 2).sum()) + logdet)
+
     @cached_property
     def _left(self) -> dict[Levels, tuple[FloatArray, FloatArray]]:
         """What `left_out` found at each noise: a stage is compared with many that follow it."""

@@ -161,9 +161,13 @@ class Workbench:
         self._models = {} if models is None else models
 
     def model(self, sensor: str) -> SensorModel | None:
-        """Return the model of a sensor by the others."""
+        """Return the model of a sensor by the others: of one outside the law by those outside the law.
+
+        A fault of the law's own thermometers would be seen in every sensor that they help to foretell.
+        """
         if sensor not in self._models:
-            self._models[sensor] = sensor_model(self.view, sensor)
+            base = self.view.base
+            self._models[sensor] = sensor_model(self.view, sensor, () if sensor in base else base)
         return self._models[sensor]
 
     @cached_property

@@ -7,13 +7,14 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from hexathermal.learn.diagnosis.causes import zero_jump
 from hexathermal.learn.diagnosis.causes.sensor_detached import _promising_moments
 from hexathermal.learn.diagnosis.causes.zero_jump import _moments
 from hexathermal.learn.diagnosis.course import _foresight, _share
 from hexathermal.learn.diagnosis.evidence import Scored
 from hexathermal.learn.diagnosis.sensor_model import SensorModel
 from hexathermal.learn.diagnosis.stage import Stage
-from hexathermal.learn.diagnosis.trials import Trial
+from hexathermal.learn.diagnosis.trials import Trial, Workbench
 from tests.learn.diagnosis.campaigns import viewed
 from tests.learn.diagnosis.test_evidence import ranked
 
@@ -24,7 +25,7 @@ def test_steps_are_looked_for_in_long_rests_too(short: int, long: int, most: int
     rng = np.random.default_rng(seed)
     gaps = np.concatenate([rng.uniform(5.0, 40.0, short), np.full(long, 300.0)])
     time = np.cumsum(gaps)
-    chosen = _moments(time, 1, most)
+    chosen = _moments(time, 1, len(time) - 1, most)
     assert chosen.min() >= 1
     assert len(chosen) <= max(most, 1)
     assert np.all(np.diff(chosen) > 0)
@@ -58,3 +59,22 @@ def test_runs_left_out_deny_chance_and_confirm_what_is_there() -> None:
     assert np.mean(chance) < 0.0
     assert _foresight(stage, true, leader) > 5.0
     assert _share(stage, true, leader) > 0.0
+
+
+def test_a_noise_that_forgives_the_effect_does_not_hide_it_from_runs_left_out() -> None:
+    """A zero that drifts makes runs left out likelier, though the null's slow noise was fitted with the drift in it."""
+    for seed in (21, 7023099979241701):
+        stage = Stage(viewed("quiet", seed, ("zero-drift",), 1.3)[0])
+        leader = next(item for item in stage.step.ranking if item.cause == "zero-drift")
+        after = stage.with_effect(leader.best)
+        assert stage.step.levels.slow > leader.levels.slow
+        assert _foresight(stage, after, leader) > 5.0
+
+
+def test_a_step_needs_windows_behind_it() -> None:
+    """Where each run has its own zero, a last reading that stands off is no step of the zero."""
+    view = viewed("rough", 5, ("zero-jump",), 1.0)[0]
+    assert view.zeroed_by_run
+    for trial in zero_jump.trials(Workbench(view, np.ones(4), 1e-7)):
+        own = trial.columns[view.channel.run == [rows.run.name for rows in view.runs].index(trial.target), 0]
+        assert own.sum() >= zero_jump.LEAST_BEHIND

@@ -10,6 +10,7 @@ import pytest
 from hexathermal.learn.diagnosis.order import Order
 from hexathermal.learn.diagnosis.sensor_model import FEWEST_OTHERS, SensorModel, sensor_model
 from hexathermal.learn.diagnosis.timing import Timing
+from hexathermal.learn.diagnosis.trials import Workbench
 from hexathermal.learn.diagnosis.view import View
 from tests.learn.diagnosis.campaigns import viewed
 
@@ -61,6 +62,24 @@ def test_a_drift_shows_in_its_own_parity_only(view: View) -> None:
 
     assert gain(drifted) > 10.0
     assert gain(drifted) > gain(view) + 10.0
+
+
+@pytest.mark.parametrize("bench", LEGS)
+def test_a_fault_of_the_law_s_sensor_shows_in_no_bystander(bench: str) -> None:
+    """Sensors outside the law are foretold without the law's: what walks away there does not walk in them."""
+    view = viewed(bench, 3, (), 1.0)[0]
+    name = view.base[0]
+    drifted = altered(view, name, lambda _k, s: s.dT[name] + 0.6 * s.time / 3600.0)
+    sound, faulty = (Workbench(of, np.ones(4), 1e-7) for of in (view, drifted))
+    for other in sound.bystanders(4):
+        gains = []
+        for bench_ in (sound, faulty):
+            model = bench_.model(other)
+            assert model is not None
+            assert not set(model.others) & set(view.base)
+            hours = model.means([signals.time / 3600.0 for signals in model.view.signals])
+            gains.append(model.gain(hours[:, None], np.array([0.2])))
+        assert gains[1] == pytest.approx(gains[0], abs=1e-6)
 
 
 @pytest.mark.parametrize("bench", LEGS)

@@ -11,7 +11,8 @@ CAUSE = Cause(
     physics="Friction, grease or glued joints give way for seconds to minutes after the rod has stopped.",
     signature="A decay after each move, towards the same end or with the direction of the move.",
     parameters=(
-        Parameter("time_constant_s", "s", "log-uniform, 20 s to 30 min"),
+        Parameter("time_constant_s", "s", "log-uniform, 20 s to 75 min"),
+        Parameter("decades", "1", "0: one exponential; 1.5 or 3: relaxation times over so many decades"),
         Parameter("kick", "m", "visible effect of 0.25 to 4 times the noise"),
     ),
     confused_with=(
@@ -23,7 +24,9 @@ CAUSE = Cause(
     thermal=True,
 )
 
-TIMES_S = (20.0, 45.0, 100.0, 220.0, 480.0, 1000.0, 2000.0)
+TIMES_S = (20.0, 45.0, 100.0, 220.0, 480.0, 1000.0, 2000.0, 4400.0)
+BROAD = {1.5: (10.0, 30.0, 100.0, 300.0), 3.0: (20.0, 80.0, 320.0)}
+"""Decades of a broad relaxation, and the shortest times in it: glue and friction creep with the logarithm of time."""
 
 
 def trials(bench: Workbench) -> Iterator[Trial]:
@@ -32,3 +35,7 @@ def trials(bench: Workbench) -> Iterator[Trial]:
         for tau in TIMES_S:
             for kick in ("direction", "move", "step"):
                 yield bench.term(CAUSE.name, "relaxation", None, time_constant_s=tau, kick=kick)
+        for decades, times in BROAD.items():
+            for tau in times:
+                for kick in ("direction", "move", "step"):
+                    yield bench.term(CAUSE.name, "relaxation", None, time_constant_s=tau, kick=kick, decades=decades)

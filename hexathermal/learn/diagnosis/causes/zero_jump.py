@@ -31,6 +31,9 @@ MOST_MOMENTS = 960
 """Of all runs together, so that the work grows with the rows alone: half of them evenly among the windows of a run,
 half evenly in time, so that neither many short landings nor one long rest is passed over."""
 
+LEAST_BEHIND = 3
+"""Windows of a run that must follow a step, where the next run begins at a zero of its own: fewer may be a spike."""
+
 
 def trials(bench: Workbench) -> Iterator[Trial]:
     """Give steps at the beginnings of windows, run by run."""
@@ -45,15 +48,15 @@ def _steps(view: View) -> Iterator[Trial]:
         own = np.flatnonzero(run == k)
         later = run > k if not view.zeroed_by_run else np.zeros(len(run), dtype=bool)
         first = 1 if (k == 0 or view.zeroed_by_run) else 0
-        for i in _moments(time[own], first, moments) + own[0] if len(own) > 2 else ():
+        last = len(own) - (LEAST_BEHIND if view.zeroed_by_run else 1)
+        for i in _moments(time[own], first, last, moments) + own[0] if last > first else ():
             step = (((run == k) & (np.arange(len(run)) >= i)) | later).astype(float)
             where = {"run": rows.run.name, "time_s": round(float(time[i]), 1)}
             yield Trial(CAUSE.name, step[:, None], rows.run.name, "", where)
 
 
-def _moments(time: FloatArray, first: int, most: int) -> npt.NDArray[np.int64]:
-    """Return windows of a run in which a step may begin, from window `first` on."""
-    last = len(time) - 1
+def _moments(time: FloatArray, first: int, last: int, most: int) -> npt.NDArray[np.int64]:
+    """Return windows of a run in which a step may begin, from window `first` to `last`."""
     if last - first < most:
         return np.arange(first, last + 1)
     by_time = np.searchsorted(time, np.linspace(time[first], time[last], most // 2))
