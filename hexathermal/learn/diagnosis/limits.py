@@ -18,6 +18,9 @@ ASKED = 9
 CLOSE = 6.0
 """Log evidence below which two causes are told to be confused."""
 
+ROUNDING = 1e-9
+"""Log evidence below which two causes are the same column: what is left is rounding, and would order the pairs."""
+
 
 def limits_of(stage: Stage, levels: Levels, threshold: float) -> tuple[tuple[Limit, ...], tuple[Confusion, ...]]:
     """Return each cause's limit of detection, and pairs that these data confuse.
@@ -85,6 +88,7 @@ def _confused(shapes: dict[str, tuple[FloatArray, float, float]]) -> tuple[Confu
             (U, s, least), (V, _s, _least) = shapes[first], shapes[second]
             alike = float(np.abs(U.T @ V).max())
             gap = 0.5 * (2.0 * least) ** 2 * s * (1.0 - alike**2)
+            gap = gap if gap > ROUNDING else 0.0
             if gap < CLOSE:
                 found.append(Confusion((first, second), gap))
     return tuple(sorted(found, key=lambda item: item.separation))
