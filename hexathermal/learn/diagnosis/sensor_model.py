@@ -226,7 +226,7 @@ class SensorModel:
 
     def gain_of(self, parity: Parity) -> float:
         """Return `gain` of the columns that a trial makes of this model; trials of other stages make the same."""
-        return self.view.once(("gain", self.sensor, _sameness(parity)), lambda: self.gain(*parity(self)))
+        return self.view.once(("gain", self.sensor, self.unasked, _sameness(parity)), lambda: self.gain(*parity(self)))
 
     def gain(self, columns: FloatArray, sizes: FloatArray) -> float:
         """Return by how much columns, shape (n, k), of prior sizes (k,), raise the log evidence of the parity.
