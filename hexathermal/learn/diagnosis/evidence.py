@@ -286,7 +286,8 @@ def screened(
             X = changed_base(base, trial).X
             value, after, _ = channel.solved(X, base.sd, levels)
             shown = float(np.sqrt(((X @ after - base.X @ before) ** 2).mean()))
-            found.append(Scored(trial, value - alone + trial.advantage, shown, levels.rms, math.nan, 0.0, np.zeros(0)))
+            said = min(value - alone, trial.most) + trial.advantage
+            found.append(Scored(trial, said, shown, levels.rms, math.nan, 0.0, np.zeros(0)))
     return found
 
 

@@ -224,7 +224,7 @@ class Search:
         chosen: dict[int, Scored] = {}
         for name in {item.trial.cause for item in mending}:
             for item in [one for one in mending if one.trial.cause == name][:MENDED]:
-                value = self._at(item, levels) - null + item.trial.advantage
+                value = min(self._at(item, levels) - null, item.trial.most) + item.trial.advantage
                 chosen[id(item)] = replace(item, value=max(item.value, value))
         return [chosen.get(id(item), item) for item in scored]
 
@@ -276,7 +276,7 @@ class Search:
         A fault of a thermometer must show against the other thermometers too: what the drift says for it counts up to
         `FOLLOWED` times what they say beyond `LEAST_WITNESS`.
         """
-        trial, drift = ranked.best.trial, ranked.value
+        trial, drift = ranked.best.trial, min(ranked.value, ranked.best.trial.most)
         parity, sure = self._parities(trial)
         if trial.parity is not None and trial.least_parity < 0.0:
             drift = min(drift, FOLLOWED * max(parity - LEAST_WITNESS, 0.0))

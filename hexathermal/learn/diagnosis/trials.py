@@ -106,6 +106,8 @@ class Trial:
         Whether errors of the thermometers are to be made anew of the mended data: all sensors are mended alike.
     advantage : float
         Log evidence from what the drift does not show: order of positions, clocks against motion.
+    most : float
+        Most that the drift may say for it, where another witness is against it.
     feigned : float [m]
         Misfit of this kind that errors of the thermometers may feign.
     asked : bool
@@ -123,6 +125,7 @@ class Trial:
     least_parity: float = -np.inf
     anew: bool = False
     advantage: float = 0.0
+    most: float = np.inf
     feigned: float = 0.0
     asked: bool = False
 

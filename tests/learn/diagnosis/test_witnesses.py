@@ -9,6 +9,7 @@ import pytest
 
 from hexathermal.learn.diagnosis.order import Order
 from hexathermal.learn.diagnosis.sensor_model import FEWEST_OTHERS, SensorModel, sensor_model
+from hexathermal.learn.diagnosis.stage import Stage
 from hexathermal.learn.diagnosis.timing import Timing
 from hexathermal.learn.diagnosis.trials import Workbench
 from hexathermal.learn.diagnosis.view import View
@@ -98,13 +99,26 @@ def test_the_order_along_the_leg_tells_a_swap(bench: str) -> None:
         tried += 1
         told += Order(swapped).advantage(one, other) > 3.0
         alarms += Order(view).advantage(one, other) > 3.0
+        # whatever the drift says for it
+        assert Order(view).most(one, other) <= 50.0
+        assert Order(swapped).most(one, other) > 50.0
     assert told >= tried - 1
     assert alarms == 0
 
 
+def test_no_drift_names_an_exchange_that_the_order_denies() -> None:
+    """Another thermometer moves the leg: it fits better than the law's own, whose plug nobody exchanged."""
+    stage = Stage(viewed("modal", 924, ("missing-sensor",), 1.0)[0])
+    for item in stage.search.scored(stage.step.levels, stage.search.trials):
+        if item.trial.cause == "swapped-sensors" and item.trial.advantage < -1.0:
+            assert item.value < 0.0
+
+
 def test_without_positions_the_order_is_silent(view: View) -> None:
     """Where no places are stated, or too few, the order says nothing for or against a swap."""
-    assert Order(replace(view, positions={})).advantage(*view.sensors[:2]) == 0.0
+    silent = Order(replace(view, positions={}))
+    assert silent.advantage(*view.sensors[:2]) == 0.0
+    assert silent.most(*view.sensors[:2]) == np.inf
 
 
 @pytest.mark.parametrize("offset", [-480.0, 300.0, 600.0])
