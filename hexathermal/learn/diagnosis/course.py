@@ -44,9 +44,10 @@ squares, is passed over; at most so many are; and the probability of "none" wher
 LEAST_SHARE = 0.03
 """Every cause after the first must take away this part of the squared residual of runs left out."""
 
-FORESEEN, CLEARLY_FORESEEN = 10.0, 100.0
+FORESEEN, CLEARLY_FORESEEN = 10.0, 30.0
 """Log likelihood of runs left out from which on a first cause, or a later one, joins although their squares do not
-fall: squares of few runs, whose rows share most of their scatter, tell less; they may not rise by more than chance."""
+fall: squares of few runs, whose rows share most of their scatter, tell less; they may not rise by more than chance, or
+those about each run's mean must fall."""
 
 STANDING, CLEARLY = 0.1, 0.05
 """A target may stand for the leader's if it has this part of its evidence, and takes away so much more."""
@@ -173,7 +174,9 @@ def searched(
             break
         after = stage.with_effect(leader.best)
         share, sure = _share(stage, after, leader), _foresight(stage, after, leader)
-        clear = sure >= (CLEARLY_FORESEEN if found else FORESEEN) and share > -_spread(stage, after, leader)
+        clear = sure >= (CLEARLY_FORESEEN if found else FORESEEN) and (
+            share > -_spread(stage, after, leader) or _share(stage, after, leader, within=True) > LEAST_SHARE
+        )
         if sure <= 0.0 or (share <= (LEAST_SHARE if found else -MOST_LOSS) and not clear):
             if found:
                 break
@@ -320,22 +323,28 @@ def _of_one_run(leader: Ranked) -> bool:
     return leader.cause == "zero-jump"
 
 
-def _left(before: Stage, after: Stage, leader: Ranked) -> list[FloatArray]:
-    """Return the mean squares of both stages in a row, by the run left out; each at the kinder of two noises."""
+def _left(before: Stage, after: Stage, leader: Ranked, *, within: bool = False) -> list[FloatArray]:
+    """Return the mean squares of both stages in a row, by the run left out; each at the kinder of two noises.
+
+    With `within` each run's mean is left out of them, where runs have zeros of their own: the noise of few first rows.
+    """
     found = []
     for stage in (before, after):
         run, rows = stage.channel.run, stage.channel.rows
-        tables = [rows * stage.left_out(levels)[0] ** 2 / rows.sum() for levels in (leader.levels, before.plain)]
+        both = [stage.left_out(levels)[0] for levels in (leader.levels, before.plain)]
+        if within and stage.channel.tied_offsets:
+            both = [left - (np.bincount(run, rows * left) / np.bincount(run, rows))[run] for left in both]
+        tables = [rows * left**2 / rows.sum() for left in both]
         kinder = min(tables, key=lambda table: float(table.sum()))
         found.append(np.array([kinder[run == k].sum() for k in np.unique(run)]))
     return found
 
 
-def _share(before: Stage, after: Stage, leader: Ranked) -> float:
-    """Return by which part a stage leaves less, squared, of runs left out."""
+def _share(before: Stage, after: Stage, leader: Ranked, *, within: bool = False) -> float:
+    """Return by which part a stage leaves less, squared, of runs left out; see `_left`."""
     if _of_one_run(leader):
         return 1.0
-    old, new = _left(before, after, leader)
+    old, new = _left(before, after, leader, within=within)
     return float(1.0 - new.sum() / old.sum())
 
 
