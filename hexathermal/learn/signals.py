@@ -106,17 +106,19 @@ def run_rows(campaign: Campaign, run: RunFile | str) -> RunRows:
     heat = sheet.heat - reader.zero.heat
     lost = {name: int(np.isnan(heat[:, k]).sum()) for k, name in enumerate(campaign.sensors)}
     dT = {name: _filled(time, heat[:, k]) for k, name in enumerate(campaign.sensors)}
+    index = _index(campaign, sheet, time, reader.zero)
     signals = LegSignals(
         time + begin,
         dT,
         _filled(time, sheet.q[:, 0]) if sheet.q.shape[1] else np.zeros(len(time)),
         campaign.leg.retracted_length if campaign.leg is not None and campaign.kind == "leg" else 1.0,
         _since_zero(time, sheet.air[:, 0], level),
-        _index(campaign, sheet, time, reader.zero),
+        None if index is None else index - index[0],
         _tilt(campaign.beams, sheet, time, block),
         {item.name: _filled(time, sheet.inputs[:, k]) for k, item in enumerate(campaign.inputs)},
         {name: float(value) for name, value in zip(campaign.sensors, reader.zero.heat, strict=True)
          if math.isfinite(value)},
+        None if index is None else float(index[0]),
     )  # fmt: skip
     return RunRows(reader.run, signals, drift, landing, landing >= 0, _weather(time, sheet.air), lost, reader.record,
                    block)  # fmt: skip
@@ -167,17 +169,16 @@ def _weather(time: FloatArray, air: FloatArray) -> FloatArray | None:
 
 
 def _index(campaign: Campaign, sheet: Sheet, time: FloatArray, zero: Zero) -> FloatArray | None:
-    """Return the index of air less that of the first row; None where the weather does not tell it."""
+    """Return the index of air; None where the weather does not tell it."""
     if np.isnan(sheet.air[:, :2]).all(axis=0).any():
         return None
     humid = np.isnan(sheet.air[:, 2]).all()
     air = np.column_stack([_filled(time, sheet.air[:, k]) if k < 2 or not humid else np.full(len(time), 0.5)
                            for k in range(3)])  # fmt: skip
     try:
-        index = index_along_run(air)
+        return index_along_run(air)
     except HexathermalError:
         return None
-    return np.asarray(index - index[0])
 
 
 def _tilt(beams: BeamLayout | None, sheet: Sheet, time: FloatArray, block: Block) -> FloatArray | None:

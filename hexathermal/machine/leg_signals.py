@@ -51,6 +51,8 @@ class LegSignals:
         Recorded inputs in their own units.
     zero_degC : mapping of str to float [degC]
         Temperatures of the sensors at the zero, where they are known.
+    zero_index : float, optional [1]
+        Index of refraction of the air at the zero, where it is known.
     """
 
     time: FloatArray
@@ -62,6 +64,7 @@ class LegSignals:
     tilt: FloatArray | None = None
     inputs: Mapping[str, FloatArray] = field(default_factory=dict)
     zero_degC: Mapping[str, float] = field(default_factory=dict)
+    zero_index: float | None = None
 
     def __len__(self) -> int:
         return len(self.time)

@@ -230,6 +230,7 @@ class LegController:
             np.array([time - start]), {name: np.array([degC[name] - reference[name]]) for name in self.sensors},
             np.array([float(q)]), self.retracted_length, since("air", air), since("index", index), since("tilt", tilt),
             values, {name: reference[name] for name in self.sensors},
+            index if zero is None or zero.index is None else float(zero.index[0]),
         )  # fmt: skip
 
     def _keep_zero(

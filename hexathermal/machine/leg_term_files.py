@@ -31,7 +31,7 @@ PARAMETERS: dict[str, dict[str, str]] = {
     "square": {"sensor": "text!", "ratio": "number!", "reference_degC": "number"},
     "bend": {"sensor": "text!", "ratio": "number!", "middle_degC": "number!", "width_K": "number!"},
     "room": {"time_constant_s": "number!"},
-    "air-index": {"path_mm": "mm!", "stroke_share": "number!"},
+    "air-index": {"path_mm": "mm!", "stroke_share": "number!", "reference_index": "number"},
     "tilt": {},
     "direction": {"play_mm": "mm"},
     "periodic": {"pitch_mm": "mm!"},
@@ -56,6 +56,7 @@ COUNTS = {"lead": 2, "expansion": 2, "tilt": 2, "periodic": 2}
 """Amplitudes of shapes that have more than one."""
 
 MOST_DECADES = 6.0
+DENSEST_AIR = 1.001
 KICKS = ("direction", "move", "step")
 
 TERM = {"cause": "text!", "shape": "text!", "amplitudes": "number+!", "unit": "text!", "covariance": "matrix"}
@@ -222,6 +223,10 @@ def _check_parameters(form: Form, shape: str, parameters: Mapping[str, Any], pat
             form.check((*path, key), bool(value) and parameters.get("sensor") not in value, "those of other sensors")
     if "order" in parameters and shape in ("lag", "foretold"):
         form.check((*path, "order"), parameters["order"] in (1.0, 2.0), "1 or 2")
+    if "reference_index" in parameters and shape == "air-index":
+        form.check(
+            (*path, "reference_index"), 1.0 <= parameters["reference_index"] <= DENSEST_AIR, f"1 to {DENSEST_AIR:g}"
+        )
     if "decades" in parameters and shape == "relaxation":
         form.check((*path, "decades"), 0.0 <= parameters["decades"] <= MOST_DECADES, f"0 to {MOST_DECADES:g}")
     if "kick" in parameters and shape == "relaxation":

@@ -209,8 +209,19 @@ def room(signals: LegSignals, parameters: Mapping[str, Any], memory: Memory) -> 
 
 
 def air_index(signals: LegSignals, parameters: Mapping[str, Any], memory: Memory) -> FloatArray:
-    """Return ``(path + stroke_share q) (n - n_0)``: how an index that was not applied shortens what is read [m]."""
-    return np.asarray((parameters["path_m"] + parameters["stroke_share"] * signals.q) * signals.recorded("index"))
+    """Return ``(path + stroke_share q) (n - n_0)``: how an index that was not applied shortens what is read [m].
+
+    With ``reference_index`` the laser took that index for the air's, so that its scale is wrong already at the zero:
+    ``+ stroke_share (q - q_0) (n_0 - reference_index)``.
+    """
+    share = parameters["stroke_share"]
+    found = (parameters["path_m"] + share * signals.q) * signals.recorded("index")
+    if "reference_index" in parameters:
+        if signals.zero_index is None:
+            raise ArgumentError("the law needs the index of refraction of the air at the zero, which is not given")
+        moved = signals.q - memory.first("q", signals.q)
+        found = found + share * moved * (signals.zero_index - parameters["reference_index"])
+    return np.asarray(found)
 
 
 def tilt(signals: LegSignals, parameters: Mapping[str, Any], memory: Memory) -> FloatArray:

@@ -30,7 +30,9 @@ def extended(seed: int, shapes: list[str], kind: str, joint: bool) -> Identified
         cause, parameters, amplitudes = EXAMPLES[shape][int(rng.integers(len(EXAMPLES[shape])))]
         sizes = np.array(amplitudes) * rng.normal(size=len(amplitudes))
         root = rng.normal(size=(len(sizes), len(sizes))) * 1e-7
-        own = {key: value * rng.uniform(0.5, 2.0) if isinstance(value, float) else value
+        # an index of air is one and a little
+        least = {key: float(key == "reference_index") for key in parameters}
+        own = {key: least[key] + (value - least[key]) * rng.uniform(0.5, 2.0) if isinstance(value, float) else value
                for key, value in parameters.items()}  # fmt: skip
         terms.append(LegTerm(cause, shape, own, sizes, root @ root.T if rng.random() < 0.7 else np.zeros((0, 0))))
     law = dataclasses.replace(drawn(seed, kind, 2), terms=tuple(terms), repairs=REPAIRED[: seed % 6])
@@ -84,6 +86,7 @@ BAD = [
     ("pitch_mm = 2.03", "pitch_m = 2.03", "unknown key 'pitch_m'"),
     ("  -0.2,\n", "", "terms[1].amplitudes has 1 values; expected 2"),
     ('kick = "move"', 'kick = "jump"', "terms[2].kick must be one of: direction, move, step"),
+    ('kick = "move"', 'kick = "move"\ndecades = 7', "terms[2].decades must be 0 to 6"),
     ('kind = "swap"', 'kind = "exchange"', "repairs[0].kind must be one of: clock, swap, drift, detached"),
     ('second = "T02"\n', "", "key 'second' is missing in [repairs[0]]"),
     ("rate_K_per_h = 0.03", 'rate_K_per_h = "x"', "repairs[1].rate_K_per_h must be a number"),

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import pickle
 
 import numpy as np
@@ -85,6 +86,17 @@ def test_shapes_of_motion_are_their_recursions(seed: int) -> None:
         assert kicked == pytest.approx(decayed, abs=1e-12)
     stored = term_columns("stored-heat", signals, {"source": "motion", "power": 2, "time_constant_s": 0.0})
     assert np.allclose(stored[:, 0], heat, atol=1e-18)
+
+
+def test_a_laser_with_a_fixed_index_reads_a_wrong_path() -> None:
+    """What is read less what is true, ``(path + q) (n - n_r)`` from the zero on, is the term's column."""
+    signals = drawn_signals(4, 50)
+    index, q = 1.00027 + signals.recorded("index"), signals.q
+    wrong = (0.7 + q) * (index - 1.000265)
+    settings = {"path_m": 0.7, "stroke_share": 1.0, "reference_index": 1.000265}
+    assert np.allclose(term_columns("air-index", signals, settings)[:, 0], wrong - wrong[0], atol=1e-15)
+    with pytest.raises(ArgumentError, match="index of refraction of the air at the zero"):
+        term_columns("air-index", dataclasses.replace(signals, zero_index=None), settings)
 
 
 def test_a_relaxation_does_not_ask_how_often_a_move_was_logged() -> None:

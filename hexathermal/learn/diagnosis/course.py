@@ -12,8 +12,9 @@ from hexathermal.errors import ArgumentError, UnknownNameError
 from hexathermal.learn.campaign import Campaign
 from hexathermal.learn.campaign_laws import identify_campaign
 from hexathermal.learn.diagnosis.base_choice import FEWEST_WINDOWS, likelier_sensors
+from hexathermal.learn.diagnosis.causes import catalogue
 from hexathermal.learn.diagnosis.chance import chance_threshold
-from hexathermal.learn.diagnosis.deciding import LEAST, Decision, decided, together
+from hexathermal.learn.diagnosis.deciding import LEAST, SHAPE_ERROR, Decision, decided, together
 from hexathermal.learn.diagnosis.evidence import Scored, beside, screened, stacked_columns
 from hexathermal.learn.diagnosis.pruning import pruned
 from hexathermal.learn.diagnosis.search import REPEATED, Ranked, Step
@@ -29,6 +30,9 @@ LATER = 2.0
 
 TWO_LEAD = 5.0
 """Log evidence by which two names must beat what is nameless."""
+
+PROVEN = 40.0
+"""A fault of a thermometer that its parity shows by so much is named although no run left out needs it."""
 
 UNSEEN = 12.0
 """So much more where no run left out can tell: a later step of the zero in one run."""
@@ -172,12 +176,15 @@ def searched(
             break
         if found and _of_one_run(leader) and leader.gated < threshold + UNSEEN:
             break
+        if found and leader.value < threshold + LATER + _mopped_up(leader, found):
+            break
         after = stage.with_effect(leader.best)
         share, sure = _share(stage, after, leader), _foresight(stage, after, leader)
         clear = sure >= (CLEARLY_FORESEEN if found else FORESEEN) and (
             share > -_spread(stage, after, leader) or _share(stage, after, leader, within=True) > LEAST_SHARE
         )
-        if sure <= 0.0 or (share <= (LEAST_SHARE if found else -MOST_LOSS) and not clear):
+        pays = sure > 0.0 and (clear or share > (LEAST_SHARE if found else -MOST_LOSS))
+        if not pays and (found or leader.witness < PROVEN):
             if found:
                 break
             if len(refused) == MOST_REFUSED:
@@ -189,7 +196,7 @@ def searched(
             decision = decided(step, threshold)
             continue
         stages.append(stage)
-        joins = share > 0.0 or clear
+        joins = pays and (share > 0.0 or clear)
         found.append(Found(leader, decision, joins, *stage.amplitudes(leader)))
         if not joins:
             break
@@ -316,6 +323,14 @@ def _leader(stage: Stage, decision: Decision, threshold: float, *, first: bool) 
     if shares[best] - shares[leader.best.trial.target] < CLEARLY:
         return leader
     return replace(leader, best=targets[best], value=targets[best].value)
+
+
+def _mopped_up(leader: Ranked, found: Sequence[Found]) -> float:
+    """Return what errors of the shapes of causes named before may say for one that they are confused with."""
+    known = {name: module.CAUSE.confused_with for name, module in catalogue().items()}
+    kindred = (one.ranked for one in found
+               if leader.cause in known[one.ranked.cause] or one.ranked.cause in known[leader.cause])  # fmt: skip
+    return SHAPE_ERROR * max((one.value for one in kindred), default=0.0)
 
 
 def _of_one_run(leader: Ranked) -> bool:

@@ -29,10 +29,10 @@ NONE_AT_MOST = 0.9
 SOUND = 0.98
 """How often the truth is among the hypotheses as they are drawn: so many of the names given as certain were right."""
 
-NAME_LEAD = 1.0
-"""A cause may be that far behind flexible columns without a name and still be the name: they imitate any shape."""
+NAME_LEAD, NAME_SHARE = 1.0, 0.05
+"""A cause may be that far behind what has no name and still be the name; and behind flexible columns, which imitate any
+shape, by this part of what they say besides."""
 
-NAME_SHARE = 0.03
 IMITATED = 0.6
 """Part of what is nameless that counts for a name which is given although something nameless fits as well."""
 
@@ -94,7 +94,7 @@ def decided(step: Step, threshold: float) -> Decision:
     best = standing[0]
     names = [item for item in standing if item.named]
     imitates = not best.named and best.best.trial.columns.shape[1] > 1
-    if names and names[0].value >= best.value - imitates * (NAME_LEAD + NAME_SHARE * best.value):
+    if names and names[0].value >= best.value - NAME_LEAD - imitates * NAME_SHARE * best.value:
         # of names that fit alike, the one that the least of a tolerated misfit could stand for
         as_good = ALIKE * probabilities[names[0].cause]
         best = max((item for item in names if probabilities[item.cause] >= as_good), key=lambda item: item.gated)

@@ -32,7 +32,7 @@ LEADERS = 7
 TWINS = {
     "missing-sensor": ("swapped-sensors",), "swapped-sensors": ("missing-sensor",),
     "sensor-drift": ("sensor-detached", "swapped-sensors", "missing-sensor"),
-    "sensor-detached": ("sensor-drift", "swapped-sensors", "missing-sensor"),
+    "sensor-detached": ("sensor-drift", "swapped-sensors", "missing-sensor", "zero-jump"),
     "thermal-lag": ("swapped-sensors",),
 }  # fmt: skip
 """Causes that explain what another one has left of itself."""
@@ -61,6 +61,9 @@ FOLLOWED, LEAST_WITNESS = 5.0, 2.0
 MOST_WITNESSED = 16
 """Trials of a sensor's fault whose parity is asked."""
 
+
+STEP, STEP_ALONE, STEP_SECONDED = "zero-jump", 3.0, 4.0
+"""What the drift says for a step of the zero counts up to so much and so many times what it says for its neighbours."""
 
 MENDED = 3
 """Trials of a cause that mends data whose data are mended indeed."""
@@ -152,7 +155,7 @@ class Search:
 
     def scored(self, levels: Levels, trials: list[Trial], terms: list[Terms] | None = None) -> list[Scored]:
         """Return trials with their evidence at one noise; `terms` are those of them, where they were made before."""
-        return screened(self.channel, self.base, levels, trials, self.largest, terms)
+        return _borne_out(screened(self.channel, self.base, levels, trials, self.largest, terms))
 
     def step(self, trials: list[Trial], begin: Levels | None = None) -> Step:
         """Return the ranking of trials over the present base."""
@@ -322,6 +325,23 @@ def _feigning(trial: Trial, feigned: float) -> Trial:
 def _varies(columns: FloatArray) -> bool:
     """Return whether a column is no constant; columns with missing values say nothing."""
     return bool((columns != columns[0]).any() and not np.isnan(columns).any())
+
+
+def _borne_out(scored: list[Scored]) -> list[Scored]:
+    """Return trials of which a step counts as far as the moment before or behind bears it out: else one reading jumped.
+
+    A step that stays is seen a moment late, or early, as well; a window that stands off is seen in no other.
+    """
+    steps = [k for k, item in enumerate(scored) if item.trial.cause == STEP]
+    found = list(scored)
+    for place, k in enumerate(steps):
+        near = [scored[j] for j in (*steps[max(place - 1, 0) : place], *steps[place + 1 : place + 2])]
+        own = scored[k].trial
+        seen = max((item.value for item in near if item.trial.target == own.target), default=0.0)
+        most = STEP_SECONDED * max(seen, 0.0) + STEP_ALONE
+        if scored[k].value > most:
+            found[k] = replace(scored[k], value=most, trial=replace(own, most=most))
+    return found
 
 
 def _families(scored: list[Scored]) -> dict[str, tuple[float, Scored]]:

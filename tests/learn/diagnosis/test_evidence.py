@@ -12,7 +12,8 @@ from scipy.stats import binom, multivariate_normal
 from hexathermal.learn.diagnosis import chance
 from hexathermal.learn.diagnosis.chance import FALSE_ALARMS, chance_threshold
 from hexathermal.learn.diagnosis.channels import Channel, Levels
-from hexathermal.learn.diagnosis.deciding import LEAST, SOUND, decided
+from hexathermal.learn.diagnosis.course import Found, _mopped_up
+from hexathermal.learn.diagnosis.deciding import LEAST, SOUND, Decision, decided
 from hexathermal.learn.diagnosis.evidence import (
     RHO,
     TOLERATED,
@@ -23,12 +24,13 @@ from hexathermal.learn.diagnosis.evidence import (
     screened,
     visible,
 )
-from hexathermal.learn.diagnosis.search import NONE, SURE_WITNESS, Ranked, Search, Step
+from hexathermal.learn.diagnosis.search import NONE, STEP_ALONE, SURE_WITNESS, Ranked, Search, Step, _borne_out
 from hexathermal.learn.diagnosis.trials import Trial
 from hexathermal.poses import FloatArray
 from tests.learn.diagnosis.noises import LEVELS, channel_like, dense, noisy
 
 LARGEST = 50.0
+NOTHING = Decision(None, 1.0, {}, ())
 
 
 @pytest.fixture
@@ -211,6 +213,31 @@ def test_something_nameless_far_ahead_is_unexplained() -> None:
     assert not far.named
     assert near.named
     assert not single.named
+
+
+def test_one_reading_that_stands_off_is_no_step() -> None:
+    """A step that its neighbours in time see keeps its evidence; one that none of them sees counts next to nothing."""
+
+    def steps(*values: float, run: str = "run-01") -> list[Scored]:
+        trials = [Trial("zero-jump", np.zeros((1, 1)), run) for _value in values]
+        return [scored(trial, value, 2.0 * LEVELS.rms, LEVELS.rms) for trial, value in zip(trials, values, strict=True)]
+
+    real, alone = steps(-2.0, 20.0, 60.0, 30.0, 1.0), steps(-2.0, -1.0, 60.0, -2.0, -1.0)
+    other = steps(50.0, run="run-02")
+    found = [item.value for item in _borne_out([*real, *alone, *other])]
+    assert found[:5] == [-2.0, 20.0, 60.0, 30.0, 1.0]
+    assert max(found[5:]) <= STEP_ALONE < LEAST
+    assert _borne_out(alone)[2].trial.most == STEP_ALONE
+    backlash = [scored(Trial("backlash", np.zeros((1, 1))), 60.0, 2.0 * LEVELS.rms, LEVELS.rms)]
+    assert _borne_out(backlash) == backlash
+
+
+def test_a_later_name_must_beat_what_the_first_one_s_shape_left() -> None:
+    """A lag over a missing sensor of evidence 300 needs 9 more: the two are confused; a backlash needs no more."""
+    first = Found(ranked("missing-sensor", 300.0), NOTHING, True, np.zeros(1), np.zeros(1))
+    assert _mopped_up(ranked("thermal-lag", 12.0), [first]) == pytest.approx(9.0)
+    assert _mopped_up(ranked("backlash", 12.0), [first]) == 0.0
+    assert _mopped_up(ranked("thermal-lag", 12.0), []) == 0.0
 
 
 def test_of_names_alike_the_larger_effect_is_the_first() -> None:

@@ -100,8 +100,8 @@ def test_the_order_along_the_leg_tells_a_swap(bench: str) -> None:
         told += Order(swapped).advantage(one, other) > 3.0
         alarms += Order(view).advantage(one, other) > 3.0
         # whatever the drift says for it
-        assert Order(view).most(one, other) <= 50.0
-        assert Order(swapped).most(one, other) > 50.0
+        assert Order(view).most(one, other) == 0.0
+        assert Order(swapped).most(one, other) == np.inf
     assert told >= tried - 1
     assert alarms == 0
 
@@ -110,7 +110,7 @@ def test_no_drift_names_an_exchange_that_the_order_denies() -> None:
     """Another thermometer moves the leg: it fits better than the law's own, whose plug nobody exchanged."""
     stage = Stage(viewed("modal", 924, ("missing-sensor",), 1.0)[0])
     for item in stage.search.scored(stage.step.levels, stage.search.trials):
-        if item.trial.cause == "swapped-sensors" and item.trial.advantage < -1.0:
+        if item.trial.cause == "swapped-sensors" and item.trial.advantage < -5.0:
             assert item.value < 0.0
 
 
