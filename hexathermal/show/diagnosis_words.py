@@ -194,6 +194,8 @@ def _setting(name: str, value: Any) -> str:
         return f"{label} {duration(float(value))}"
     if name.endswith("_m"):
         return f"{label} {float(value) * 1e3:.3g} mm"
+    if name.endswith("_index"):
+        return f"{label} {float(value):.6f}"
     return f"{label} {float(value):.3g}" + (" K" if name.endswith("_K") else " °C" if name.endswith("_degC") else "")
 
 

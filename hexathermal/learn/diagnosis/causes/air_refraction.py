@@ -43,4 +43,4 @@ def trials(bench: Workbench) -> Iterator[Trial]:
 @cache
 def _standard_index() -> float:
     """Return the index of air at 20 degC, 1013.25 hPa and 50 %, which a laser takes for the air's if nothing is set."""
-    return float(index_along_run(np.array([[20.0, 101325.0, 0.5]]))[0])
+    return round(float(index_along_run(np.array([[20.0, 101325.0, 0.5]]))[0]), 7)
