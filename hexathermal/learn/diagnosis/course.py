@@ -326,7 +326,12 @@ def _leader(stage: Stage, decision: Decision, threshold: float, *, first: bool) 
 
 
 def _mopped_up(leader: Ranked, found: Sequence[Found]) -> float:
-    """Return what errors of the shapes of causes named before may say for one that they are confused with."""
+    """Return what errors of the shapes of causes named before may say for one that they are confused with.
+
+    Where one more thermometer matters, the next one may as well.
+    """
+    if any(one.ranked.cause == leader.cause for one in found):
+        return 0.0
     known = {name: module.CAUSE.confused_with for name, module in catalogue().items()}
     kindred = (one.ranked for one in found
                if leader.cause in known[one.ranked.cause] or one.ranked.cause in known[leader.cause])  # fmt: skip
