@@ -25,8 +25,15 @@ LABELS = {
     "first_per_K": "amplitude, first order",
     "second_per_K": "amplitude, second order",
     "kick": "kick at each",
+    "decades": "decades of time constants",
 }
 """Of parameters whose names alone would not be understood."""
+
+CHOICES: dict[tuple[str, Any], str] = {
+    ("kick", "direction"): "move, with its sign",
+    ("kick", "step"): "move, by its length",
+}
+"""What a setting of a parameter is called where its own word would not be understood."""
 
 SIGNALS = {
     "time": ("time since the {zero} began", "h", 1.0 / 3600.0),
@@ -143,7 +150,9 @@ def effect_rows(effect: Effect, kind: str) -> list[tuple[str, ...]]:
     shown = [parameter(name, quantity, kind) for name, quantity in effect.parameters.items()]
     rows: list[tuple[str, ...]] = [(one.name, *one.cells, one.unit or "-") for one in shown]
     kept = {name: value for name, value in effect.settings.items() if name not in HIDDEN}
-    return rows + [(_label(name), str(value), "-", "-", "-") for name, value in kept.items()]
+    return rows + [
+        (_label(name), CHOICES.get((name, value), str(value)), "-", "-", "-") for name, value in kept.items()
+    ]
 
 
 def _label(name: str) -> str:
@@ -187,7 +196,7 @@ def _setting(name: str, value: Any) -> str:
     """Return one setting in words."""
     label = _label(name)
     if isinstance(value, str | bool) or not isinstance(value, int | float):
-        return f"{label} {value}"
+        return f"{label} {CHOICES.get((name, value), value)}"
     if abs(value) > ENDLESS:
         return ""
     if name.endswith("_s"):

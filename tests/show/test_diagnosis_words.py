@@ -86,6 +86,7 @@ def test_a_setting_without_an_end_is_not_said() -> None:
     """1e9 runs stand for "never": nobody wants to read that; a sensor that is the target is not said twice."""
     assert settings_words({"decay_runs": 1e9, "sensor": "T07"}) == ""
     assert settings_words({"run": "a", "time_s": 4320.0, "kick": "move"}) == "run a, time 72 min, kick at each move"
+    assert settings_words({"kick": "direction"}) == "kick at each move, with its sign"
     assert settings_words({"reference_index": 1.0002714}) == "reference index 1.000271"
 
 
