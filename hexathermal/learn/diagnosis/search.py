@@ -21,7 +21,7 @@ from hexathermal.learn.diagnosis.evidence import (
     screened,
     terms_of,
 )
-from hexathermal.learn.diagnosis.trials import Trial, Workbench
+from hexathermal.learn.diagnosis.trials import PREFIX, Trial, Workbench
 from hexathermal.learn.diagnosis.unexplained import THERMAL, flexible_trials
 from hexathermal.poses import FloatArray
 
@@ -62,8 +62,8 @@ MOST_WITNESSED = 16
 """Trials of a sensor's fault whose parity is asked."""
 
 
-STEP, STEP_ALONE, STEP_SECONDED = "zero-jump", 3.0, 4.0
-"""What the drift says for a step of the zero counts up to so much and so many times what it says for its neighbours."""
+STEP, STEP_ALONE, BUMPS = "zero-jump", 3.0, (-3, -2, -1, 1, 2, 3)
+"""What the drift says for a step of the zero counts up to so much where so many windows before or behind say as much."""
 
 MENDED = 3
 """Trials of a cause that mends data whose data are mended indeed."""
@@ -155,7 +155,23 @@ class Search:
 
     def scored(self, levels: Levels, trials: list[Trial], terms: list[Terms] | None = None) -> list[Scored]:
         """Return trials with their evidence at one noise; `terms` are those of them, where they were made before."""
-        return _borne_out(screened(self.channel, self.base, levels, trials, self.largest, terms))
+        return self._borne_out(screened(self.channel, self.base, levels, trials, self.largest, terms), levels)
+
+    def _borne_out(self, scored: list[Scored], levels: Levels) -> list[Scored]:
+        """Return trials of which a step counts for little where a few windows that stand off explain as much.
+
+        A step is left once, what stands off is left and met again.
+        """
+        steps = [k for k, item in enumerate(scored) if item.trial.cause == STEP and item.value > STEP_ALONE]
+        own = [scored[k].trial for k in steps]
+        bumps = [Trial(PREFIX + STEP, _bump(trial.columns, width)) for trial in own for width in BUMPS]
+        found = list(scored)
+        values = [item.value for item in screened(self.channel, self.base, levels, bumps, self.largest)]
+        for k, rivals in zip(steps, np.reshape(values, (-1, len(BUMPS))), strict=True):
+            if rivals.max() >= scored[k].value:
+                alone = replace(scored[k].trial, most=STEP_ALONE)
+                found[k] = replace(scored[k], value=STEP_ALONE, trial=alone)
+        return found
 
     def step(self, trials: list[Trial], begin: Levels | None = None) -> Step:
         """Return the ranking of trials over the present base."""
@@ -327,21 +343,12 @@ def _varies(columns: FloatArray) -> bool:
     return bool((columns != columns[0]).any() and not np.isnan(columns).any())
 
 
-def _borne_out(scored: list[Scored]) -> list[Scored]:
-    """Return trials of which a step counts as far as the moment before or behind bears it out: else one reading jumped.
-
-    A step that stays is seen a moment late, or early, as well; a window that stands off is seen in no other.
-    """
-    steps = [k for k, item in enumerate(scored) if item.trial.cause == STEP]
-    found = list(scored)
-    for place, k in enumerate(steps):
-        near = [scored[j] for j in (*steps[max(place - 1, 0) : place], *steps[place + 1 : place + 2])]
-        own = scored[k].trial
-        seen = max((item.value for item in near if item.trial.target == own.target), default=0.0)
-        most = STEP_SECONDED * max(seen, 0.0) + STEP_ALONE
-        if scored[k].value > most:
-            found[k] = replace(scored[k], value=most, trial=replace(own, most=most))
-    return found
+def _bump(step: FloatArray, width: int) -> FloatArray:
+    """Return so many windows from where a step begins, or before it where `width` is below 0, shape (n, 1)."""
+    first = int(np.argmax(step[:, 0] > 0.0))
+    bump = np.zeros_like(step)
+    bump[max(first + min(width, 0), 0) : first + max(width, 0)] = 1.0
+    return bump
 
 
 def _families(scored: list[Scored]) -> dict[str, tuple[float, Scored]]:

@@ -24,7 +24,7 @@ from hexathermal.learn.diagnosis.evidence import (
     screened,
     visible,
 )
-from hexathermal.learn.diagnosis.search import NONE, STEP_ALONE, SURE_WITNESS, Ranked, Search, Step, _borne_out
+from hexathermal.learn.diagnosis.search import NONE, STEP_ALONE, SURE_WITNESS, Ranked, Search, Step
 from hexathermal.learn.diagnosis.trials import Trial
 from hexathermal.poses import FloatArray
 from tests.learn.diagnosis.noises import LEVELS, channel_like, dense, noisy
@@ -215,21 +215,21 @@ def test_something_nameless_far_ahead_is_unexplained() -> None:
     assert not single.named
 
 
-def test_one_reading_that_stands_off_is_no_step() -> None:
-    """A step that its neighbours in time see keeps its evidence; one that none of them sees counts next to nothing."""
-
-    def steps(*values: float, run: str = "run-01") -> list[Scored]:
-        trials = [Trial("zero-jump", np.zeros((1, 1)), run) for _value in values]
-        return [scored(trial, value, 2.0 * LEVELS.rms, LEVELS.rms) for trial, value in zip(trials, values, strict=True)]
-
-    real, alone = steps(-2.0, 20.0, 60.0, 30.0, 1.0), steps(-2.0, -1.0, 60.0, -2.0, -1.0)
-    other = steps(50.0, run="run-02")
-    found = [item.value for item in _borne_out([*real, *alone, *other])]
-    assert found[:5] == [-2.0, 20.0, 60.0, 30.0, 1.0]
-    assert max(found[5:]) <= STEP_ALONE < LEAST
-    assert _borne_out(alone)[2].trial.most == STEP_ALONE
-    backlash = [scored(Trial("backlash", np.zeros((1, 1))), 60.0, 2.0 * LEVELS.rms, LEVELS.rms)]
-    assert _borne_out(backlash) == backlash
+def test_windows_that_stand_off_are_no_step(channel: Channel, base: Base, rng: np.random.Generator) -> None:
+    """A step that stays keeps its evidence; where one to three windows stand off, steps count next to nothing."""
+    own = channel.run == 2
+    at = int(np.argmax(own)) + 12
+    later = [own & (np.arange(len(own)) >= at + k) for k in range(-3, 6)]
+    steps = [Trial("zero-jump", rows[:, None].astype(float), "run-03") for rows in later]
+    largest = {}
+    for width in (1, 3, 100):
+        off = own & (np.arange(len(own)) >= at) & (np.arange(len(own)) < at + width)
+        data = channel.with_y(noisy(channel, LEVELS, rng).y + 8.0 * off)
+        found = Search(SimpleNamespace(), data, base, LARGEST).scored(LEVELS, steps)  # type: ignore[arg-type]
+        largest[width] = max(item.value for item in found)
+        assert all(item.trial.most == STEP_ALONE for item in found if item.value == STEP_ALONE)
+    assert largest[100] > 10.0
+    assert max(largest[1], largest[3]) <= STEP_ALONE < LEAST
 
 
 def test_a_later_name_must_beat_what_the_first_one_s_shape_left() -> None:

@@ -25,8 +25,11 @@ def test_steps_are_looked_for_in_long_rests_too(short: int, long: int, most: int
     rng = np.random.default_rng(seed)
     gaps = np.concatenate([rng.uniform(5.0, 40.0, short), np.full(long, 300.0)])
     time = np.cumsum(gaps)
-    chosen = _moments(time, 1, len(time) - 1, most)
+    change = rng.exponential(size=len(time))
+    change[-1] = 20.0
+    chosen = _moments(time, change, 1, len(time) - 1, most)
     assert chosen.min() >= 1
+    assert chosen.max() == len(time) - 1
     assert len(chosen) <= max(most, 1)
     assert np.all(np.diff(chosen) > 0)
     if len(time) - 1 >= most:
@@ -77,4 +80,14 @@ def test_a_step_needs_windows_behind_it() -> None:
     assert view.zeroed_by_run
     for trial in zero_jump.trials(Workbench(view, np.ones(4), 1e-7)):
         own = trial.columns[view.channel.run == [rows.run.name for rows in view.runs].index(trial.target), 0]
-        assert own.sum() >= zero_jump.LEAST_BEHIND
+        assert zero_jump.LEAST_BEHIND <= own.sum() <= len(own) - zero_jump.LEAST_BEHIND
+
+
+def test_a_step_is_tried_where_the_drift_changes_most() -> None:
+    """Of many short landings the moment of the largest change is among those tried, however few are."""
+    rng = np.random.default_rng(7)
+    time = np.cumsum(rng.uniform(30.0, 90.0, 700))
+    for place in (50, 333, 690):
+        change = rng.exponential(size=700)
+        change[place] = 20.0
+        assert place in _moments(time, change, 3, 697, 40)

@@ -28,11 +28,13 @@ CAUSE = Cause(
 )
 
 MOST_MOMENTS = 960
-"""Of all runs together, so that the work grows with the rows alone: half of them evenly among the windows of a run,
-half evenly in time, so that neither many short landings nor one long rest is passed over."""
+"""Of all runs together, so that the work grows with the rows alone: a quarter evenly among the windows of a run,
+half evenly in time, so that neither many short landings nor one long rest is passed over, and a quarter where the drift
+changes most from one window to the next."""
 
 LEAST_BEHIND = 3
-"""Windows of a run that must follow a step, where the next run begins at a zero of its own: fewer may be a spike."""
+"""Windows of a run that must come before a step and follow it, where each run has a zero of its own: fewer may be a
+spike, or a bad zero."""
 
 
 def trials(bench: Workbench) -> Iterator[Trial]:
@@ -47,17 +49,18 @@ def _steps(view: View) -> Iterator[Trial]:
     for k, rows in enumerate(view.runs):
         own = np.flatnonzero(run == k)
         later = run > k if not view.zeroed_by_run else np.zeros(len(run), dtype=bool)
-        first = 1 if (k == 0 or view.zeroed_by_run) else 0
-        last = len(own) - (LEAST_BEHIND if view.zeroed_by_run else 1)
-        for i in _moments(time[own], first, last, moments) + own[0] if last > first else ():
+        first, last = (LEAST_BEHIND, len(own) - LEAST_BEHIND) if view.zeroed_by_run else (int(k == 0), len(own) - 1)
+        change = np.abs(np.diff(view.channel.y[own], prepend=view.channel.y[own[:1]]))
+        for i in _moments(time[own], change, first, last, moments) + own[0] if last > first else ():
             step = (((run == k) & (np.arange(len(run)) >= i)) | later).astype(float)
             where = {"run": rows.run.name, "time_s": round(float(time[i]), 1)}
             yield Trial(CAUSE.name, step[:, None], rows.run.name, "", where)
 
 
-def _moments(time: FloatArray, first: int, last: int, most: int) -> npt.NDArray[np.int64]:
+def _moments(time: FloatArray, change: FloatArray, first: int, last: int, most: int) -> npt.NDArray[np.int64]:
     """Return windows of a run in which a step may begin, from window `first` to `last`."""
     if last - first < most:
         return np.arange(first, last + 1)
     by_time = np.searchsorted(time, np.linspace(time[first], time[last], most // 2))
-    return np.unique([*np.linspace(first, last, most // 2).astype(int), *by_time])
+    largest = first + np.argsort(-change[first : last + 1])[: most // 4]
+    return np.unique([*np.linspace(first, last, most // 4).astype(int), *by_time, *largest])
