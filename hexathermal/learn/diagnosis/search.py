@@ -63,7 +63,7 @@ MOST_WITNESSED = 16
 
 
 STEP, STEP_ALONE, BUMPS = "zero-jump", 3.0, (-3, -2, -1, 1, 2, 3)
-"""What the drift says for a step of the zero counts up to so much where so many windows before or behind say as much."""
+"""What a drift says for a step of the zero counts up to so much where so many windows before or behind say as much."""
 
 MENDED = 3
 """Trials of a cause that mends data whose data are mended indeed."""
