@@ -98,6 +98,7 @@ python -m benchmarks.diagnosis --draws {count} --seed {seed} {options}--page doc
   *Wrong*: neither.
 - *Gain*: part of the RMSE on validation runs that the extension takes away. The oracle knows the effect's shape and
   fits its size; sums over draws in which it gains {gain:.0%} or more.
+- *Worse*: the RMSE on validation runs rises, by whatever. They are few and noisy: the oracle's rises often, too.
 - Intervals hold 90 %.
 """
 

@@ -91,7 +91,7 @@ def table(head: Sequence[str], rows: Rows) -> str:
 def by_strength(draws: Sequence[Outcome], kinds: Sequence[str] = (ONE,)) -> str:
     """Return one effect by strength: named, named or equivalent, wrong, and what is said else."""
     head = ("strength", "draws", "first name right", "or equivalent", "wrong name", "`none`", "`unexplained`",
-            "a name too many", "gain / oracle's", "worse than the law")  # fmt: skip
+            "a name too many", "gain / oracle's", "worse than the law", "the oracle worse")  # fmt: skip
     rows = []
     for label, (low, high) in {**STRENGTHS, "all": (0.0, np.inf)}.items():
         own = stronger(of_kind(draws, *kinds), low, high)
@@ -100,7 +100,7 @@ def by_strength(draws: Sequence[Outcome], kinds: Sequence[str] = (ONE,)) -> str:
                      part_of(wrong, len(own)), _share(own, lambda one: one.verdict == "none"),
                      _share(own, lambda one: one.verdict == "unexplained"),
                      _share(own, lambda one: one.extra and not one.wrong), _number(gain_ratio(own)),
-                     _share(own, worse)])  # fmt: skip
+                     _share(own, worse), _share(own, lambda one: (one.oracle_gain or 0.0) < 0.0)])  # fmt: skip
     return table(head, rows)
 
 
