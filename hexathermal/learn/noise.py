@@ -125,12 +125,10 @@ def estimated_noise(
         """Minus twice the log likelihood, and its slopes ``tr(P dV) - y'P dV P y`` (Searle, 1992, chapter 6)."""
         guess = noise(theta)
         white, landing, slow, offset = (np.array([row, guess.landing, guess.slow, guess.offset]) / unit) ** 2
-        value, parts = float(theta[3] ** 2), []
-        total = np.zeros((scale + 1, scale + 1))
+        value, parts, total = float(theta[3] ** 2), [], np.zeros((scale + 1, scale + 1))
         for run, table, part, lag in zip(runs, tables, known, lags, strict=True):
             likeness = slow * np.exp(lag / -guess.slow_time)
-            V = part + likeness
-            V += offset
+            V = part + likeness + offset
             V[np.diag_indices_from(V)] += white / run.rows + landing / run.landings
             W, log_det = _inverse_of(V)
             value += log_det
@@ -150,11 +148,10 @@ def estimated_noise(
                          float(np.vdot(likeness, lag)) / guess.slow_time]  # fmt: skip
         return value, gradient
 
-    time = np.log(np.array([SHORTEST_TIME_S, LONGEST_TIME_S]) / USUAL_TIME_S)
-    bounds = [(-5.0, 2.0), (-5.0, 2.0), (-5.0, 2.0), (float(time[0]), float(time[1]))]
-    best = minimize(objective, np.array([-0.7, -0.7, -0.7, 0.0]), jac=True, method="L-BFGS-B", bounds=bounds,
-                    options={"maxiter": 60, "ftol": 1e-7})  # fmt: skip
-    return noise(best.x)
+    shortest, longest = np.log(np.array([SHORTEST_TIME_S, LONGEST_TIME_S]) / USUAL_TIME_S).tolist()
+    bounds = [(-5.0, 2.0), (-5.0, 2.0), (-5.0, 2.0), (shortest, longest)]
+    start, options = np.array([-0.7, -0.7, -0.7, 0.0]), {"maxiter": 60, "ftol": 1e-7}
+    return noise(minimize(objective, start, jac=True, method="L-BFGS-B", bounds=bounds, options=options).x)
 
 
 def _inverse_of(V: FloatArray) -> tuple[FloatArray, float]:

@@ -179,11 +179,7 @@ def searched(
         if found and leader.value < threshold + LATER + _mopped_up(leader, found):
             break
         after = stage.with_effect(leader.best)
-        share, sure = _share(stage, after, leader), _foresight(stage, after, leader)
-        clear = sure >= (CLEARLY_FORESEEN if found else FORESEEN) and (
-            share > -_spread(stage, after, leader) or _share(stage, after, leader, within=True) > LEAST_SHARE
-        )
-        pays = sure > 0.0 and (clear or share > (LEAST_SHARE if found else -MOST_LOSS))
+        pays, joins = _worth(stage, after, leader, later=bool(found))
         if not pays and (found or leader.witness < PROVEN):
             if found:
                 break
@@ -196,7 +192,6 @@ def searched(
             decision = decided(step, threshold)
             continue
         stages.append(stage)
-        joins = pays and (share > 0.0 or clear)
         found.append(Found(leader, decision, joins, *stage.amplitudes(leader)))
         if not joins:
             break
@@ -207,6 +202,16 @@ def searched(
         decision = decided(step, threshold + LATER)
     course = Course(first, stage, tuple(stages), tuple(steps), tuple(found), decision, threshold, tuple(refused))
     return _asked_again(course)
+
+
+def _worth(stage: Stage, after: Stage, leader: Ranked, *, later: bool) -> tuple[bool, bool]:
+    """Return whether runs left out speak for a leader, and whether it is to join the law."""
+    share, sure = _share(stage, after, leader), _foresight(stage, after, leader)
+    clear = sure >= (CLEARLY_FORESEEN if later else FORESEEN) and (
+        share > -_spread(stage, after, leader) or _share(stage, after, leader, within=True) > LEAST_SHARE
+    )
+    pays = sure > 0.0 and (clear or share > (LEAST_SHARE if later else -MOST_LOSS))
+    return pays, pays and (share > 0.0 or clear)
 
 
 def _asked_again(course: Course) -> Course:
