@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from functools import cached_property
+from functools import cached_property, partial
 
 import numpy as np
 
@@ -40,6 +40,10 @@ class Order:
 
     def advantage(self, sensor: str, other: str) -> float:
         """Return the log evidence that `sensor` and `other` stand in each other's place."""
+        return self.view.once(("order", sensor, other), partial(self._advantage, sensor, other))
+
+    def _advantage(self, sensor: str, other: str) -> float:
+        """Return what `advantage` keeps."""
         if len(self.names) < FEWEST or sensor not in self.names or other not in self.names:
             return 0.0
         x = np.array([self.view.positions[name] for name in self.names])

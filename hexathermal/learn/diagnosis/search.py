@@ -163,6 +163,8 @@ class Search:
         A step is left once, what stands off is left and met again.
         """
         steps = [k for k, item in enumerate(scored) if item.trial.cause == STEP and item.value > STEP_ALONE]
+        if not steps:
+            return scored
         own = [scored[k].trial for k in steps]
         bumps = [Trial(PREFIX + STEP, _bump(trial.columns, width)) for trial in own for width in BUMPS]
         found = list(scored)
