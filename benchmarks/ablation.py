@@ -105,10 +105,10 @@ def _no_strangers() -> list[Any]:
 
 
 def _no_gain_gate() -> list[Any]:
-    """A further name need not pay on runs left out."""
+    """No name need pay on runs left out."""
     from hexathermal.learn.diagnosis import course
 
-    return [patch.object(course, "LEAST_SHARE", -float("inf"))]
+    return [patch.object(course, "worth", _constant((True, True)))]
 
 
 SWITCHES: dict[str, Callable[[], list[Any]]] = {

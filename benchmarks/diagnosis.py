@@ -98,7 +98,9 @@ python -m benchmarks.diagnosis --draws {count} --seed {seed} {options}--page doc
   *Wrong*: neither.
 - *Gain*: part of the RMSE on validation runs that the extension takes away. The oracle knows the effect's shape and
   fits its size; sums over draws in which it gains {gain:.0%} or more.
-- *Worse*: the RMSE on validation runs rises, by whatever. They are few and noisy: the oracle's rises often, too.
+- *Worse*: the RMSE on validation runs rises, by whatever. Runs as measured are few, and their noise is larger
+  than most of the effects: the oracle's rises often, too. *Without noise*: the same laws, on the same runs for
+  validation with the drift as it is, before the noise of its measurement is added: what a law is meant to foretell.
 - Intervals hold 90 %.
 """
 
@@ -110,6 +112,7 @@ def page(outcomes: Sequence[Outcome], seed: int, ablation: str, times: Sequence[
     about = ABOUT.format(count=len(outcomes), seed=seed, gain=rates.GAIN, benches=", ".join(drawn), options=options)
     parts = [about]
     parts += ["## One effect, by strength\n", rates.by_strength(outcomes)]
+    parts += ["## What the extension gains\n", rates.what_it_gains(outcomes)]
     parts += ["## One effect, by cause\n\nFirst name right / draws at each strength.\n", rates.by_cause(outcomes)]
     parts += ["## By bench\n", rates.by_bench(outcomes)]
     parts += ["## Nothing, strangers, two effects\n", rates.others(outcomes), rates.outside(outcomes)]

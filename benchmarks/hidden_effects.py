@@ -12,7 +12,10 @@ import time
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass, field
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from hexathermal.learn.diagnosis import Diagnosis
 
 CLEAN, ONE, TWO, OUTSIDE = "clean", "one", "two", "outside"
 KINDS = (CLEAN, ONE, TWO, OUTSIDE)
@@ -47,6 +50,8 @@ class Outcome:
         RMSE on validation runs of the law and of the extended law.
     oracle_before, oracle_after, noise : float or None [um]
         The same of the law extended by the truth, and of the noise itself.
+    true_before, true_after, oracle_true_before, oracle_true_after : float or None [um]
+        The first four where the validation runs are without noise.
     seconds : float
         Of processor time for the diagnosis.
     rows : int
@@ -75,6 +80,10 @@ class Outcome:
     threshold: float = 0.0
     top: list[list[Any]] = field(default_factory=list)
     failed: str = ""
+    true_before: float | None = None
+    true_after: float | None = None
+    oracle_true_before: float | None = None
+    oracle_true_after: float | None = None
 
     @property
     def kind(self) -> str:
@@ -123,16 +132,22 @@ class Outcome:
     @property
     def gain(self) -> float | None:
         """Part of the law's RMSE on validation runs that the extension takes away."""
-        return None if not self.before or self.after is None else 1.0 - self.after / self.before
+        return _part_gained(self.before, self.after)
 
     @property
     def oracle_gain(self) -> float | None:
         """The same of the truth."""
-        return (
-            None
-            if not self.oracle_before or self.oracle_after is None
-            else 1.0 - self.oracle_after / self.oracle_before
-        )
+        return _part_gained(self.oracle_before, self.oracle_after)
+
+    @property
+    def true_gain(self) -> float | None:
+        """The same as `gain` where the validation runs are without noise."""
+        return _part_gained(self.true_before, self.true_after)
+
+    @property
+    def oracle_true_gain(self) -> float | None:
+        """The same as `oracle_gain` where the validation runs are without noise."""
+        return _part_gained(self.oracle_true_before, self.oracle_true_after)
 
     def told(self) -> str:
         """Return the draw in a line, with what repeats it."""
@@ -149,40 +164,62 @@ class Outcome:
         return asdict(self)
 
 
-def diagnosed(folder: Path, sensors: list[str]) -> dict[str, Any]:
-    """Return the JSON document of a diagnosis of a campaign's folder."""
+def _part_gained(before: float | None, after: float | None) -> float | None:
+    """Return the part of an RMSE that is taken away; None where it is not known."""
+    return None if not before or after is None else 1.0 - after / before
+
+
+def diagnosed(folder: Path, sensors: list[str]) -> Diagnosis:
+    """Return the diagnosis of a campaign's folder."""
     from hexathermal.learn.campaign_files import load_campaign
     from hexathermal.learn.diagnosis import diagnose
 
-    found: dict[str, Any] = json.loads(json.dumps(diagnose(load_campaign(folder), sensors).to_json(), allow_nan=False))
-    return found
+    return diagnose(load_campaign(folder), sensors)
 
 
 def outcome_of(bench: str, seed: int, causes: tuple[str, ...] | None = None, strength: float | None = None) -> Outcome:
     """Draw what a seed stands for, write it, diagnose the folder, and return what came of it."""
     from hexathermal.errors import HexathermalError
     from hexathermal.simulate.hidden.drawing import campaign_of
+    from hexathermal.simulate.hidden.strength import without_noise
     from hexathermal.simulate.hidden.writing import write_campaign
 
     truth, drawn = campaign_of(bench, seed, causes=causes, strength=strength)
+    rows = sum(len(run.time) for run in truth.runs)
+    said: dict[str, Any] = {}
+    exact: tuple[float | None, float | None] = None, None
+    failed = ""
     with tempfile.TemporaryDirectory() as place:
         folder = Path(place) / "campaign"
         answer = json.loads(write_campaign(folder, truth, drawn).read_text(encoding="utf-8"))
-        rows = sum(len(run.time) for run in truth.runs)
         start = time.process_time()
         try:
-            said, failed = diagnosed(folder, answer["base"]), ""
+            found = diagnosed(folder, answer["base"])
+            said = json.loads(json.dumps(found.to_json(), allow_nan=False))
         except (HexathermalError, ValueError, ArithmeticError, AssertionError, LookupError) as error:
-            said, failed = {}, f"{type(error).__name__}: {error}"
+            failed = f"{type(error).__name__}: {error}"
         seconds = time.process_time() - start
+        if not failed:
+            write_campaign(Path(place) / "exact", without_noise(truth), drawn)
+            exact = _errors(found, Path(place) / "exact")
     gain, oracle = said.get("gain") or {}, answer["oracle"]
     return Outcome(
         bench, seed, answer["causes"], answer["strengths"], said.get("verdict", "failed"),
         [one["cause"] for one in said.get("effects", ())], said.get("equivalent", []), said.get("probability", 0.0),
         gain.get("rmse_before_um"), gain.get("rmse_after_um"), oracle["rmse_base_um"], oracle["rmse_known_um"],
         oracle["rmse_noise_um"], seconds, rows, said.get("threshold", 0.0),
-        [[one["cause"], round(one["evidence"], 1)] for one in said.get("candidates", ())[:TOP]], failed,
+        [[one["cause"], round(one["evidence"], 1)] for one in said.get("candidates", ())[:TOP]], failed, *exact,
+        oracle["rmse_base_without_noise_um"], oracle["rmse_known_without_noise_um"],
     )  # fmt: skip
+
+
+def _errors(found: Diagnosis, folder: Path) -> tuple[float | None, float | None]:
+    """Return the RMSE [um] of the law and of the extended law on the validation runs of a folder."""
+    from hexathermal.learn.campaign_files import load_campaign
+    from hexathermal.learn.diagnosis.extension import gained
+
+    gain = gained(found.law, found.extended, load_campaign(folder))
+    return (None, None) if gain is None else (1e6 * gain.total.rmse_before, 1e6 * gain.total.rmse_after.value)
 
 
 def plan(count: int, seed: int, of: Sequence[str] = BENCHES) -> list[tuple[str, int]]:

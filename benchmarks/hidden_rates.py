@@ -41,14 +41,23 @@ def gain_ratio(draws: Iterable[Outcome]) -> float:
 
     A draw for which the diagnosis states no gain has gained nothing.
     """
-    pairs = [(one.gain, one.oracle_gain) for one in draws if (one.oracle_gain or 0.0) > GAIN]
-    total = sum(pair[1] or 0.0 for pair in pairs)
-    return sum(pair[0] or 0.0 for pair in pairs) / total if pairs else float("nan")
+    return _ratio([(one.gain, one.oracle_gain) for one in draws])
 
 
-def worse(one: Outcome) -> bool:
-    """Whether the extended law is worse on validation runs than the law."""
-    return one.gain is not None and one.gain < 0.0
+def true_gain_ratio(draws: Iterable[Outcome]) -> float:
+    """Return the same as `gain_ratio` where the validation runs are without noise."""
+    return _ratio([(one.true_gain, one.oracle_true_gain) for one in draws])
+
+
+def _ratio(pairs: Sequence[tuple[float | None, float | None]]) -> float:
+    """Return the sum of first items over that of second items, of pairs whose second item is `GAIN` or more."""
+    own = [(first or 0.0, second) for first, second in pairs if second is not None and second > GAIN]
+    return sum(first for first, _ in own) / sum(second for _, second in own) if own else float("nan")
+
+
+def worse(gain: float | None) -> bool:
+    """Whether there is a gain, and it is a loss."""
+    return gain is not None and gain < 0.0
 
 
 def calibration_error(draws: Sequence[Outcome]) -> float:
@@ -91,7 +100,7 @@ def table(head: Sequence[str], rows: Rows) -> str:
 def by_strength(draws: Sequence[Outcome], kinds: Sequence[str] = (ONE,)) -> str:
     """Return one effect by strength: named, named or equivalent, wrong, and what is said else."""
     head = ("strength", "draws", "first name right", "or equivalent", "wrong name", "`none`", "`unexplained`",
-            "a name too many", "gain / oracle's", "worse than the law", "the oracle worse")  # fmt: skip
+            "a name too many", "gain / oracle's")  # fmt: skip
     rows = []
     for label, (low, high) in {**STRENGTHS, "all": (0.0, np.inf)}.items():
         own = stronger(of_kind(draws, *kinds), low, high)
@@ -99,8 +108,22 @@ def by_strength(draws: Sequence[Outcome], kinds: Sequence[str] = (ONE,)) -> str:
         rows.append([label, str(len(own)), part_of(right, len(own)), _share(own, lambda one: one.right_or_equivalent),
                      part_of(wrong, len(own)), _share(own, lambda one: one.verdict == "none"),
                      _share(own, lambda one: one.verdict == "unexplained"),
-                     _share(own, lambda one: one.extra and not one.wrong), _number(gain_ratio(own)),
-                     _share(own, worse), _share(own, lambda one: (one.oracle_gain or 0.0) < 0.0)])  # fmt: skip
+                     _share(own, lambda one: one.extra and not one.wrong), _number(gain_ratio(own))])  # fmt: skip
+    return table(head, rows)
+
+
+def what_it_gains(draws: Sequence[Outcome]) -> str:
+    """Return gain over the oracle's and how often laws are worse, as measured and without noise, by what was hidden."""
+    head = ("hidden", "draws", "gain / oracle's", "worse than the law", "the oracle worse",
+            "without noise: gain / oracle's", "worse than the law", "the oracle worse")  # fmt: skip
+    one = of_kind(draws, ONE)
+    sets = {f"one effect, {label}": stronger(one, low, high) for label, (low, high) in STRENGTHS.items()}
+    sets |= {"one effect": one, "two effects": of_kind(draws, TWO), "outside the catalogue": of_kind(draws, OUTSIDE),
+             "nothing": of_kind(draws, CLEAN), "all": list(draws)}  # fmt: skip
+    rows = [[label, str(len(own)), _number(gain_ratio(own)), _share(own, lambda one: worse(one.gain)),
+             _share(own, lambda one: worse(one.oracle_gain)), _number(true_gain_ratio(own)),
+             part_of(sum(worse(one.true_gain) for one in own), len(own)),
+             _share(own, lambda one: worse(one.oracle_true_gain))] for label, own in sets.items()]  # fmt: skip
     return table(head, rows)
 
 

@@ -55,8 +55,12 @@ def test_outcomes_are_judged_as_they_are() -> None:
 def test_gain_is_held_against_the_oracle() -> None:
     """A quarter of 0.4 um gained where the truth gains 0.3 of it is 0.83 of the oracle's; clean draws do not count."""
     assert hidden_rates.gain_ratio([CREEP, CLEARED]) == pytest.approx(0.25 / 0.3)
-    assert not hidden_rates.worse(CREEP)
-    assert hidden_rates.worse(replace(CREEP, after=0.41))
+    assert not hidden_rates.worse(CREEP.gain)
+    assert hidden_rates.worse(replace(CREEP, after=0.41).gain)
+    assert CREEP.true_gain is None
+    exact = replace(CREEP, true_before=0.2, true_after=0.05, oracle_true_before=0.2, oracle_true_after=0.0)
+    assert hidden_rates.true_gain_ratio([exact, CLEARED]) == pytest.approx(0.75)
+    assert hidden_rates.what_it_gains([exact, CLEARED]).splitlines()[-1].startswith("| all | 2 | 0.83 | 0.00 |")
 
 
 def test_calibration_is_the_distance_to_the_rate() -> None:

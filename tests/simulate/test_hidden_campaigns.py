@@ -28,6 +28,7 @@ from hexathermal.simulate.hidden.strength import (
     scaled,
     settled_rows,
     visible_strength,
+    without_noise,
 )
 from hexathermal.simulate.hidden.truth import CampaignTruth
 from hexathermal.simulate.hidden.writing import write_campaign
@@ -101,6 +102,17 @@ def test_the_oracle_gains_what_the_effect_costs(seed: int) -> None:
         assert np.median(known) == pytest.approx(1.0, abs=0.12), name
         base = [answer.oracle.base / own for answer, own in zip(answers, clean, strict=True)]
         assert np.median(base) > 1.2 or name not in ("hidden-heat", "backlash"), name
+
+
+def test_without_noise_the_runs_for_validation_read_the_drift_itself(leg: CampaignTruth) -> None:
+    """Noise of the runs for identification stays; a law's error on the others falls to what it gets wrong."""
+    exact = without_noise(leg)
+    assert [run.noise.any() for run in exact.runs] == [run.role == "identification" for run in leg.runs]
+    pairs = zip(exact.runs, leg.runs, strict=True)
+    assert all(one.noise is two.noise for one, two in pairs if one.role == "identification")
+    judged = oracle(leg, leg, [])
+    assert judged.base_without_noise == pytest.approx(oracle(exact, exact, []).base, rel=1e-9)
+    assert judged.base_without_noise < 0.7 * judged.base
 
 
 def test_spikes_do_not_count(seed: int) -> None:

@@ -16,6 +16,7 @@ from hexathermal.learn.diagnosis.causes import catalogue
 from hexathermal.learn.diagnosis.chance import chance_threshold
 from hexathermal.learn.diagnosis.deciding import LEAST, SHAPE_ERROR, Decision, decided, together
 from hexathermal.learn.diagnosis.evidence import Scored, beside, screened, stacked_columns
+from hexathermal.learn.diagnosis.foresight import LEAST_SHARE, part_saved, tells_of_one_run, worth
 from hexathermal.learn.diagnosis.pruning import pruned
 from hexathermal.learn.diagnosis.search import REPEATED, Ranked, Step
 from hexathermal.learn.diagnosis.stage import Stage, view_of
@@ -41,17 +42,9 @@ LATER_SURE = 0.6
 """Least probability of a later name."""
 
 MOST_TOLERATED = 2
-MOST_LOSS, MOST_REFUSED, UNDECIDED = 0.5, 4, 0.5
-"""A first cause that stands above chance but makes runs left out less likely, or adds more than this part to their
-squares, is passed over; at most so many are; and the probability of "none" where that is not enough."""
-
-LEAST_SHARE = 0.03
-"""Every cause after the first must take away this part of the squared residual of runs left out."""
-
-FORESEEN, CLEARLY_FORESEEN = 10.0, 30.0
-"""Log likelihood of runs left out from which on a first cause, or a later one, joins although their squares do not
-fall: squares of few runs, whose rows share most of their scatter, tell less; they may not rise by more than chance, or
-those about each run's mean must fall."""
+MOST_REFUSED, UNDECIDED = 4, 0.5
+"""First causes that stand above chance but are passed over, since runs left out deny them, at most; and the probability
+of "none" where that is not enough."""
 
 STANDING, CLEARLY = 0.1, 0.05
 """A target may stand for the leader's if it has this part of its evidence, and takes away so much more."""
@@ -169,17 +162,19 @@ def searched(
     stage = _tolerant(stage, threshold)
     step = stage.step
     steps, found, stages, refused = [step], list[Found](), list[Stage](), list[Ranked]()
-    decision = _two_for(stage, decided(step, threshold), threshold)
+    alone = decided(step, threshold)
+    decision = _two_for(stage, alone, threshold)
+    given_for_two = decision is not alone
     while len(found) < MOST_EFFECTS:
         leader = _leader(stage, decision, threshold + LATER * bool(found), first=not found)
         if leader is None or (found and decision.probability < LATER_SURE):
             break
-        if found and _of_one_run(leader) and leader.gated < threshold + UNSEEN:
+        if found and tells_of_one_run(leader) and leader.gated < threshold + UNSEEN:
             break
         if found and leader.value < threshold + LATER + _mopped_up(leader, found):
             break
         after = stage.with_effect(leader.best)
-        pays, joins = _worth(stage, after, leader, later=bool(found))
+        pays, joins = worth(stage, after, leader, later=bool(found))
         if not pays and (found or leader.witness < PROVEN):
             if found:
                 break
@@ -200,18 +195,10 @@ def searched(
         step = stage.step
         steps.append(step)
         decision = decided(step, threshold + LATER)
+    if given_for_two and len(found) == 1:  # the other one did not stand: something nameless led
+        stage, steps, stages, found, decision = stages[0], steps[:1], [], [], alone
     course = Course(first, stage, tuple(stages), tuple(steps), tuple(found), decision, threshold, tuple(refused))
     return _asked_again(course)
-
-
-def _worth(stage: Stage, after: Stage, leader: Ranked, *, later: bool) -> tuple[bool, bool]:
-    """Return whether runs left out speak for a leader, and whether it is to join the law."""
-    share, sure = _share(stage, after, leader), _foresight(stage, after, leader)
-    clear = sure >= (CLEARLY_FORESEEN if later else FORESEEN) and (
-        share > -_spread(stage, after, leader) or _share(stage, after, leader, within=True) > LEAST_SHARE
-    )
-    pays = sure > 0.0 and (clear or share > (LEAST_SHARE if later else -MOST_LOSS))
-    return pays, pays and (share > 0.0 or clear)
 
 
 def _asked_again(course: Course) -> Course:
@@ -277,7 +264,7 @@ def _refined(before: Stage, after: Stage, leader: Ranked, threshold: float) -> S
         if best is None or best.gated < threshold:
             break
         finer = after.with_effect(best)
-        if _share(after, finer, leader) < LEAST_SHARE:
+        if part_saved(after, finer, leader) < LEAST_SHARE:
             break
         after = finer
     return after
@@ -323,7 +310,7 @@ def _leader(stage: Stage, decision: Decision, threshold: float, *, first: bool) 
     targets: dict[str | None, Scored] = {leader.best.trial.target: leader.best}
     for item in sorted(scored, key=lambda item: -item.value):
         targets.setdefault(item.trial.target, item)
-    shares = {name: _share(stage, stage.with_effect(item), leader) for name, item in targets.items()}
+    shares = {name: part_saved(stage, stage.with_effect(item), leader) for name, item in targets.items()}
     best = max(shares, key=lambda name: shares[name])
     if shares[best] - shares[leader.best.trial.target] < CLEARLY:
         return leader
@@ -341,51 +328,6 @@ def _mopped_up(leader: Ranked, found: Sequence[Found]) -> float:
     kindred = (one.ranked for one in found
                if leader.cause in known[one.ranked.cause] or one.ranked.cause in known[leader.cause])  # fmt: skip
     return SHAPE_ERROR * max((one.value for one in kindred), default=0.0)
-
-
-def _of_one_run(leader: Ranked) -> bool:
-    """Whether a cause belongs to one run, so that no run left out can tell of it."""
-    return leader.cause == "zero-jump"
-
-
-def _left(before: Stage, after: Stage, leader: Ranked, *, within: bool = False) -> list[FloatArray]:
-    """Return the mean squares of both stages in a row, by the run left out; each at the kinder of two noises.
-
-    With `within` each run's mean is left out of them, where runs have zeros of their own: the noise of few first rows.
-    """
-    found = []
-    for stage in (before, after):
-        run, rows = stage.channel.run, stage.channel.rows
-        both = [stage.left_out(levels)[0] for levels in (leader.levels, before.plain)]
-        if within and stage.channel.tied_offsets:
-            both = [left - (np.bincount(run, rows * left) / np.bincount(run, rows))[run] for left in both]
-        tables = [rows * left**2 / rows.sum() for left in both]
-        kinder = min(tables, key=lambda table: float(table.sum()))
-        found.append(np.array([kinder[run == k].sum() for k in np.unique(run)]))
-    return found
-
-
-def _share(before: Stage, after: Stage, leader: Ranked, *, within: bool = False) -> float:
-    """Return by which part a stage leaves less, squared, of runs left out; see `_left`."""
-    if _of_one_run(leader):
-        return 1.0
-    old, new = _left(before, after, leader, within=within)
-    return float(1.0 - new.sum() / old.sum())
-
-
-def _spread(before: Stage, after: Stage, leader: Ranked) -> float:
-    """Return the standard uncertainty of `_share` by the scatter among runs."""
-    old, new = _left(before, after, leader)
-    return float(np.sqrt(len(old)) * (old - new).std(ddof=1) / old.sum())
-
-
-def _foresight(before: Stage, after: Stage, leader: Ranked) -> float:
-    """Return by how much runs left out become more likely (log), each stage at the likeliest of the same noises."""
-    if _of_one_run(leader):
-        return np.inf
-    noises = before.step.levels, leader.levels, after.levels
-    old, new = (max(stage.left_likelihood(levels) for levels in noises) for stage in (before, after))
-    return new - old
 
 
 def _refuse_too_little(stage: Stage) -> None:

@@ -8,6 +8,7 @@ sketch gets wrong of a shape grows with the effect, so that the evidence between
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -31,8 +32,11 @@ SOUND = 0.98
 """How often the truth is among the hypotheses as they are drawn: so many of the names given as certain were right."""
 
 NAME_LEAD, NAME_SHARE = 1.0, 0.05
-"""A cause may be that far behind what has no name and still be the name; and behind flexible columns, which imitate any
-shape, by this part of what they say besides."""
+"""A cause may be that far behind flexible columns, which imitate any shape, and by this part of what they say besides,
+and still be the name."""
+
+NAME_AHEAD = 0.5
+"""Of one column without a name, which imitates nothing, it must be that far ahead."""
 
 IMITATED = 0.6
 """Part of what is nameless that counts for a name which is given although something nameless fits as well."""
@@ -94,11 +98,12 @@ def decided(step: Step, threshold: float) -> Decision:
         return Decision(None, min(probabilities[NONE], NONE_AT_MOST), probabilities, ())
     best = standing[0]
     names = [item for item in standing if item.named]
-    imitates = not best.named and best.best.trial.columns.shape[1] > 1
-    if names and names[0].value >= best.value - NAME_LEAD - imitates * NAME_SHARE * best.value:
+    if names and names[0].value >= _wanted(standing):
         # of names that fit alike, the one that the least of a tolerated misfit could stand for
         as_good = ALIKE * probabilities[names[0].cause]
         best = max((item for item in names if probabilities[item.cause] >= as_good), key=lambda item: item.gated)
+    elif best.named:
+        best = next(item for item in standing if not item.named)
     if best.named and probabilities[best.cause] < LEAST_NAMED:
         best = max(nameless, key=lambda item: item.value, default=best)
     if not best.named:
@@ -112,6 +117,18 @@ def decided(step: Step, threshold: float) -> Decision:
         if item is not best and probabilities[item.cause] > EQUIVALENT * probabilities[best.cause]
     )
     return Decision(best, own, probabilities, alike)
+
+
+def _wanted(standing: Sequence[Ranked]) -> float:
+    """Return the log evidence that a name needs among what stands, so that what has no name is no better."""
+    best = standing[0]
+    wanted = best.value - (NAME_LEAD + NAME_SHARE * best.value) * (not best.named and not _alone(best))
+    return max([wanted, *(item.value + NAME_AHEAD for item in standing if not item.named and _alone(item))])
+
+
+def _alone(item: Ranked) -> bool:
+    """Whether it is one column, which imitates nothing but itself."""
+    return int(item.best.trial.columns.shape[1]) == 1
 
 
 def together(first: Ranked, second: Ranked, alone: Ranked) -> float:

@@ -63,6 +63,13 @@ def law_columns(truth: CampaignTruth, readings: Sequence[FloatArray] | None = No
     ]
 
 
+def without_noise(truth: CampaignTruth) -> CampaignTruth:
+    """Return a campaign whose runs for validation read the drift without noise: what a law is meant to foretell."""
+    return truth.changed(runs=tuple(
+        run.changed(noise=np.zeros_like(run.noise)) if run.role == "validation" else run for run in truth.runs
+    ))  # fmt: skip
+
+
 def settled_rows(clean: CampaignTruth, values: Sequence[FloatArray], role: str) -> FloatArray:
     """Return the settled rows of the runs of a role, one behind the other; those with a spike are left out.
 
@@ -190,11 +197,15 @@ class Oracle:
         could reach.
     noise : float
         The noise itself.
+    base_without_noise, known_without_noise : float
+        The first two where the runs for validation are without noise.
     """
 
     base: float
     known: float
     noise: float
+    base_without_noise: float = float("nan")
+    known_without_noise: float = float("nan")
 
 
 def oracle(clean: CampaignTruth, hidden: CampaignTruth, effects: Sequence[tuple[Effect, Parameters]]) -> Oracle:
@@ -219,9 +230,12 @@ def oracle(clean: CampaignTruth, hidden: CampaignTruth, effects: Sequence[tuple[
         for k, columns in enumerate(law_columns(clean, read))
     ]
     noise = from_zero(hidden, [run.noise for run in hidden.runs])
+    exact = from_zero(hidden, [run.drift + added(run) + run.noise for run in without_noise(hidden).runs])
+    base = law_columns(hidden)
     return Oracle(
-        _validation_rmse(clean, law_columns(hidden), measured), _validation_rmse(clean, known, measured),
+        _validation_rmse(clean, base, measured), _validation_rmse(clean, known, measured),
         float(np.sqrt(np.mean(settled_rows(clean, noise, "validation") ** 2))),
+        _validation_rmse(clean, base, exact), _validation_rmse(clean, known, exact),
     )  # fmt: skip
 
 

@@ -209,10 +209,15 @@ def test_something_nameless_far_ahead_is_unexplained() -> None:
     far = decided(step(ranked("follows the displacement", 120.0, columns=6), ranked("creep", 20.0)), LEAST)
     near = decided(step(ranked("follows the displacement", 60.0, columns=6), ranked("creep", 58.0)), LEAST)
     single = decided(step(ranked("follows the temperature", 60.0), ranked("creep", 58.0)), LEAST)
+    behind = decided(step(ranked("creep", 60.2), ranked("follows the temperature", 60.0)), LEAST)
+    ahead = decided(step(ranked("creep", 61.0), ranked("follows the temperature", 60.0)), LEAST)
     assert far.leader is not None
     assert not far.named
     assert near.named
     assert not single.named
+    assert behind.leader is not None
+    assert behind.leader.cause == "follows the temperature"
+    assert ahead.named
 
 
 def test_windows_that_stand_off_are_no_step(channel: Channel, base: Base, rng: np.random.Generator) -> None:

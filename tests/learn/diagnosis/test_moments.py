@@ -10,8 +10,8 @@ from hypothesis import strategies as st
 from hexathermal.learn.diagnosis.causes import zero_jump
 from hexathermal.learn.diagnosis.causes.sensor_detached import _promising_moments
 from hexathermal.learn.diagnosis.causes.zero_jump import _moments
-from hexathermal.learn.diagnosis.course import _foresight, _share
 from hexathermal.learn.diagnosis.evidence import Scored
+from hexathermal.learn.diagnosis.foresight import foresight, part_saved
 from hexathermal.learn.diagnosis.sensor_model import SensorModel
 from hexathermal.learn.diagnosis.stage import Stage
 from hexathermal.learn.diagnosis.trials import Trial, Workbench
@@ -57,11 +57,11 @@ def test_runs_left_out_deny_chance_and_confirm_what_is_there() -> None:
         size = np.full(columns.shape[1], 1e-6)
         return stage.with_effect(Scored(Trial("backlash", columns), 1.0, 1.0, 1.0, 1.0, 1.0, size))
 
-    chance = [_foresight(stage, joined(rng.standard_normal((len(stage.channel), 1))), leader) for _ in range(20)]
+    chance = [foresight(stage, joined(rng.standard_normal((len(stage.channel), 1))), leader) for _ in range(20)]
     true = joined(stage.view.columns("direction", {}))
     assert np.mean(chance) < 0.0
-    assert _foresight(stage, true, leader) > 5.0
-    assert _share(stage, true, leader) > 0.0
+    assert foresight(stage, true, leader) > 5.0
+    assert part_saved(stage, true, leader) > 0.0
 
 
 def test_a_noise_that_forgives_the_effect_does_not_hide_it_from_runs_left_out() -> None:
@@ -71,7 +71,7 @@ def test_a_noise_that_forgives_the_effect_does_not_hide_it_from_runs_left_out() 
         leader = next(item for item in stage.step.ranking if item.cause == "zero-drift")
         after = stage.with_effect(leader.best)
         assert stage.step.levels.slow > leader.levels.slow
-        assert _foresight(stage, after, leader) > 5.0
+        assert foresight(stage, after, leader) > 5.0
 
 
 def test_a_step_needs_windows_behind_it() -> None:

@@ -1,0 +1,78 @@
+"""What runs left out of the fit say of a cause: whether it is real to them, and whether a law with it foretells them.
+
+A cause that stands above chance in all runs together must also pay on each that did not help to size it.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from hexathermal.learn.diagnosis.search import Ranked
+from hexathermal.learn.diagnosis.stage import Stage
+from hexathermal.poses import FloatArray
+
+LEAST_SHARE = 0.03
+"""Every cause after the first must take away this part of the squared residual of runs left out."""
+
+MOST_LOSS = 0.5
+"""A first cause that makes runs left out less likely, or adds more than this part to their squares, is passed over."""
+
+FORESEEN, CLEARLY_FORESEEN = 10.0, 30.0
+"""Log likelihood of runs left out from which on a first cause, or a later one, joins although their squares do not
+fall: squares of few runs, whose rows share most of their scatter, tell less; they may not rise by more than chance, or
+those about each run's mean must fall."""
+
+
+def worth(stage: Stage, after: Stage, leader: Ranked, *, later: bool) -> tuple[bool, bool]:
+    """Return whether runs left out speak for a leader, and whether it is to join the law."""
+    share, sure = part_saved(stage, after, leader), foresight(stage, after, leader)
+    clear = sure >= (CLEARLY_FORESEEN if later else FORESEEN) and (
+        share > -part_spread(stage, after, leader) or part_saved(stage, after, leader, within=True) > LEAST_SHARE
+    )
+    pays = sure > 0.0 and (clear or share > (LEAST_SHARE if later else -MOST_LOSS))
+    return pays, pays and (share > 0.0 or clear)
+
+
+def tells_of_one_run(leader: Ranked) -> bool:
+    """Whether a cause belongs to one run, so that no run left out can tell of it."""
+    return leader.cause == "zero-jump"
+
+
+def _left(before: Stage, after: Stage, leader: Ranked, *, within: bool = False) -> list[FloatArray]:
+    """Return the mean squares of both stages in a row, by the run left out; each at the kinder of two noises.
+
+    With `within` each run's mean is left out of them, where runs have zeros of their own: the noise of few first rows.
+    """
+    found = []
+    for stage in (before, after):
+        run, rows = stage.channel.run, stage.channel.rows
+        both = [stage.left_out(levels)[0] for levels in (leader.levels, before.plain)]
+        if within and stage.channel.tied_offsets:
+            both = [left - (np.bincount(run, rows * left) / np.bincount(run, rows))[run] for left in both]
+        tables = [rows * left**2 / rows.sum() for left in both]
+        kinder = min(tables, key=lambda table: float(table.sum()))
+        found.append(np.array([kinder[run == k].sum() for k in np.unique(run)]))
+    return found
+
+
+def part_saved(before: Stage, after: Stage, leader: Ranked, *, within: bool = False) -> float:
+    """Return by which part a stage leaves less, squared, of runs left out; see `_left`."""
+    if tells_of_one_run(leader):
+        return 1.0
+    old, new = _left(before, after, leader, within=within)
+    return float(1.0 - new.sum() / old.sum())
+
+
+def part_spread(before: Stage, after: Stage, leader: Ranked) -> float:
+    """Return the standard uncertainty of `part_saved` by the scatter among runs."""
+    old, new = _left(before, after, leader)
+    return float(np.sqrt(len(old)) * (old - new).std(ddof=1) / old.sum())
+
+
+def foresight(before: Stage, after: Stage, leader: Ranked) -> float:
+    """Return by how much runs left out become more likely (log), each stage at the likeliest of the same noises."""
+    if tells_of_one_run(leader):
+        return np.inf
+    noises = before.step.levels, leader.levels, after.levels
+    old, new = (max(stage.left_likelihood(levels) for levels in noises) for stage in (before, after))
+    return new - old
