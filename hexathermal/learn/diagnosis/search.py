@@ -63,7 +63,8 @@ MOST_WITNESSED = 16
 
 
 STEP, STEP_ALONE, BUMPS = "zero-jump", 3.0, (-3, -2, -1, 1, 2, 3)
-"""What a drift says for a step of the zero counts up to so much where so many windows before or behind say as much."""
+"""What a drift says for a step of the zero counts up to so much where so many windows before or behind, a landing
+there, or the first one of the run say as much."""
 
 MENDED = 3
 """Trials of a cause that mends data whose data are mended indeed."""
@@ -158,7 +159,7 @@ class Search:
         return self._borne_out(screened(self.channel, self.base, levels, trials, self.largest, terms), levels)
 
     def _borne_out(self, scored: list[Scored], levels: Levels) -> list[Scored]:
-        """Return trials of which a step counts for little where a few windows that stand off explain as much.
+        """Return trials of which a step counts for little where a few windows, or a landing, that stand off explain it.
 
         A step is left once, what stands off is left and met again.
         """
@@ -166,11 +167,11 @@ class Search:
         if not steps:
             return scored
         own = [scored[k].trial for k in steps]
-        bumps = [Trial(PREFIX + STEP, _bump(trial.columns, width)) for trial in own for width in BUMPS]
+        bumps = [Trial(PREFIX + STEP, bump) for trial in own for bump in _bumps(trial.columns, self.channel)]
         found = list(scored)
         values = [item.value for item in screened(self.channel, self.base, levels, bumps, self.largest)]
-        for k, rivals in zip(steps, np.reshape(values, (-1, len(BUMPS))), strict=True):
-            if rivals.max() >= scored[k].value:
+        for k, rivals in zip(steps, np.reshape(values, (len(steps), -1)), strict=True):
+            if rivals.max() >= scored[k].value - TRIFLE:
                 alone = replace(scored[k].trial, most=STEP_ALONE)
                 found[k] = replace(scored[k], value=STEP_ALONE, trial=alone)
         return found
@@ -345,12 +346,24 @@ def _varies(columns: FloatArray) -> bool:
     return bool((columns != columns[0]).any() and not np.isnan(columns).any())
 
 
-def _bump(step: FloatArray, width: int) -> FloatArray:
-    """Return so many windows from where a step begins, or before it where `width` is below 0, shape (n, 1)."""
+def _bumps(step: FloatArray, channel: Channel) -> list[FloatArray]:
+    """Return what may stand off in place of a step, each shape (n, 1).
+
+    A few windows or a landing about its moment; or the first landing of its run, and with it, where the run counts from
+    it, all the others.
+    """
+    index = np.arange(len(step))[:, None]
     first = int(np.argmax(step[:, 0] > 0.0))
-    bump = np.zeros_like(step)
-    bump[max(first + min(width, 0), 0) : first + max(width, 0)] = 1.0
-    return bump
+    landings = np.flatnonzero(np.append(channel.fresh, True))
+    at = int(np.searchsorted(landings, first, "right")) - 1
+    begin = int(np.flatnonzero(channel.start[: first + 1])[-1])
+    spans = [(first + min(width, 0), first + max(width, 0)) for width in BUMPS]
+    spans += [(landings[max(k, 0)], landings[max(k, 0) + 1]) for k in (at - 1, at)]
+    spans.append((begin, landings[landings > begin][0]))
+    bumps = [((low <= index) & (index < high)).astype(float) for low, high in spans]
+    if channel.tied_offsets:
+        bumps[-1] = (channel.run == channel.run[first])[:, None] - bumps[-1]
+    return bumps
 
 
 def _families(scored: list[Scored]) -> dict[str, tuple[float, Scored]]:

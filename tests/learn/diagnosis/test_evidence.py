@@ -237,6 +237,24 @@ def test_windows_that_stand_off_are_no_step(channel: Channel, base: Base, rng: n
     assert max(largest[1], largest[3]) <= STEP_ALONE < LEAST
 
 
+def test_a_landing_that_stands_off_is_no_step(channel: Channel, base: Base, rng: np.random.Generator) -> None:
+    """The scatter of a run's first landing says next to nothing for a step at its end; a later step keeps its own."""
+    own = np.flatnonzero(channel.run == 2)
+    fresh = channel.start.copy()
+    fresh[own[[12, 18, 22]]] = True  # so that no landing but the first could stand off in place of a step
+    inside, index = channel.run == 2, np.arange(len(channel))
+    data = replace(channel, fresh=fresh)
+    said = {}
+    for moment in (12, 18):
+        step = (inside & (index >= own[moment])).astype(float)
+        noise = noisy(channel, LEVELS, rng).y
+        search = Search(SimpleNamespace(), data.with_y(noise + 8.0 * step), base, LARGEST)  # type: ignore[arg-type]
+        trial = Trial("zero-jump", step[:, None], "run-03")
+        said[moment] = search.scored(LEVELS, [trial])[0].value
+    assert said[12] <= STEP_ALONE < LEAST
+    assert said[18] > 10.0
+
+
 def test_a_later_name_must_beat_what_the_first_one_s_shape_left() -> None:
     """A lag over a missing sensor of evidence 300 needs 9 more: the two are confused; a backlash needs no more."""
     first = Found(ranked("missing-sensor", 300.0), NOTHING, True, np.zeros(1), np.zeros(1))
