@@ -87,6 +87,7 @@ def test_every_file_that_is_named_is_there(ran: Ran) -> None:
         (["--law", "EXTENDED"], ["extended already, by backlash", "--sensors T"]),
         (["--extend", "EXTENDED", "--law", "EXTENDED", "--force"], ["--extend", "is one of the files that are read"]),
         (["--extend", "nowhere/law.toml"], ["there is no folder"]),
+        (["--extend", "-"], ["--extend needs the name of a file"]),
         (["--report", "EXTENDED"], ["no folder"]),
         (["--report", "CAMPAIGN"], ["--report", "lies inside", "read"]),
     ],

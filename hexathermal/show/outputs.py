@@ -13,6 +13,9 @@ from hexathermal.errors import ArgumentError
 OUTPUTS = ("out", "json", "report", "plots", "netcdf", "truth", "junit", "extend", "save", "figures")
 """Options that name files or folders to be written."""
 
+MAY_BE_FOLDERS = {"--out", "--report", "--plots", "--figures"}
+"""Several of them may go into one place."""
+
 OWN_FOLDERS = ("campaign.toml", "hexapod.toml")
 """A folder with one of these files is one thing: nothing is written into it."""
 
@@ -28,7 +31,7 @@ def protect(arguments: argparse.Namespace) -> None:
     ------
     ArgumentError
         A result has the name of a file that is read, or lies inside a campaign or a machine that is read, or inside any
-        other campaign; or the file of ``--json`` exists and is no earlier answer.
+        other campaign; or two results have one name; or the file of ``--json`` exists and is no earlier answer.
     """
     given = {name: list(_paths(value)) for name, value in vars(arguments).items()}
     read = [path for name, paths in given.items() if name not in OUTPUTS for path in paths if path.exists()]
@@ -37,6 +40,7 @@ def protect(arguments: argparse.Namespace) -> None:
             if str(path) != "-":
                 _check(f"--{name}", path, read)
                 _check_campaigns(name, path)
+    _check_each_other({f"--{name}": path for name in OUTPUTS for path in given.get(name, []) if str(path) != "-"})
     if given.get("json") and not getattr(arguments, "force", False):
         _check_answer(given["json"][0])
 
@@ -62,6 +66,15 @@ def _check(option: str, path: Path, read: list[Path]) -> None:
             continue
         if target == folder or folder in target.parents:
             raise ArgumentError(f"{option} {path} lies inside {folder.name}, which is read; give another place")
+
+
+def _check_each_other(results: dict[str, Path]) -> None:
+    """Refuse two results of one name, unless both may be folders: the second would replace the first."""
+    taken: dict[Path, str] = {}
+    for option, path in results.items():
+        other = taken.setdefault(path.resolve(), option)
+        if other != option and not {option, other} <= MAY_BE_FOLDERS:
+            raise ArgumentError(f"{option} and {other} both name {path}; give each a name of its own")
 
 
 def _check_campaigns(option: str, path: Path) -> None:

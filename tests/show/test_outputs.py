@@ -61,3 +61,13 @@ def test_a_file_that_is_read_is_not_replaced_and_json_only_by_json(tmp_path: Pat
         protect(Namespace(law=law, json=str(text)))
     protect(Namespace(law=law, json=str(answer)))
     protect(Namespace(law=law, json="-"))
+
+
+def test_two_results_have_two_names(tmp_path: Path) -> None:
+    """A law and an answer of one name, however spelt, are refused: one would be lost; folders may be shared."""
+    one = tmp_path / "one"
+    with pytest.raises(ArgumentError, match=r"--extend and --json both name .*give each a name of its own"):
+        protect(Namespace(extend=one, json=str(tmp_path / "x" / ".." / "one")))
+    with pytest.raises(ArgumentError, match="both name"):
+        protect(Namespace(report=one, extend=one))
+    protect(Namespace(report=one, plots=one, json="-"))

@@ -49,9 +49,11 @@ what the tables say:
   residual      what was measured less what the law foretells
   visible RMS   what stays of an effect when the law is fitted again; only that can be seen in a residual
   evidence      logarithm of how much more probable the data are with the cause than without; 2.3 is 10 to 1, 7 is
-                1000 to 1
+                1000 to 1. Named causes stand first, as they were found, each over what those before it left; of
+                several thermometers the one is named that foretells runs left out best
   probability   of the name, with all others, none and something nameless as its rivals
   as likely     names that these data cannot tell from it: an experiment decides, it stands under "next"
+  confuse       pairs of names that could be taken for each other here, were one twice as large as its limit
 
 The law's sensors are those of --sensors or --law, else those that 'identify' chooses, exchanged for likelier ones where
 there are such. Its coefficients are always fitted again: an effect biases them. --extend writes the law with what
@@ -149,6 +151,8 @@ def _refuse_extended(arguments: argparse.Namespace) -> None:
     """Refuse a law file that exists, is read, or cannot be written, before any work is done."""
     from hexathermal.predict.table_writing import refuse_no_folder
 
+    if str(arguments.extend) == "-":
+        raise ArgumentError("--extend needs the name of a file, as extended.toml; only --json writes to stdout with -")
     try:
         free(arguments.extend, arguments.force)
     except ArgumentError as error:
