@@ -67,7 +67,7 @@ def run(arguments: argparse.Namespace, progress: Progress) -> Answer:
 
     if arguments.plots is not None:
         refuse_no_place(arguments.plots)
-    campaign = load_campaign(arguments.campaign, progress=progress)
+    campaign = load_campaign(arguments.campaign, needed=("identification",), progress=progress)
     found = compare_campaign(campaign, progress=progress)
     facts = comparison_facts(found)
     written = [] if arguments.plots is None else _drawn(found, arguments.plots, progress)
