@@ -10,7 +10,7 @@ import numpy as np
 from hexathermal.learn.diagnosis.result import Candidate, Diagnosis
 from hexathermal.learn.machine_diagnosis.result import MachineCandidate, MachineDiagnosis
 from hexathermal.show.diagnosis_pictures import LOOK, NARROW_IN
-from hexathermal.show.diagnosis_words import changed, noise_rows
+from hexathermal.show.diagnosis_words import changed, noise_rows, placed
 from hexathermal.show.figures import BLACK, BLUE, GREEN, GREY, VERMILION
 
 if TYPE_CHECKING:
@@ -46,7 +46,8 @@ def ranking_figure(found: Diagnosis | MachineDiagnosis, width: float) -> Figure:
             named = k < len(found.effects)
             axes.barh(k, max(one.evidence, lowest), height=0.62, color=VERMILION if named else GREY)
             at = _beyond(one.evidence, found.threshold)
-            axes.annotate(f"{one.evidence:z.1f}" + ("  named" if named else ""), (at, k), (4, 0), va="center",
+            said = f"{one.evidence:z.1f}".replace("-", "\N{MINUS SIGN}") + ("  named" if named else "")
+            axes.annotate(said, (at, k), (4, 0), va="center",
                           textcoords="offset points", fontsize=8.0, color=VERMILION if named else BLACK)  # fmt: skip
         room = 1.22 if width > NARROW_IN else 1.55
         end = lowest + room * (max(found.threshold, best) - lowest)
@@ -67,7 +68,7 @@ def _beyond(evidence: float, threshold: float) -> float:
 
 def _wrapped(cause: str, target: str | None, width: float) -> str:
     """Return a cause with its target, in lines that leave room for the bars."""
-    text = cause if target is None or cause.startswith("follows") else f"{cause}, {target}"
+    text = placed(cause, target)
     return fill(text, 42 if width > NARROW_IN else 22, break_on_hyphens=False)
 
 

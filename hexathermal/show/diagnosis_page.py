@@ -47,6 +47,7 @@ tbody th{font-weight:500;min-width:9.5rem}
 td.n,th.n{text-align:right}
 td.n{white-space:nowrap}
 td:last-child:not(.n){min-width:8rem}
+.card td:last-child:not(.n){min-width:0}
 tr.named th,tr.named td{color:var(--warm);font-weight:650}
 figure{margin:1.1rem 0 1.6rem}
 figure img{display:block;width:100%;height:auto}
@@ -59,7 +60,8 @@ ol.next li{margin:.5rem 0}
 ol.next small{display:block;color:var(--soft)}
 footer{color:var(--soft);font-size:.88rem;padding:2rem 1rem 3rem}
 @media (max-width:40rem){.finding{font-size:1.15rem}h2{font-size:1.15rem}table{font-size:.86rem}
-td:last-child:not(.n){min-width:14rem}}
+th,td{padding-right:.6rem}
+tbody th{min-width:6.5rem}td:last-child:not(.n){min-width:11rem}.card tbody th,.card td:last-child:not(.n){min-width:0}}
 @media print{:root{color-scheme:light}nav,.skip{display:none}body{font-size:10pt}main,header,footer{max-width:none}
 h2,h3,h2+p:not(:last-child){break-after:avoid}figure,tr,p,.card,.note{break-inside:avoid}
 caption,thead{break-after:avoid}tbody tr:nth-child(-n+2){break-before:avoid}
@@ -77,6 +79,9 @@ LETTERS = (
 )
 """What words written for a terminal become where people read."""
 
+UNITS = re.compile(r"(?<=\d) (?=(?:%|µm|µrad|mm|nm|m?K|°C|s|min|h)(?![\w-]))")
+"""Between a number and its unit no line breaks."""
+
 
 def text(words: str) -> str:
     """Return words as they stand on a page: escaped, with the letters that a plain terminal lacks.
@@ -91,9 +96,20 @@ def text(words: str) -> str:
     return html.escape(words)
 
 
+def running(words: str) -> str:
+    """Return words that run over lines, as they stand on a page: a number keeps its unit beside it.
+
+    Examples
+    --------
+    >>> running("0.2 um, 12 % less").replace(chr(160), "~")
+    '0.2~µm, 12~% less'
+    """
+    return UNITS.sub("\N{NO-BREAK SPACE}", text(words))
+
+
 def paragraph(words: str, kind: str = "") -> str:
     """Return a paragraph."""
-    return f'<p class="{kind}">{text(words)}</p>' if kind else f"<p>{text(words)}</p>"
+    return f'<p class="{kind}">{running(words)}</p>' if kind else f"<p>{running(words)}</p>"
 
 
 def section(name: str, title: str, *parts: str) -> str:
@@ -169,7 +185,7 @@ def page(
         f'content="light dark"><link rel="icon" href="data:,"><title>{text(title)}</title><style>{CSS}{style}</style>'
         "</head><body>"
         f'<a class="skip" href="#content">Skip to the content</a><header><h1>{text(heading)}</h1>'
-        f'<p class="finding">{text(finding)}</p>{opening}</header><nav aria-label="Sections"><ul>{links}</ul></nav>'
+        f'<p class="finding">{running(finding)}</p>{opening}</header><nav aria-label="Sections"><ul>{links}</ul></nav>'
         f'<main id="content">{"".join(body for _name, _short, body in sections)}</main>'
         f"<footer>{paragraph(end)}</footer>{program}</body></html>\n"
     )

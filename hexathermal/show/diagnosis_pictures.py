@@ -14,6 +14,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from hexathermal.show.diagnosis_page import running
 from hexathermal.show.figures import BLACK, BLUE, GREEN, GREY, PURPLE, STYLE, VERMILION, draw
 from hexathermal.show.svg_size import compact_svg, svg_address
 
@@ -79,7 +80,7 @@ class Picture:
         return (
             f'<figure id="{self.name}"><picture><source media="(max-width: 40rem)" srcset="{narrow}">'
             f'<img src="{wide}" alt="{html.escape(self.alt, quote=True)}"></picture>'
-            f"<figcaption>{html.escape(self.caption)}</figcaption></figure>"
+            f"<figcaption>{running(self.caption)}</figcaption></figure>"
         )
 
 

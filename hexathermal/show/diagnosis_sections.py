@@ -17,16 +17,17 @@ from hexathermal.show.diagnosis_words import (
     noise_rows,
     odds,
     percent,
+    placed,
     sentences,
     settings_words,
-    where,
 )
 
 
 def opening(found: Diagnosis) -> str:
     """Return what stands under the first sentence: further causes, key figures, notes."""
     many = f"{len(found.effects)} causes are named" if len(found.effects) > 1 else VERDICTS[found.verdict]
-    pairs = [("Verdict", many, f"probability {probability(found.probability)}")]
+    whose = "the first with probability" if len(found.effects) > 1 else "probability"
+    pairs = [("Verdict", many, f"{whose} {probability(found.probability)}")]
     if found.gain is not None:
         one = found.gain.total
         before = f"{one.rmse_before * 1e6:.3f}"
@@ -98,7 +99,6 @@ def _effect(one: Effect, kind: str) -> str:
     cause = catalogue()[one.cause].CAUSE
     rows = effect_rows(one, kind)
     head = ("parameter", "value>", "standard uncertainty>", "95 % interval", "unit")
-    where = f", {one.target}" if one.target else ""
     alike = (
         f"These data cannot tell it from {', '.join(one.equivalent)}: an experiment must decide, see below."
         if one.equivalent
@@ -110,9 +110,9 @@ def _effect(one: Effect, kind: str) -> str:
         else "It did not join the law: on runs left out of the fit it does not pay."
     )
     return (
-        f'<div class="card"><h3>{text(one.cause + where)}</h3>{paragraph(cause.physics)}'
+        f'<div class="card"><h3>{text(placed(one.cause, one.target))}</h3>{paragraph(cause.physics)}'
         + (table(f"Size of {one.cause}", head, rows) if rows else "")
-        + paragraph(f"How it shows: {cause.signature} {one.visible * 1e6:.2g} um of it stay visible.")
+        + paragraph(f"How it shows: {cause.signature} {one.visible * 1e6:.2g} um of it stays visible.")
         + paragraph(f"Probability of the name: {probability(one.probability)}. {alike} {joined}")
         + "</div>"
     )
@@ -154,7 +154,7 @@ def _gain(found: Diagnosis, drawn: dict[str, str]) -> str:
         lines.append(table("The law, run by run", ("run", "RMSE, um>", "largest, um>"), plain))
     lines.append(paragraph(
         "The free fit uses all temperatures and flexible curves at once. It is no law, since it says nothing of why; "
-        "it shows what these channels could give."
+        "it shows what these channels give without a physical form."
     ))  # fmt: skip
     return "".join(lines)
 
@@ -178,9 +178,9 @@ def _signals(found: Diagnosis, drawn: dict[str, str]) -> str:
 
 def _ranking(found: Diagnosis, drawn: dict[str, str]) -> str:
     """Return the ranking."""
-    head = ("cause", "target", "visible RMS, um (95 %)>", "evidence>", "probability>", "at best with")
+    head = ("cause", "visible RMS, um (95 %)>", "evidence>", "probability>", "at best with")
     rows = [
-        (one.cause, where(one.cause, one.target), visible_words(found, k),
+        (placed(one.cause, one.target), visible_words(found, k),
          f"{one.evidence:z.1f}", probability(one.probability), settings_words(one.settings) or "-")
         for k, one in enumerate(found.candidates)
     ]  # fmt: skip
@@ -191,8 +191,13 @@ def _ranking(found: Diagnosis, drawn: dict[str, str]) -> str:
             f"{found.threshold:.1f} in this campaign, which chance alone reaches at most once in a hundred. Names that "
             "begin with “follows” are no causes: they stand for something real without a name."
         )
+        + paragraph(
+            "Causes that were named stand first, in the order in which they were found, each with its evidence over "
+            "what those before it left; the others with what they had before anything was named. Of several "
+            "thermometers that explain the runs fitted, the one is named that foretells runs left out best."
+        )
         + drawn["ranking"]
-        + table("Candidates, best first", head, rows, range(len(found.effects)))
+        + table("Candidates: those named, then the others, best first", head, rows, range(len(found.effects)))
     )
 
 

@@ -172,6 +172,18 @@ def where(cause: str, target: str | None) -> str:
     return "-" if cause.startswith("follows") else target or "-"
 
 
+def placed(cause: str, target: str | None) -> str:
+    """Return a candidate together with where it sits.
+
+    Examples
+    --------
+    >>> placed("missing-sensor", "T15"), placed("backlash", None), placed("follows the pressure", "the pressure")
+    ('missing-sensor, T15', 'backlash', 'follows the pressure')
+    """
+    at = where(cause, target)
+    return cause if at == "-" else f"{cause}, {at}"
+
+
 def settings_words(settings: Mapping[str, Any]) -> str:
     """Return the parameters at which a cause explains most, in words.
 
@@ -308,6 +320,8 @@ def gain_words(found: Diagnosis) -> str:
             f"{percent(part.high)} %, {sure})"
         )
     if found.reachable is not None and math.isfinite(found.reachable):
-        said += f"; a free fit of all channels reaches {found.reachable * 1e6:.3f} um"
+        free = f"{found.reachable * 1e6:.3f} um"
+        beaten = found.reachable > found.gain.total.rmse_after.value
+        said += f"; a free fit of all channels {f'does no better: {free}' if beaten else f'reaches {free}'}"
     skipped = found.gain.skipped
     return said + "." + (f" Not compared, rows differ: {', '.join(skipped)}." if skipped else "")

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 import pytest
 from hypothesis import given
@@ -10,8 +11,17 @@ from hypothesis import strategies as st
 
 from hexathermal.learn.diagnosis.result import Quantity
 from hexathermal.learn.diagnosis.words import AMPLITUDES, STEPS, UNITS
-from hexathermal.show.diagnosis_words import ENDINGS, how_apart, odds, parameter, rounded, settings_words, span
-from tests.show.drawn_diagnoses import BACKLASH
+from hexathermal.show.diagnosis_words import (
+    ENDINGS,
+    gain_words,
+    how_apart,
+    odds,
+    parameter,
+    rounded,
+    settings_words,
+    span,
+)
+from tests.show.drawn_diagnoses import BACKLASH, drawn
 
 
 @given(st.floats(-1e3, 1e3), st.floats(1e-5, 1e3))
@@ -95,3 +105,12 @@ def test_the_visible_part_is_as_uncertain_as_the_amplitude() -> None:
     from hexathermal.show.diagnosis_words import visible_std
 
     assert visible_std(BACKLASH) == pytest.approx(BACKLASH.visible * 0.01 / 0.31)
+
+
+def test_a_free_fit_that_is_worse_is_not_said_to_reach_more() -> None:
+    """What all channels give is a mark to reach only where it lies below what the extended law leaves."""
+    better = drawn()
+    assert gain_words(better).endswith("a free fit of all channels reaches 0.090 um.")
+    assert gain_words(replace(better, reachable=0.15e-6)).endswith(
+        "a free fit of all channels does no better: 0.150 um."
+    )
