@@ -61,7 +61,7 @@ ol.next small{display:block;color:var(--soft)}
 footer{color:var(--soft);font-size:.88rem;padding:2rem 1rem 3rem}
 @media (max-width:40rem){.finding{font-size:1.15rem}h2{font-size:1.15rem}table{font-size:.86rem}
 th,td{padding-right:.6rem}
-tbody th{min-width:6.5rem}td:last-child:not(.n){min-width:11rem}.card tbody th,.card td:last-child:not(.n){min-width:0}}
+tbody th{min-width:6.5rem}td:last-child:not(.n){min-width:9rem}.card tbody th,.card td:last-child:not(.n){min-width:0}}
 @media print{:root{color-scheme:light}nav,.skip{display:none}body{font-size:10pt}main,header,footer{max-width:none}
 h2,h3,h2+p:not(:last-child){break-after:avoid}figure,tr,p,.card,.note{break-inside:avoid}
 caption,thead{break-after:avoid}tbody tr:nth-child(-n+2){break-before:avoid}

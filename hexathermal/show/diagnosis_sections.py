@@ -97,8 +97,8 @@ def _finding(found: Diagnosis) -> str:
 def _effect(one: Effect, kind: str) -> str:
     """Return one cause that was named."""
     cause = catalogue()[one.cause].CAUSE
-    rows = effect_rows(one, kind)
-    head = ("parameter", "value>", "standard uncertainty>", "95 % interval", "unit")
+    rows = [(name if unit == "-" else f"{name}, {unit}", *cells) for name, *cells, unit in effect_rows(one, kind)]
+    head = ("parameter", "value>", "standard uncertainty>", "95 % interval")
     alike = (
         f"These data cannot tell it from {', '.join(one.equivalent)}: an experiment must decide, see below."
         if one.equivalent

@@ -102,6 +102,8 @@ def parameter(name: str, quantity: Quantity, kind: str = "leg") -> Shown:
         unit = unit.replace("/m/K", "/K")
     if quantity.unit == "s" and abs(quantity.value) >= 120.0:
         unit, factor = "min", 1.0 / 60.0
+    if unit == "um per unit" and abs(quantity.value * factor) < 1e-3:
+        unit, factor = "pm per unit", factor * 1e6
     return Shown(_label(name), quantity.value * factor, quantity.std * factor, unit, name in POSITIVE)
 
 
@@ -200,6 +202,9 @@ HIDDEN = ("sensor", "sensors", "ratio", "source", "path_m", "first", "reference_
 """Settings that say nothing beside the target."""
 
 
+TOLD = {"_K_per_h": " K/h", "_um_per_h": " um/h", "_ppm": " um/m", "_um": " um", "_K": " K", "_degC": " °C"}
+"""Units of settings by the endings of their names."""
+
 ENDLESS = 1e6
 """A setting above stands for one without an end, and is not said."""
 
@@ -217,7 +222,8 @@ def _setting(name: str, value: Any) -> str:
         return f"{label} {float(value) * 1e3:.3g} mm"
     if name.endswith("_index"):
         return f"{label} {float(value):.6f}"
-    return f"{label} {float(value):.3g}" + (" K" if name.endswith("_K") else " °C" if name.endswith("_degC") else "")
+    unit = next((unit for ending, unit in TOLD.items() if name.endswith(ending)), "")
+    return f"{label} {float(value):.3g}{unit}"
 
 
 def duration(seconds: float) -> str:

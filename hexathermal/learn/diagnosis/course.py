@@ -249,7 +249,8 @@ def _kin(stage: Stage, leader: Ranked) -> list[Trial]:
     """Return the trials of a stage that tell of the same cause on the same target by a term."""
     own = leader.best.trial
     return [trial for trial in stage.search.trials
-            if own.shape and trial.shape and (trial.cause, trial.target) == (own.cause, own.target)]  # fmt: skip
+            if own.shape and trial.shape and not trial.starts
+            and (trial.cause, trial.target) == (own.cause, own.target)]  # fmt: skip
 
 
 def _refined(before: Stage, after: Stage, leader: Ranked, threshold: float) -> Stage:

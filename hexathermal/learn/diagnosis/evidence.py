@@ -27,6 +27,9 @@ from hexathermal.poses import FloatArray
 RHO = np.array([0.25, 0.5, 1.0, 2.0, 4.0])
 """Prior sizes of what stays visible of an effect, over the noise."""
 
+START = 0.7
+"""What had not come to rest before the runs, over what they themselves do: both are of one room."""
+
 FEW = 2
 """Up to so many columns of each, products of many trials are sums over rows, all at once."""
 
@@ -145,6 +148,8 @@ class Terms:
         Of the columns.
     left, plain : array, shape (t, k)
         RMS of what stays visible of each after the base is refitted, and after the law and what joined it.
+    shares : array, shape (k,)
+        Of the RMS of what is visible in each column.
     """
 
     trials: tuple[Trial, ...]
@@ -152,11 +157,12 @@ class Terms:
     rms: FloatArray
     left: FloatArray
     plain: FloatArray
+    shares: FloatArray
 
     def sizes(self, noise: float, largest: float) -> FloatArray:
         """Return amplitudes at which visible parts have the RMS of the noise, none above a largest effect, (t, k)."""
         rms = self.rms + 1e-30
-        wanted = noise / np.sqrt(rms.shape[1]) / np.maximum(self.left, 1e-3 * rms)
+        wanted = noise * self.shares / np.maximum(self.left, 1e-3 * rms)
         return np.asarray(np.minimum(wanted, largest / rms))
 
 
@@ -164,17 +170,20 @@ def terms_of(base: Base, trials: Iterable[Trial]) -> list[Terms]:
     """Return those of some trials that add columns, in tables that a processor keeps at hand."""
     Q, keep = _orthonormal(base.X)
     plain, Q = int(keep[: base.plain].sum()), np.ascontiguousarray(Q[:, keep])
-    groups: dict[int, list[Trial]] = {}
+    groups: dict[tuple[int, int], list[Trial]] = {}
     for trial in trials:
         if trial.base is None:
-            groups.setdefault(trial.columns.shape[1], []).append(trial)
+            groups.setdefault((trial.carried, trial.starts), []).append(trial)
     found = []
-    for count, group in sorted(groups.items()):
+    for (carried, starts), group in sorted(groups.items()):
+        count = carried + starts
+        shares = np.repeat([1.0 / np.sqrt(max(carried, 1)), START / np.sqrt(max(starts, 1))], [carried, starts])
         most = max(1, TABLE // (len(base.X) * count))
         for first in range(0, len(group), most):
             own = tuple(group[first : first + most])
             columns = stacked_columns(len(base.X), own)
-            found.append(Terms(own, columns, *(size.reshape(-1, count) for size in _sizes(columns, Q, plain))))
+            rms, left, shown = (size.reshape(-1, count) for size in _sizes(columns, Q, plain))
+            found.append(Terms(own, columns, rms, left, shown, shares))
     return found
 
 

@@ -35,9 +35,8 @@ def extended_law(law: IdentifiedLaw, stage: Stage) -> IdentifiedLaw:
     p = len(law.coefficients)
     kept, terms, at = list(range(p)), [], p
     for item in stage.joined:
-        k = item.trial.columns.shape[1]
-        own = list(range(at, at + k))
-        at += k
+        own = list(range(at, at + item.trial.carried))
+        at += item.trial.carried
         if item.trial.shape:
             terms.append(LegTerm(item.trial.cause, item.trial.shape, item.trial.parameters, mean[own],
                                  covariance[np.ix_(own, own)]))  # fmt: skip

@@ -14,13 +14,13 @@ from hexathermal.learn.diagnosis.evidence import (
     Base,
     Scored,
     Terms,
-    beside,
     changed_base,
     mean_log,
     relevance,
     screened,
     terms_of,
 )
+from hexathermal.learn.diagnosis.rivals import nameless_bounded, with_a_misfit
 from hexathermal.learn.diagnosis.trials import PREFIX, Trial, Workbench
 from hexathermal.learn.diagnosis.unexplained import THERMAL, flexible_trials
 from hexathermal.poses import FloatArray
@@ -68,9 +68,6 @@ there, or the first one of the run say as much."""
 
 MENDED = 3
 """Trials of a cause that mends data whose data are mended indeed."""
-
-LITTLE = 0.08
-"""What an error of a name's shape may leave, RMS over the noise."""
 
 TRIFLE = 0.3
 """Log evidence by which new noise must help the null for everything to be screened again."""
@@ -210,32 +207,9 @@ class Search:
             levels, null = pool[better], nulls[better]
             if gained < TRIFLE:
                 break
-        order = tuple(sorted(self._believed(list(ranked.values())), key=lambda item: -item.value))
+        believed = with_a_misfit(self, nameless_bounded(self, list(ranked.values())))
+        order = tuple(sorted(believed, key=lambda item: -item.value))
         return Step(order, levels, null)
-
-    def _believed(self, ranked: list[Ranked]) -> list[Ranked]:
-        """Return the ranking in which what is nameless leads a name only as far as it shows beside that name.
-
-        A name whose shape is a little wrong leaves a little: the lead of anything that takes that too is bounded as
-        that of any small misfit, by what it takes over `LITTLE` of the noise.
-        """
-        names = [item for item in ranked if item.named]
-        best = max(names, key=lambda item: item.value, default=None)
-        if best is None or best.value <= 0.0:
-            return ranked
-        base, own = self.system(best.best), best.best.trial
-        law = np.column_stack([base.X[:, : base.plain], own.columns])
-        found = []
-        for item in ranked:
-            if not item.named and item.value > best.value:
-                trial = item.best.trial
-                both = base.extended(trial.columns, item.best.size)
-                _, mean, _ = self.channel.solved(both.X, both.sd, item.levels)
-                taken = beside(trial.columns, law) @ mean[len(mean) - trial.columns.shape[1] :]
-                lead = 0.5 * float((taken**2).mean()) / (LITTLE * item.levels.rms) ** 2
-                item = replace(item, value=min(item.value, best.value + lead))
-            found.append(item)
-        return found
 
     def _closer(self, scored: list[Scored], levels: Levels, null: float) -> list[Scored]:
         """Return trials of which those that mend data, the best of each cause, are scored on data that are mended.

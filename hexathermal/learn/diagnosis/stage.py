@@ -85,8 +85,9 @@ class Stage:
 
     def _with_joined(self, law: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Return columns of the law with those that joined, and the sizes of their priors."""
-        X = np.column_stack([law, *(item.trial.columns for item in self.joined)])
-        return X, np.concatenate([base_sizes(self.channel, law), *(4.0 * item.size for item in self.joined)])
+        terms = [(item.trial.columns, 4.0 * item.size, item.trial.carried) for item in self.joined]
+        X = np.column_stack([law, *(columns[:, :carried] for columns, _sizes, carried in terms)])
+        return X, np.concatenate([base_sizes(self.channel, law), *(sizes[:carried] for _, sizes, carried in terms)])
 
     @cached_property
     def base(self) -> Base:
@@ -95,6 +96,13 @@ class Stage:
         base = self._doubting(Base(X, sd, X.shape[1]), self.bench, told_by(self.view, self.bench.model))
         for item in self.tolerated:
             base = base.extended(item.trial.columns, item.size)
+        return self._with_starts(base)
+
+    def _with_starts(self, base: Base) -> Base:
+        """Return a base with what had not come to rest before each run, of causes that joined."""
+        for item in self.joined:
+            first = item.trial.carried
+            base = base.extended(item.trial.columns[:, first:], item.size[first:])
         return base
 
     def _doubting(self, base: Base, bench: Workbench, told: Told) -> Base:
@@ -137,7 +145,7 @@ class Stage:
         _, mean, _ = self.channel.solved(X, sizes, self.levels)
         bench = Workbench(self.view, mean[: told.law.shape[1]], self.levels.rms, self.models)
         # the same priors as without the repair: evidence is compared
-        return self._doubting(Base(X, self._plain[1], X.shape[1]), bench, told)
+        return self._with_starts(self._doubting(Base(X, self._plain[1], X.shape[1]), bench, told))
 
     @cached_property
     def trials_left(self) -> list[Trial]:
@@ -169,11 +177,14 @@ class Stage:
         return replace(self, view=_mended(self.view, repair), repairs=(*self.repairs, repair), tolerated=(), models={})
 
     def amplitudes(self, leader: Ranked) -> tuple[FloatArray, FloatArray]:
-        """Return the amplitudes of a leader's columns beside the base, and their standard uncertainties."""
+        """Return the amplitudes of a leader's columns beside the base, and their standard uncertainties.
+
+        Those that a law carries alone.
+        """
         base = self.search.system(leader.best)
         _, mean, covariance = self.channel.solved(base.X, base.sd, leader.levels)
-        k = leader.best.trial.columns.shape[1]
-        own = slice(len(mean) - k, len(mean))
+        first = len(mean) - leader.best.trial.columns.shape[1]
+        own = slice(first, first + leader.best.trial.carried)
         return mean[own], np.sqrt(np.diagonal(covariance)[own])
 
     def fit(self, levels: Levels) -> tuple[FloatArray, FloatArray]:
@@ -197,17 +208,31 @@ class Stage:
 
     @cached_property
     def law(self) -> tuple[FloatArray, FloatArray]:
-        """The coefficients that leave less of runs left out, of `fit` and of plain least squares, and their covariance.
+        """The coefficients between those of `fit` and of plain least squares that leave least of runs left out.
 
-        Weights by the noise are best where the law is right; where it is not, they may trust its small steps too much.
+        Returns them and their covariance. Weights by the noise are best where the law is right; where it is not, they
+        may trust its small steps too much. The two are stacked (Breiman, Machine Learning 24 (1996) 49):
+        ``b = w b_noise + (1 - w) b_plain``, ``0 <= w <= 1``. The better estimate's covariance with the other is its own
+        (Hausman, Econometrica 46 (1978) 1251), so that that of b is ``(1 - (1 - w)^2) C_noise + (1 - w)^2 C_plain``.
         """
-        if self.left_squares(self.levels) <= self.left_squares(self.plain):
-            return self.fit(self.levels)
+        best, covariance = self.fit(self.levels)
+        w = self._trust
+        if w == 1.0:
+            return best, covariance
         X, _sd = self._plain
         mean, inverse = self.fit(self.plain)
         G = (X * (self.channel.rows / self.plain.white**2)[:, None]) @ inverse
         # sandwich: estimated by least squares under the noise as it is
-        return mean, self.channel.spread(G, self.levels)
+        other = self.channel.spread(G, self.levels)
+        return w * best + (1.0 - w) * mean, (1.0 - (1.0 - w) ** 2) * covariance + (1.0 - w) ** 2 * other
+
+    @property
+    def _trust(self) -> float:
+        """The part of weights by the noise that leaves least of runs left out."""
+        weighted, plain = (self.left_out(levels)[0] for levels in (self.levels, self.plain))
+        apart, rows = plain - weighted, self.channel.rows
+        size = float(rows @ apart**2)
+        return float(np.clip((rows * plain) @ apart / size, 0.0, 1.0)) if size > 0.0 else 1.0
 
     def predicted(self, coefficients: FloatArray) -> FloatArray:
         """Return the drift in windows that coefficients give."""

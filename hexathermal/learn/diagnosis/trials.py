@@ -112,6 +112,8 @@ class Trial:
         Misfit of this kind that errors of the thermometers may feign.
     asked : bool
         Whether the parity is asked in any case, since it led to this trial.
+    starts : int
+        Of the columns the last so many belong to one run each, which had not come to rest before: no law carries them.
     """
 
     cause: str
@@ -128,6 +130,12 @@ class Trial:
     most: float = np.inf
     feigned: float = 0.0
     asked: bool = False
+    starts: int = 0
+
+    @property
+    def carried(self) -> int:
+        """Columns that a law carries, the first so many."""
+        return int(self.columns.shape[1]) - self.starts
 
     @property
     def named(self) -> bool:

@@ -206,6 +206,21 @@ class View:
         """Return a shape's columns, made of all rows."""
         return self.windows(self._zeroed(self._rows(shape, parameters)))
 
+    def starts(self, time_constant: float) -> FloatArray:
+        """Return what stays of a state that had not come to rest before a run: ``exp(-t / tau)`` less that at the zero.
+
+        One column for each run that begins anew, shape (n, r).
+        """
+        rows, memory = [], Memory()
+        for signals, goes_on in zip(self.signals, self.goes_on, strict=True):
+            memory = memory if goes_on else Memory()
+            apart = np.zeros(len(signals.time))
+            apart[0] = not goes_on
+            late = memory.low_pass("apart", signals.time, apart, time_constant)
+            rows.append(late - memory.first("apart at first", late))
+        begun = np.cumsum(~np.array(self.goes_on))[self.channel.run]
+        return np.asarray(self.windows(self._zeroed(rows)) * (begun[:, None] == np.unique(begun)))
+
     def _lengths(self, shape: str, parameters: Mapping[str, Any]) -> FloatArray:
         """Return a shape's columns for the retracted length, then for the displacement, shape (n, 2 k)."""
         both = [np.column_stack([rows, rows * (signals.q / signals.retracted_length)[:, None]])

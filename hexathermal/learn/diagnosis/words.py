@@ -137,11 +137,10 @@ def _amplitudes(found: Found, final: Stage, mean: FloatArray, covariance: FloatA
     """Return the amplitudes of what joined, from the last fit; of a repair, from its own step."""
     at = final.view.base_columns.shape[1]
     for item in final.joined:
-        k = item.trial.columns.shape[1]
         if item is found.ranked.best:
-            own = slice(at, at + k)
+            own = slice(at, at + item.trial.carried)
             return mean[own], np.sqrt(np.diagonal(covariance)[own])
-        at += k
+        at += item.trial.carried
     return found.amplitudes, found.spread
 
 

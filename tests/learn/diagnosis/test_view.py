@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from hexathermal.learn.diagnosis.smoothing import smoothed
+from hexathermal.learn.diagnosis.stage import Stage
 from hexathermal.learn.diagnosis.view import EDGES_S, LONGEST_S, View, pieces_of
 from hexathermal.machine.leg_terms import term_columns
 from tests.learn.diagnosis.campaigns import viewed
@@ -165,3 +166,31 @@ def test_reading_later_is_a_shift(view: View) -> None:
         at += len(later)
         np.testing.assert_allclose(own - own[0], later - later[0], atol=1e-9)
         assert np.ptp(own) > 0.0
+
+
+def test_what_had_not_come_to_rest_decays_in_its_own_run(view: View) -> None:
+    """One column for each run, ``exp(-t / tau)`` less what it was at the zero, and nothing in any other run."""
+    tau = 3600.0
+    starts = view.starts(tau)
+    run = view.channel.run
+    assert starts.shape == (len(run), len(view.runs))
+    decays = view.windows_zeroed([np.exp(-rows.signals.time / tau) for rows in view.runs])
+    assert starts[np.arange(len(run)), run] == pytest.approx(decays, abs=0.02)
+    assert np.abs(starts).sum() == pytest.approx(np.abs(starts[np.arange(len(run)), run]).sum())
+
+
+@pytest.mark.parametrize("seed", [733, 738])
+def test_a_frame_that_had_not_come_to_rest_is_found_and_its_law_carries_the_room_alone(seed: int) -> None:
+    """Free starts explain what the room of a run alone does not; they stand in the null, and join no law."""
+    found, _ = viewed("quiet", seed, ("frame-expansion",), 1.6)
+    stage = Stage(found)
+    leader = stage.step.ranking[0]
+    assert leader.cause == "frame-expansion"
+    trials = [trial for trial in stage.search.trials if trial.cause == "frame-expansion"]
+    assert {trial.starts for trial in trials} == {0, len(found.runs)}
+    assert {trial.carried for trial in trials} == {1}
+    own = next(item for item in stage.search.scored(leader.levels, trials) if item.trial.starts)
+    after = stage.with_effect(own)
+    assert len(after.law[0]) == found.base_columns.shape[1] + 1
+    assert after.base.X.shape[1] == stage.base.X.shape[1] + 1 + len(found.runs)
+    assert after.base.plain == stage.base.plain + 1

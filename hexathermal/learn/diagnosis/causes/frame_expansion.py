@@ -3,6 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from dataclasses import replace
+from functools import partial
+
+import numpy as np
 
 from hexathermal.learn.diagnosis.trials import Cause, Parameter, Trial, Workbench
 
@@ -31,7 +35,12 @@ TIMES_S = (0.0, 600.0, 1800.0, 5400.0, 14400.0)
 
 
 def trials(bench: Workbench) -> Iterator[Trial]:
-    """Give the air temperature behind low passes."""
-    if all(rows.signals.air is not None for rows in bench.view.runs):
+    """Give the air temperature behind low passes; at rest when a run begins, or on its way from what was before."""
+    view = bench.view
+    if all(rows.signals.air is not None for rows in view.runs):
         for tau in TIMES_S:
-            yield bench.term(CAUSE.name, "room", None, time_constant_s=tau)
+            trial = bench.term(CAUSE.name, "room", None, time_constant_s=tau)
+            yield trial
+            if tau > 0.0:
+                starts = view.once((CAUSE.name, tau), partial(view.starts, tau))
+                yield replace(trial, columns=np.column_stack([trial.columns, starts]), starts=starts.shape[1])

@@ -1,0 +1,70 @@
+"""Causes against each other: a shape that is a little wrong leaves a little, and what takes that too does not lead."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from hexathermal.learn.diagnosis.evidence import beside
+
+if TYPE_CHECKING:
+    from hexathermal.learn.diagnosis.search import Ranked, Search
+
+LITTLE = 0.08
+"""What an error of a name's shape may leave, RMS over the noise."""
+
+
+def nameless_bounded(search: Search, ranked: list[Ranked]) -> list[Ranked]:
+    """Return the ranking in which what is nameless leads a name only as far as it shows beside that name.
+
+    A name whose shape is a little wrong leaves a little: the lead of anything that takes that too is bounded as
+    that of any small misfit, by what it takes over `LITTLE` of the noise.
+    """
+    best = _first_name(ranked)
+    if best is None:
+        return ranked
+    base, own = search.system(best.best), best.best.trial
+    law = np.column_stack([base.X[:, : base.plain], own.columns])
+    found = []
+    for item in ranked:
+        if not item.named and item.value > best.value:
+            trial = item.best.trial
+            both = base.extended(trial.columns, item.best.size)
+            _, mean, _ = search.channel.solved(both.X, both.sd, item.levels)
+            taken = beside(trial.columns, law) @ mean[len(mean) - trial.columns.shape[1] :]
+            lead = 0.5 * float((taken**2).mean()) / (LITTLE * item.levels.rms) ** 2
+            item = replace(item, value=min(item.value, best.value + lead))
+        found.append(item)
+    return found
+
+
+def with_a_misfit(search: Search, ranked: list[Ranked]) -> list[Ranked]:
+    """Return the ranking in which a name leads a smaller one that need only be its misfit.
+
+    Any law may leave a small misfit, also in the shape of the leader: that costs what so small an effect may say,
+    `Ranked.gated`. A larger effect that explains more than this beside the leader leads by the rest.
+    """
+    first = _first_name(ranked)
+    if first is None or not first.best.trial.columns.shape[1]:
+        return ranked
+    return [_over(search, item, first) if item.named and item.gated > first.gated else item for item in ranked]
+
+
+def _over(search: Search, item: Ranked, first: Ranked) -> Ranked:
+    """Return a name with the evidence that it has with a misfit in the shape of the first one, where that is more."""
+    own = search.system(item.best)
+    both = own.extended(first.best.trial.columns, first.best.size)
+    noises = first.levels, item.levels
+    alone, together = (
+        max(search.channel.evidence(base.X, base.sd, levels) for levels in noises)
+        for base in (search.system(first.best), both)
+    )
+    return replace(item, value=max(item.value, first.value + together - alone - first.gated))
+
+
+def _first_name(ranked: list[Ranked]) -> Ranked | None:
+    """Return the name with the largest evidence, where it has any."""
+    names = [item for item in ranked if item.named and item.value > 0.0]
+    return max(names, key=lambda item: item.value, default=None)

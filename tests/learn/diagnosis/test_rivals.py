@@ -1,0 +1,40 @@
+"""A small effect that is seen sharply does not hide a large one: the large one may leave a small misfit."""
+
+from __future__ import annotations
+
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from hexathermal.learn.diagnosis.channels import Levels
+from hexathermal.learn.diagnosis.evidence import Base
+from hexathermal.learn.diagnosis.rivals import with_a_misfit
+from hexathermal.learn.diagnosis.search import Ranked, Search
+from hexathermal.learn.diagnosis.trials import Trial
+from tests.learn.diagnosis.noises import channel_like, noisy
+
+SHARP = Levels(0.02, 0.02, 0.5, 0.0, 7200.0)
+"""Noise that wanders slowly: little of it is left from one window to the next."""
+
+
+@pytest.mark.parametrize(
+    ("small", "large", "leads"),
+    [(0.08, 0.8, "scale-error"), (0.08, 0.0, "creep"), (0.8, 0.8, "creep"), (0.8, 0.0, "creep")],
+)
+def test_a_large_name_with_a_small_misfit_leads(
+    small: float, large: float, leads: str, rng: np.random.Generator
+) -> None:
+    """What is quick shows more than its size: the larger cause leads where it explains more than a misfit costs."""
+    channel = channel_like(rng, runs=5, windows=60)
+    n = len(channel)
+    quick = rng.standard_normal((n, 1))
+    slow = np.sin(np.linspace(0.0, 30.0, n))[:, None]
+    data = channel.with_y(noisy(channel, SHARP, rng).y + (small * quick + 1.5 * large * slow)[:, 0])
+    base = Base(rng.standard_normal((n, 2)), np.ones(2), 2)
+    search = Search(SimpleNamespace(), data, base, 50.0)  # type: ignore[arg-type]
+    scored = search.scored(SHARP, [Trial("creep", quick), Trial("scale-error", slow)])
+    before = [Ranked(item.trial.cause, item.value, item, SHARP) for item in scored]
+    assert max(before, key=lambda item: item.value).cause == "creep"
+    after = with_a_misfit(search, before)
+    assert max(after, key=lambda item: item.value).cause == leads
