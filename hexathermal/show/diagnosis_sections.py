@@ -84,11 +84,13 @@ def _finding(found: Diagnosis) -> str:
         return "".join([*(_effect(one, found.law.kind) for one in found.effects), *left])
     if found.verdict == "none":
         return paragraph(
-            "Every cause of the catalogue was tried, and none explains these measurements better than chance could. "
+            "Every cause that these data could show was tried, and none explains them better than chance could. "
             "That is no proof that there is none: how small an effect can hide is told below, cause by cause."
         )
+    best = next((settings_words(one.settings) for one in found.candidates if one.cause == found.follows), "")
+    at = f" (at best with {best})" if best else ""
     return paragraph(
-        f"What is left {found.follows} more than chance could make it, but none of the seventeen causes of the "
+        f"What is left {found.follows}{at} more than chance could make it, but none of the seventeen causes of the "
         "catalogue explains that. Look at the pictures of that signal, and at what changes with it on the bench: it is "
         "real, and it is not noise. The law was left as it is."
     )

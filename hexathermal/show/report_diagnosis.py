@@ -110,7 +110,7 @@ def _finding(told: Facts) -> Section:
         parts.append(paragraph(f"What is left, and has no name, {told['follows']}.", "note"))
     if not parts:
         parts.append(paragraph(
-            "Every cause of the catalogue was tried, and none explains these measurements better than chance could. "
+            "Every cause that these data could show was tried, and none explains them better than chance could. "
             "That is no proof that there is none: how small an effect can hide is told below."
         ))  # fmt: skip
     return Section("finding", "Finding", "What was found", tuple(parts))
