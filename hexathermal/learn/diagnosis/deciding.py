@@ -111,12 +111,27 @@ def decided(step: Step, threshold: float) -> Decision:
         rivals = probabilities[NONE] + max(probabilities[item.cause] for item in named)
         return Decision(best, max(share, SOUND - rivals), probabilities, ())
     own = probabilities[best.cause] + IMITATED * sum(probabilities[item.cause] for item in nameless)
-    alike = tuple(
+    faults = _as_good(best, named)
+    alike = [
         item.cause
         for item in names
         if item is not best and probabilities[item.cause] > EQUIVALENT * probabilities[best.cause]
-    )
-    return Decision(best, own, probabilities, alike)
+    ]
+    alike += [name for name in faults if name not in alike]
+    return Decision(best, own / (1.0 + sum(faults.values())), probabilities, tuple(alike))
+
+
+def _as_good(best: Ranked, named: Sequence[Ranked]) -> dict[str, float]:
+    """Return faults of a thermometer that the drift alone speaks for as it does for the best, and their odds.
+
+    Its parity speaks for them too, but too little for a name of their own.
+    """
+    found = {}
+    for item in named:
+        lead = item.value + item.withheld - best.value
+        if item is not best and item.witness > 0.0 and item.withheld > 0.0 and lead > np.log(EQUIVALENT):
+            found[item.cause] = float(np.exp(min(lead, 0.0)))
+    return found
 
 
 def _wanted(standing: Sequence[Ranked]) -> float:

@@ -86,6 +86,8 @@ class Ranked:
     levels : Levels
     witness : float
         What the parity of a faulty thermometer says beyond that of any other.
+    withheld : float
+        Evidence in the drift that does not count for a thermometer's fault, since its parity says too little.
     """
 
     cause: str
@@ -93,6 +95,7 @@ class Ranked:
     best: Scored
     levels: Levels
     witness: float = 0.0
+    withheld: float = 0.0
 
     @property
     def gated(self) -> float:
@@ -272,14 +275,16 @@ class Search:
         A fault of a thermometer must show against the other thermometers too: what the drift says for it counts up to
         `FOLLOWED` times what they say beyond `LEAST_WITNESS`.
         """
-        trial, drift = ranked.best.trial, min(ranked.value, ranked.best.trial.most)
+        trial, whole = ranked.best.trial, min(ranked.value, ranked.best.trial.most)
         parity, sure = self._parities(trial)
+        drift = whole
         if trial.parity is not None and trial.least_parity < 0.0:
             drift = min(drift, FOLLOWED * max(parity - LEAST_WITNESS, 0.0))
         elif trial.parity is not None:
             # every thermometer is late against some other: the parity only seconds what the drift says
             parity = min(parity, max(drift, 0.0))
-        return replace(ranked, value=drift + trial.advantage + parity, witness=sure * (trial.least_parity < 0.0))
+        witness = sure * (trial.least_parity < 0.0)
+        return replace(ranked, value=drift + trial.advantage + parity, witness=witness, withheld=whole - drift)
 
     def _parity(self, trial: Trial) -> float:
         """Return the log evidence of the parity for a trial, less what other sensors show of the same by chance."""

@@ -201,6 +201,19 @@ def test_probabilities_sum_to_one_and_equivalents_are_close() -> None:
     assert decision.probability < 0.95
 
 
+def test_a_fault_that_the_drift_alone_speaks_for_as_well_is_stated() -> None:
+    """Where the parity seconds a thermometer's fault, but too little to name it, it is as good as the name given."""
+    fault = ranked("sensor-drift", 18.0)
+    certain = decided(step(ranked("zero-drift", 40.0), fault), LEAST)
+    stated = [
+        decided(step(ranked("zero-drift", 40.0), replace(fault, witness=witness, withheld=withheld)), LEAST)
+        for witness, withheld in ((4.0, 22.0), (-1.0, 22.0), (4.0, 15.0))
+    ]
+    assert [one.equivalent for one in stated] == [("sensor-drift",), (), ()]
+    assert stated[0].probability == pytest.approx(0.5 * certain.probability)
+    assert stated[1].probability == stated[2].probability == certain.probability
+
+
 def test_something_nameless_far_ahead_is_unexplained() -> None:
     """Flexible columns that lead by far leave no name; a cause close behind them keeps its name.
 

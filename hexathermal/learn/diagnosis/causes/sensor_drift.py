@@ -10,6 +10,7 @@ import numpy as np
 from hexathermal.learn.diagnosis.sensor_model import SensorModel
 from hexathermal.learn.diagnosis.trials import Cause, Parameter, Trial, Workbench
 from hexathermal.machine.leg_repairs import SensorRepair
+from hexathermal.machine.leg_signals import Memory
 from hexathermal.poses import FloatArray
 
 CAUSE = Cause(
@@ -31,6 +32,9 @@ CAUSE = Cause(
     thermal=True,
 )
 
+SLOW_S = 1800.0
+"""A drift that wanders is slower than that; what the others foretell wrong is as quick as heat."""
+
 DECAYS = (1e9, 3.0)
 """The drift keeps its rate from run to run, or loses it within so many runs."""
 
@@ -47,16 +51,24 @@ def trials(bench: Workbench) -> Iterator[Trial]:
             fade = np.exp(-view.channel.run / decay)
             yield Trial(CAUSE.name, -(span * view.time / 3600.0 * fade)[:, None], sensor, "", {"decay_runs": decay},
                         parity=partial(_parity, decay), repair=partial(_repair, model))  # fmt: skip
-        lost = view.once((CAUSE.name, sensor), partial(_told, model)) - view.temperatures(sensor)
         hours = view.time / 3600.0
-        settings = {"decay_runs": DECAYS[0], "rate_K_per_h": -float(hours @ lost / (hours @ hours))}
-        yield Trial(CAUSE.name, (span * lost)[:, None], sensor, "", settings,
-                    parity=partial(_parity, DECAYS[0]), repair=partial(_repair, model))  # fmt: skip
+        for slow in (0.0, SLOW_S):
+            lost = view.once((CAUSE.name, sensor, slow), partial(_lost, model, slow))
+            settings = {"decay_runs": DECAYS[0], "rate_K_per_h": -float(hours @ lost / (hours @ hours))}
+            yield Trial(CAUSE.name, (span * lost)[:, None], sensor, "", settings,
+                        parity=partial(_parity, DECAYS[0]), repair=partial(_repair, model))  # fmt: skip
 
 
-def _told(model: SensorModel) -> FloatArray:
-    """Return what the other sensors foretell in windows, learnt beside a slope in time for each run."""
-    return model.view.windows_zeroed(model.foretold(nuisance=_slopes(model)))
+def _lost(model: SensorModel, slow: float) -> FloatArray:
+    """Return what the other sensors foretell less what is read, behind a low pass, in windows, shape (n,) [K].
+
+    What they foretell is learnt beside a slope in time for each run.
+    """
+    view, found = model.view, []
+    for signals, told in zip(view.signals, model.foretold(nuisance=_slopes(model)), strict=True):
+        lost = told - signals.dT[model.sensor]
+        found.append(Memory().low_pass("lost", signals.time, lost, slow) if slow > 0.0 else lost)
+    return view.windows_zeroed(found)
 
 
 def _slopes(model: SensorModel) -> list[FloatArray]:
