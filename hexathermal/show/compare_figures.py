@@ -164,6 +164,9 @@ def parameters_figure(found: Comparison) -> Figure:
             marker = "<" if one.value < low else ">" if one.value > high else "o"
             axes.plot(np.clip(one.value, low, high), k, marker, color=colour, ms=5.0 if one.named else 3.0, zorder=4,
                       clip_on=False)  # fmt: skip
+            for arrow, edge, beyond in (("<", low, one.low < low), (">", high, one.high > high)):
+                if beyond and marker == "o":
+                    axes.plot(edge, k, arrow, color=colour, ms=4.0, zorder=3, clip_on=False)
             if marker != "o":
                 side = (8, "left") if marker == "<" else (-8, "right")
                 axes.annotate(f"{one.value:.2g}", (np.clip(one.value, low, high), k), (side[0], 0), ha=side[1],
@@ -181,6 +184,6 @@ def parameters_figure(found: Comparison) -> Figure:
         axes.set_xticks([0.2, 0.5, 1.0, 2.0, 5.0], ["0.2", "0.5", "1", "2", "5"])
         axes.minorticks_off()
         axes.set_ylim(-0.6, len(shown) - 0.4)
-        axes.set_xlabel("factor on the bench's number, 95 % interval (grey: too small to be named; red: named)")
+        axes.set_xlabel("factor on the bench's number, 95 % interval (grey: too small to be named; orange: named)")
         axes.set_title(f"{found.title}: the bench's numbers")
     return figure

@@ -13,13 +13,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from hexathermal.learn.diagnosis.rivals import SHAPE_ERROR
 from hexathermal.learn.diagnosis.search import NONE, Ranked, Step
 
 NAMED_PRIOR = 0.75
 """Of the catalogue, against something nameless."""
-
-SHAPE_ERROR = 0.03
-"""Part of the leader's evidence that the error of its shape may make."""
 
 LEAST = 4.5
 """Log evidence that a name needs in any campaign."""

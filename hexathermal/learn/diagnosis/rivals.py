@@ -12,6 +12,9 @@ from hexathermal.learn.diagnosis.evidence import beside
 if TYPE_CHECKING:
     from hexathermal.learn.diagnosis.search import Ranked, Search
 
+SHAPE_ERROR = 0.03
+"""Part of the leader's evidence that the error of its shape may make."""
+
 LITTLE = 0.08
 """What an error of a name's shape may leave, RMS over the noise."""
 
@@ -44,7 +47,8 @@ def with_a_misfit(search: Search, ranked: list[Ranked]) -> list[Ranked]:
     """Return the ranking in which a name leads a smaller one that need only be its misfit.
 
     Any law may leave a small misfit, also in the shape of the leader: that costs what so small an effect may say,
-    `Ranked.gated`. A larger effect that explains more than this beside the leader leads by the rest.
+    `Ranked.gated`. A larger effect that explains more than this beside the leader, and more than the error of the
+    leader's own shape may leave, leads by the rest.
     """
     first = _first_name(ranked)
     if first is None or not first.best.trial.columns.shape[1]:
@@ -53,7 +57,7 @@ def with_a_misfit(search: Search, ranked: list[Ranked]) -> list[Ranked]:
 
 
 def _over(search: Search, item: Ranked, first: Ranked) -> Ranked:
-    """Return a name with the evidence that it has with a misfit in the shape of the first one, where that is more."""
+    """Return a name with the evidence that it has with a misfit in the shape of the first one, where that leads."""
     own = search.system(item.best)
     both = own.extended(first.best.trial.columns, first.best.size)
     noises = first.levels, item.levels
@@ -61,7 +65,8 @@ def _over(search: Search, item: Ranked, first: Ranked) -> Ranked:
         max(search.channel.evidence(base.X, base.sd, levels) for levels in noises)
         for base in (search.system(first.best), both)
     )
-    return replace(item, value=max(item.value, first.value + together - alone - first.gated))
+    lead = together - alone - first.gated - SHAPE_ERROR * first.value
+    return replace(item, value=first.value + lead) if lead > 0.0 else item
 
 
 def _first_name(ranked: list[Ranked]) -> Ranked | None:
