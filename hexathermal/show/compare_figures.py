@@ -184,6 +184,6 @@ def parameters_figure(found: Comparison) -> Figure:
         axes.set_xticks([0.2, 0.5, 1.0, 2.0, 5.0], ["0.2", "0.5", "1", "2", "5"])
         axes.minorticks_off()
         axes.set_ylim(-0.6, len(shown) - 0.4)
-        axes.set_xlabel("factor on the bench's number, 95 % interval (grey: too small to be named; orange: named)")
+        axes.set_xlabel("factor on the bench's number, 95 % interval\n(grey: too small to be named; orange: named)")
         axes.set_title(f"{found.title}: the bench's numbers")
     return figure
