@@ -170,7 +170,7 @@ def test_the_residual_follows_the_leg_that_is_wrong(page: Page) -> None:
     """Of all signals, the temperature of leg 3 stands out, and nothing follows it with the extended machine."""
     said = next(text for tag, text in page.said if tag == "figcaption" and "Most:" in text)
     assert re.search(r"Most: .* follows the temperature of leg 3,", said)
-    before, after = (int(one) for one in re.findall(r"(\d+) %", said))
+    before, after = (int(one) for one in re.findall(r"(\d+)\s%", said))
     assert before > 30
     assert after < 8
 

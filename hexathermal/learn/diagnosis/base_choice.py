@@ -12,7 +12,7 @@ from itertools import combinations
 
 import numpy as np
 
-from hexathermal.learn.diagnosis.deciding import LEAST
+from hexathermal.learn.diagnosis.evidence import LEAST
 from hexathermal.learn.diagnosis.search import base_sizes
 from hexathermal.learn.diagnosis.view import View
 from hexathermal.poses import FloatArray

@@ -14,8 +14,8 @@ from hexathermal.learn.campaign_laws import identify_campaign
 from hexathermal.learn.diagnosis.base_choice import FEWEST_WINDOWS, likelier_sensors
 from hexathermal.learn.diagnosis.causes import catalogue
 from hexathermal.learn.diagnosis.chance import chance_threshold
-from hexathermal.learn.diagnosis.deciding import LEAST, Decision, decided, together
-from hexathermal.learn.diagnosis.evidence import Scored, beside, screened, stacked_columns
+from hexathermal.learn.diagnosis.deciding import Decision, decided, together
+from hexathermal.learn.diagnosis.evidence import LEAST, Scored, beside, screened, stacked_columns
 from hexathermal.learn.diagnosis.foresight import LEAST_SHARE, part_saved, tells_of_one_run, worth
 from hexathermal.learn.diagnosis.pruning import pruned
 from hexathermal.learn.diagnosis.rivals import SHAPE_ERROR

@@ -19,9 +19,6 @@ from hexathermal.learn.diagnosis.search import NONE, Ranked, Step
 NAMED_PRIOR = 0.75
 """Of the catalogue, against something nameless."""
 
-LEAST = 4.5
-"""Log evidence that a name needs in any campaign."""
-
 NONE_AT_MOST = 0.8
 """Most that is said for nothing: of campaigns with something in six of ten, weak effects among them, one in five that
 showed nothing held something (benches looked at meanwhile)."""

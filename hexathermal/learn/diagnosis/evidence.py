@@ -27,6 +27,9 @@ from hexathermal.poses import FloatArray
 RHO = np.array([0.25, 0.5, 1.0, 2.0, 4.0])
 """Prior sizes of what stays visible of an effect, over the noise."""
 
+LEAST = 4.5
+"""Log evidence that a name needs in any campaign."""
+
 START = 0.7
 """What had not come to rest before the runs, over what they themselves do: both are of one room."""
 

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from hexathermal.learn.diagnosis.evidence import beside
+from hexathermal.learn.diagnosis.evidence import LEAST, beside
 
 if TYPE_CHECKING:
     from hexathermal.learn.diagnosis.search import Ranked, Search
@@ -48,10 +48,11 @@ def with_a_misfit(search: Search, ranked: list[Ranked]) -> list[Ranked]:
 
     Any law may leave a small misfit, also in the shape of the leader: that costs what so small an effect may say,
     `Ranked.gated`. A larger effect that explains more than this beside the leader, and more than the error of the
-    leader's own shape may leave, leads by the rest.
+    leader's own shape may leave, leads by the rest. Where the leader itself may be no more than such a misfit, the null
+    has it as well, and nothing is gained.
     """
     first = _first_name(ranked)
-    if first is None or not first.best.trial.columns.shape[1]:
+    if first is None or first.gated < LEAST or not first.best.trial.columns.shape[1]:
         return ranked
     return [_over(search, item, first) if item.named and item.gated > first.gated else item for item in ranked]
 

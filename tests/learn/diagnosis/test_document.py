@@ -13,7 +13,7 @@ from hexathermal.errors import ArgumentError, UnknownNameError
 from hexathermal.learn.campaign_files import load_campaign
 from hexathermal.learn.diagnosis import Diagnosis, diagnose
 from hexathermal.learn.diagnosis.causes import catalogue
-from hexathermal.learn.diagnosis.deciding import LEAST
+from hexathermal.learn.diagnosis.evidence import LEAST
 from hexathermal.simulate.hidden.drawing import campaign_of
 from hexathermal.simulate.hidden.writing import write_campaign
 

@@ -13,8 +13,9 @@ from hexathermal.learn.diagnosis import chance
 from hexathermal.learn.diagnosis.chance import FALSE_ALARMS, chance_threshold
 from hexathermal.learn.diagnosis.channels import Channel, Levels
 from hexathermal.learn.diagnosis.course import Found, _mopped_up
-from hexathermal.learn.diagnosis.deciding import LEAST, SOUND, Decision, decided
+from hexathermal.learn.diagnosis.deciding import SOUND, Decision, decided
 from hexathermal.learn.diagnosis.evidence import (
+    LEAST,
     RHO,
     TOLERATED,
     Base,

@@ -11,8 +11,8 @@ import numpy as np
 import pytest
 
 from hexathermal.learn.diagnosis.chance import chance_threshold
-from hexathermal.learn.diagnosis.deciding import LEAST, Decision, decided
-from hexathermal.learn.diagnosis.evidence import visible
+from hexathermal.learn.diagnosis.deciding import Decision, decided
+from hexathermal.learn.diagnosis.evidence import LEAST, visible
 from hexathermal.learn.diagnosis.limits import limits_of
 from hexathermal.learn.diagnosis.result import Confusion, Limit
 from hexathermal.learn.diagnosis.stage import Stage
