@@ -156,10 +156,7 @@ def searched(
     first = stage = Stage(view_of(campaign, rows, law.sensors))
     _refuse_too_little(first)
     said(1, MOST_EFFECTS + 2, "trying causes")
-    step = stage.step
-    seed = int.from_bytes(hashlib.sha256(first.channel.y.tobytes()).digest()[:4], "little")
-    chance = chance_threshold(first.channel, first.base, step.levels, first.search.trials, first.search.largest, seed)
-    threshold = max(LEAST, chance)
+    threshold = _threshold(first)
     stage = _tolerant(stage, threshold)
     step = stage.step
     steps, found, stages, refused = [step], list[Found](), list[Stage](), list[Ranked]()
@@ -200,6 +197,13 @@ def searched(
         stage, steps, stages, found, decision = stages[0], steps[:1], [], [], alone
     course = Course(first, stage, tuple(stages), tuple(steps), tuple(found), decision, threshold, tuple(refused))
     return _asked_again(course)
+
+
+def _threshold(first: Stage) -> float:
+    """Return the log evidence that a name needs in a campaign: what chance says of its noise now and then, or more."""
+    channel, search = first.channel, first.search
+    seed = int.from_bytes(hashlib.sha256(channel.y.tobytes()).digest()[:4], "little")
+    return max(LEAST, chance_threshold(channel, first.base, first.step.levels, search.trials, search.largest, seed))
 
 
 def _asked_again(course: Course) -> Course:
