@@ -74,9 +74,14 @@ class Stage:
 
     @cached_property
     def bench(self) -> Workbench:
-        """What trials are built from, with the law as it fits at first."""
-        coefficients, _ = self.fit(self.levels)
-        return Workbench(self.view, coefficients[: self.view.base_columns.shape[1]], self.levels.rms, self.models)
+        """What trials are built from, with the law that runs left out speak for.
+
+        Weights by the noise alone look at what is quick, and there noisy readings make a law too small.
+        """
+        coefficients, _ = self.law
+        left = self.channel.y - self.predicted(coefficients)
+        noise = min(self.levels.rms, float(np.sqrt(np.average(left**2, weights=self.channel.rows))))
+        return Workbench(self.view, coefficients[: self.view.base_columns.shape[1]], noise, self.models)
 
     @cached_property
     def _plain(self) -> tuple[FloatArray, FloatArray]:

@@ -30,7 +30,8 @@ ASKED = 5
 """Thermometers outside the law that are asked for their bias."""
 
 FEIGNED = 0.3
-"""Part of the thermometers' errors that may look like a cause: most of it looks like a slow process."""
+"""Part of the thermometers' slow bias that may look like a cause: most of it looks like a slow process. Steps of the
+recording count whole: they are the error of anything that goes smoothly."""
 
 FEIGNED_NOISE, MOST_FEIGNED = 2.0, 1.5
 """Part of their noise, times what it is of all noise, that may look like a cause, and the most: where readings scatter
@@ -215,13 +216,13 @@ class Workbench:
             model = self.model(sensor)
             bias = USUAL_BIAS_K if model is None else min(model.null[0].slow, self.usual_bias)
             step, noise = self.view.once(("reading", sensor), partial(_reading, self.view, sensor))
-            error = np.hypot(bias, step / np.sqrt(12.0))
+            error = np.hypot(FEIGNED * bias, step / np.sqrt(12.0))
             span = float(np.sqrt((self.slopes_span(sensor) ** 2).mean()))
             parts.append(self.slopes[sensor] * span * error)
             noises.append(self.slopes[sensor] * span * noise * self.view.noise_left)
         whole = float(np.linalg.norm(noises))
         lured = whole * min(MOST_FEIGNED, FEIGNED_NOISE * whole / self.noise)
-        return float(np.hypot(FEIGNED * np.linalg.norm(parts), lured))
+        return float(np.hypot(np.linalg.norm(parts), lured))
 
     def slopes_span(self, sensor: str) -> FloatArray:
         """Return ``q0 + ratio q`` of a sensor of the law in windows [m]."""
