@@ -13,6 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
+from hexathermal.errors import ArgumentError
 from hexathermal.learn.gram import Grams
 from hexathermal.learn.selection import RankedSets, SetFits, fit_sets, sets_of
 from hexathermal.poses import FloatArray
@@ -87,6 +88,11 @@ def _decide(single: FloatArray, double: FloatArray, rows: npt.NDArray[np.int64])
     """Return the decision from mean square errors on runs left out, shapes (R, K1) and (R, K2)."""
     part = rows / rows.sum()
     one, two = part @ single, part @ double
+    if not np.isfinite(one).any():
+        raise ArgumentError(
+            "no sensor's law can be judged on runs left out: in all runs but one the temperatures hardly leave their "
+            "zero, or q does not; record longer runs with moves"
+        )
     s = int(np.nanargmin(one))
     if not np.isfinite(two).any():
         return _Decision(False, s, -1, float("nan"), float("nan"))

@@ -195,6 +195,14 @@ def _enough(X: Sequence[FloatArray], windows: WindowSet) -> None:
             "the chosen sensors' columns depend on each other: their coefficients cannot be told apart; choose fewer "
             "sensors, or record a campaign in which q and the temperatures change independently"
         )
+    for k, own in enumerate(X):
+        others = [item for other, item in enumerate(X) if other != k]
+        if others and np.linalg.matrix_rank(np.concatenate(others) / size, tol=1e-9 * float(sizes[0])) < p:
+            raise ArgumentError(
+                f"one run alone, of {len(own)} windows of rest, tells the law's {p} coefficients: in all others the "
+                "temperatures hardly leave their zero, or q does not, so that nothing can be judged on runs left out; "
+                "record longer runs with moves, or choose fewer sensors"
+            )
 
 
 def _solution(parts: Sequence[NormalEquations], corrected: bool) -> FloatArray:

@@ -136,3 +136,13 @@ def test_wrong_wishes_are_refused(rng: np.random.Generator) -> None:
         identify(lambda: blocks, SENSORS, LEG, wanted="T07,T07")
     with pytest.raises(ArgumentError, match="can be told apart"):
         identify(lambda: [cut(blocks[:1], 4)[0]], SENSORS, LEG, wanted="T07")
+
+
+@pytest.mark.parametrize("wanted", ["T07", "auto"])
+def test_one_run_that_tells_all_is_too_little(wanted: str, rng: np.random.Generator) -> None:
+    """Where the rod stays at its zero in all runs but one, nothing can be judged on runs left out: that is said."""
+    blocks = drawn_leg(rng, runs=4)
+    still = [block if block.run == blocks[0].run else dataclasses.replace(block, q=np.zeros_like(block.time))
+             for block in blocks]  # fmt: skip
+    with pytest.raises(ArgumentError, match="judged on runs left out"):
+        identify(_given(still), SENSORS, LEG, wanted=wanted, sizes=(1, 2))
