@@ -16,7 +16,7 @@ from hexathermal.errors import ArgumentError
 from hexathermal.learn.campaign import Block, Campaign
 from hexathermal.learn.campaign_dataset import fingerprint
 from hexathermal.learn.cleaning import parts_of, usable_blocks
-from hexathermal.learn.cleaning_record import CleaningRecord
+from hexathermal.learn.cleaning_record import CleaningRecord, cleaning_words
 from hexathermal.learn.identification import AUTO, Identification, Passing, identify
 from hexathermal.learn.law import IdentifiedLaw, Origin
 from hexathermal.learn.signals import RunRows
@@ -37,19 +37,9 @@ class _Passed:
 
     def notes(self) -> tuple[str, ...]:
         """Return what cleaning did, in words; nothing where it did nothing."""
-        counts: dict[str, int] = {}
-        for record in self.records.values():
-            for item in record.steps:
-                counts[item.step] = counts.get(item.step, 0) + item.count
-        rows, used = (sum(getattr(record, name) for record in self.records.values()) for name in ("rows", "used"))
-        notes = [f"run {record.run} has no usable row: {record.why_rows}" for record in self.records.values()
-                 if not record.used]  # fmt: skip
-        if counts:
-            words = ", ".join(f"{step} {count}" for step, count in counts.items())
-            notes.append(
-                f"{used} of {rows} rows are usable; cleaning: {words} ('hexathermal check' says where and why)"
-            )
-        return tuple(notes)
+        records = tuple(self.records.values())
+        notes = [f"run {record.run} has no usable row: {record.why_rows}" for record in records if not record.used]
+        return (*notes, *cleaning_words(records))
 
     def add(self, sensors: Sequence[str], values: FloatArray) -> None:
         """Add rows, shape (n, s)."""

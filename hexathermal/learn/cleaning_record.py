@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import asdict, dataclass
 from typing import Any
 
@@ -94,6 +95,18 @@ class CleaningRecord:
     def as_data(self) -> dict[str, Any]:
         """Return the record as plain values."""
         return {key: _plain(value) for key, value in asdict(self).items()}
+
+
+def cleaning_words(records: Sequence[CleaningRecord]) -> tuple[str, ...]:
+    """Return what cleaning did to some runs together, in words; nothing where it did nothing."""
+    counts: dict[str, int] = {}
+    for item in (item for record in records for item in record.steps):
+        counts[item.step] = counts.get(item.step, 0) + item.count
+    if not counts:
+        return ()
+    rows, used = (sum(getattr(record, name) for record in records) for name in ("rows", "used"))
+    words = ", ".join(f"{step} {count}" for step, count in counts.items())
+    return (f"{used} of {rows} rows are usable; cleaning: {words} ('hexathermal check' says where and why)",)
 
 
 def _plain(value: Any) -> Any:

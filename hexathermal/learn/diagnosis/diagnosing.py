@@ -8,6 +8,7 @@ from dataclasses import replace
 import numpy as np
 
 from hexathermal.learn.campaign import Campaign
+from hexathermal.learn.cleaning_record import HARMLESS, cleaning_words
 from hexathermal.learn.diagnosis.causes import catalogue
 from hexathermal.learn.diagnosis.course import Course, Progress, base_law, searched
 from hexathermal.learn.diagnosis.extension import extended_law, gained, reachable
@@ -78,7 +79,7 @@ def diagnose(
         verdict, probability, effects, follows, candidates, base, extended, gained(base, extended, seen, read),
         reachable(campaign, last, held, base.sensors), last.levels, course.threshold, limits, confusions,
         next_experiments(course, confusions, candidates), run_residuals(campaign, course, rows, held, base, extended),
-        campaign.title, (*_notes(course), *_unseen(course, rows, mute)),
+        campaign.title, (*_notes(course), *_unseen(course, rows, mute), *_cleaned((*rows, *judged))),
     )  # fmt: skip
 
 
@@ -140,6 +141,13 @@ def _unseen(course: Course, rows: Sequence[RunRows], mute: Sequence[str]) -> lis
     if lost:
         notes.append(f"not looked for, since this campaign does not record what would show them: {', '.join(lost)}")
     return notes
+
+
+def _cleaned(rows: Sequence[RunRows]) -> tuple[str, ...]:
+    """Return what cleaning did where it did more than leave out movements and doubles."""
+    records = [one.record for one in rows]
+    eventful = any(step.step not in HARMLESS for record in records for step in record.steps)
+    return cleaning_words(records) if eventful else ()
 
 
 def _aliases(course: Course) -> list[str]:

@@ -161,9 +161,11 @@ def _sentence(
     if "offset_s" in parameters and parameters["offset_s"].value < 0.0:
         words = words.replace("runs ahead of", "runs behind")
     parts = [f"{SPOKEN.get(name, name)} {told(one)}" for name, one in parameters.items() if name in SPOKEN]
+    if "run" in settings and settings["run"] != target:
+        parts.insert(0, f"in {settings['run']}")
     inside = f" ({'; '.join(parts)})" if parts else ""
     return (
-        f"The residual is {cause}{inside}: {words}; {visible * UM:.2g} um of it stay visible when the law is refitted."
+        f"The residual is {cause}{inside}: {words}; {visible * UM:.2g} um of it stays visible when the law is refitted."
     )
 
 
