@@ -25,7 +25,8 @@ def next_experiments(
     if course.found:
         leader = names[0]
         rivals = tuple(dict.fromkeys(one.cause for one in names[1:] if one.cause != leader.cause))[:2]
-        found.append(Experiment(known[leader.cause].CAUSE.experiment, (leader.cause, *rivals), leader.evidence))
+        words = _where(known[leader.cause].CAUSE.experiment, leader)
+        found.append(Experiment(words, (leader.cause, *rivals), leader.evidence))
     for pair in confusions:
         for cause in pair.causes:
             words = known[cause].CAUSE.experiment
@@ -36,3 +37,11 @@ def next_experiments(
         if all(words != other.words for other in found) and len(found) < MOST:
             found.append(Experiment(words, (one.cause,), course.threshold))
     return tuple(found)
+
+
+def _where(words: str, leader: Candidate) -> str:
+    """Return an experiment with the thermometers that it is about."""
+    if leader.target is None:
+        return words
+    pair = f"{leader.target} or {leader.settings['other']}" if "other" in leader.settings else leader.target
+    return words.replace("that thermometer", leader.target).replace("one of the two", pair)

@@ -53,6 +53,9 @@ SPOKEN = {
 HIDDEN = ("ratio", "path_m", "stroke_share", "decay_runs", "order", "power", "reference_degC", "weights")
 """Settings of shapes that say nothing to a reader."""
 
+LONG_S = 300.0
+"""Longer times are told in minutes."""
+
 WORKSHOP: dict[str, tuple[str, float]] = {
     "1/K": ("um/m/K", 1e6),
     "1/K^2": ("um/m/K^2", 1e6),
@@ -174,8 +177,11 @@ def told(one: Quantity) -> str:
 
     >>> told(Quantity(0.31294, 0.0213, "um")), told(Quantity(9.66e-07, 6e-08, "1/K"))
     ('0.313 ± 0.021 um', '0.966 ± 0.060 um/m/K')
+    >>> told(Quantity(1920.0, 280.0, "s"))
+    '32.0 ± 4.7 min'
     """
-    unit, factor = WORKSHOP.get(one.unit, (one.unit, 1.0))
+    long = one.unit == "s" and abs(one.value) >= LONG_S
+    unit, factor = ("min", 1.0 / 60.0) if long else WORKSHOP.get(one.unit, (one.unit, 1.0))
     one = Quantity(one.value * factor, one.std * factor, unit)
     if not np.isfinite(one.std) or one.std <= 0.0:
         return f"{one.value:.3g} {one.unit}".rstrip()
