@@ -37,6 +37,7 @@ CONSTANTS = {
         "NAME_LEAD",
         "NAME_SHARE",
         "NAME_AHEAD",
+        "AHEAD_SHARE",
         "LEAST_NAMED",
         "NONE_AT_MOST",
         "SOUND",

@@ -30,14 +30,18 @@ NAME_LEAD, NAME_SHARE = 0.5, 0.01
 """A cause may be that far behind flexible columns, which imitate any shape, and by this part of what they say besides,
 and still be the name."""
 
-NAME_AHEAD = 0.5
-"""Of one column without a name, which imitates nothing, it must be that far ahead."""
+NAME_AHEAD, AHEAD_SHARE = 0.5, 0.1
+"""Of one column without a name, which imitates nothing, it must be that far ahead, and by this part of what that says:
+the shape of either may be a little wrong."""
 
 IMITATED = 0.6
 """Part of what is nameless that counts for a name which is given although something nameless fits as well."""
 
 ALIKE = 0.7
 """Names with this share of the first one's probability are as good: the larger effect is the first."""
+
+EVEN = 0.5
+"""Probability of something without a name that a name is hardly ahead of: six of ten such had none."""
 
 LEAST_NAMED = 0.25
 """Least probability of a name: below, what is there has none."""
@@ -98,7 +102,7 @@ def decided(step: Step, threshold: float) -> Decision:
         as_good = ALIKE * probabilities[names[0].cause]
         best = max((item for item in names if probabilities[item.cause] >= as_good), key=lambda item: item.gated)
     elif best.named:
-        best = next(item for item in standing if not item.named)
+        return _handed(standing, probabilities)
     if best.named and probabilities[best.cause] < LEAST_NAMED:
         best = max(nameless, key=lambda item: item.value, default=best)
     if not best.named:
@@ -114,6 +118,12 @@ def decided(step: Step, threshold: float) -> Decision:
     ]
     alike += [name for name in faults if name not in alike]
     return Decision(best, own / (1.0 + sum(faults.values())), probabilities, tuple(alike))
+
+
+def _handed(standing: Sequence[Ranked], probabilities: dict[str, float]) -> Decision:
+    """Return the verdict for what has no name, behind a name that is not far enough ahead of it: as likely as that."""
+    best = next(item for item in standing if not item.named)
+    return Decision(best, max(EVEN, probabilities[best.cause]), probabilities, ())
 
 
 def _as_good(best: Ranked, named: Sequence[Ranked]) -> dict[str, float]:
@@ -133,7 +143,8 @@ def _wanted(standing: Sequence[Ranked]) -> float:
     """Return the log evidence that a name needs among what stands, so that what has no name is no better."""
     best = standing[0]
     wanted = best.value - (NAME_LEAD + NAME_SHARE * best.value) * (not best.named and not _alone(best))
-    return max([wanted, *(item.value + NAME_AHEAD for item in standing if not item.named and _alone(item))])
+    alone = [item.value for item in standing if not item.named and _alone(item)]
+    return max([wanted, *(NAME_AHEAD + (1.0 + AHEAD_SHARE) * value for value in alone)])
 
 
 def _alone(item: Ranked) -> bool:
