@@ -18,8 +18,9 @@ from hexathermal.learn.diagnosis.deciding import Decision, decided, together
 from hexathermal.learn.diagnosis.evidence import LEAST, Scored, beside, screened, stacked_columns
 from hexathermal.learn.diagnosis.foresight import LEAST_SHARE, part_saved, tells_of_one_run, worth
 from hexathermal.learn.diagnosis.pruning import pruned
+from hexathermal.learn.diagnosis.ranking import Ranked, Step
 from hexathermal.learn.diagnosis.rivals import SHAPE_ERROR
-from hexathermal.learn.diagnosis.search import REPEATED, Ranked, Step
+from hexathermal.learn.diagnosis.search import REPEATED
 from hexathermal.learn.diagnosis.stage import Stage, view_of
 from hexathermal.learn.diagnosis.trials import Trial
 from hexathermal.learn.law import IdentifiedLaw

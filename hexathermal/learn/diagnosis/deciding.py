@@ -13,8 +13,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from hexathermal.learn.diagnosis.ranking import NONE, Ranked, Step
 from hexathermal.learn.diagnosis.rivals import SHAPE_ERROR
-from hexathermal.learn.diagnosis.search import NONE, Ranked, Step
 
 NAMED_PRIOR = 0.75
 """Of the catalogue, against something nameless."""

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from hexathermal.learn.diagnosis.search import Ranked
+from hexathermal.learn.diagnosis.ranking import Ranked
 from hexathermal.learn.diagnosis.stage import Stage
 from hexathermal.poses import FloatArray
 

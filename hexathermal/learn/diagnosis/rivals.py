@@ -2,15 +2,17 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import replace
-from typing import TYPE_CHECKING
 
 import numpy as np
 
-from hexathermal.learn.diagnosis.evidence import LEAST, beside
+from hexathermal.learn.diagnosis.channels import Channel
+from hexathermal.learn.diagnosis.evidence import LEAST, Base, Scored, beside
+from hexathermal.learn.diagnosis.ranking import Ranked
 
-if TYPE_CHECKING:
-    from hexathermal.learn.diagnosis.search import Ranked, Search
+System = Callable[[Scored], Base]
+"""Gives the base with a trial in it."""
 
 SHAPE_ERROR = 0.03
 """Part of the leader's evidence that the error of its shape may make."""
@@ -19,7 +21,7 @@ LITTLE = 0.08
 """What an error of a name's shape may leave, RMS over the noise."""
 
 
-def nameless_bounded(search: Search, ranked: list[Ranked]) -> list[Ranked]:
+def nameless_bounded(channel: Channel, system: System, ranked: list[Ranked]) -> list[Ranked]:
     """Return the ranking in which what is nameless leads a name only as far as it shows beside that name.
 
     A name whose shape is a little wrong leaves a little: the lead of anything that takes that too is bounded as
@@ -28,14 +30,14 @@ def nameless_bounded(search: Search, ranked: list[Ranked]) -> list[Ranked]:
     best = _first_name(ranked)
     if best is None:
         return ranked
-    base, own = search.system(best.best), best.best.trial
+    base, own = system(best.best), best.best.trial
     law = np.column_stack([base.X[:, : base.plain], own.columns])
     found = []
     for item in ranked:
         if not item.named and item.value > best.value:
             trial = item.best.trial
             both = base.extended(trial.columns, item.best.size)
-            _, mean, _ = search.channel.solved(both.X, both.sd, item.levels)
+            _, mean, _ = channel.solved(both.X, both.sd, item.levels)
             taken = beside(trial.columns, law) @ mean[len(mean) - trial.columns.shape[1] :]
             lead = 0.5 * float((taken**2).mean()) / (LITTLE * item.levels.rms) ** 2
             item = replace(item, value=min(item.value, best.value + lead))
@@ -43,7 +45,7 @@ def nameless_bounded(search: Search, ranked: list[Ranked]) -> list[Ranked]:
     return found
 
 
-def with_a_misfit(search: Search, ranked: list[Ranked]) -> list[Ranked]:
+def with_a_misfit(channel: Channel, system: System, ranked: list[Ranked]) -> list[Ranked]:
     """Return the ranking in which a name leads a smaller one that need only be its misfit.
 
     Any law may leave a small misfit, also in the shape of the leader: that costs what so small an effect may say,
@@ -54,17 +56,16 @@ def with_a_misfit(search: Search, ranked: list[Ranked]) -> list[Ranked]:
     first = _first_name(ranked)
     if first is None or first.gated < LEAST or not first.best.trial.columns.shape[1]:
         return ranked
-    return [_over(search, item, first) if item.named and item.gated > first.gated else item for item in ranked]
+    return [_over(channel, system, item, first) if item.named and item.gated > first.gated else item for item in ranked]
 
 
-def _over(search: Search, item: Ranked, first: Ranked) -> Ranked:
+def _over(channel: Channel, system: System, item: Ranked, first: Ranked) -> Ranked:
     """Return a name with the evidence that it has with a misfit in the shape of the first one, where that leads."""
-    own = search.system(item.best)
+    own = system(item.best)
     both = own.extended(first.best.trial.columns, first.best.size)
     noises = first.levels, item.levels
     alone, together = (
-        max(search.channel.evidence(base.X, base.sd, levels) for levels in noises)
-        for base in (search.system(first.best), both)
+        max(channel.evidence(base.X, base.sd, levels) for levels in noises) for base in (system(first.best), both)
     )
     lead = together - alone - first.gated - SHAPE_ERROR * first.value
     return replace(item, value=first.value + lead) if lead > 0.0 else item

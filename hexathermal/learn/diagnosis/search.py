@@ -16,16 +16,15 @@ from hexathermal.learn.diagnosis.evidence import (
     Terms,
     changed_base,
     mean_log,
-    relevance,
     screened,
     terms_of,
 )
+from hexathermal.learn.diagnosis.ranking import Ranked, Step
 from hexathermal.learn.diagnosis.rivals import nameless_bounded, with_a_misfit
 from hexathermal.learn.diagnosis.trials import PREFIX, Trial, Workbench
 from hexathermal.learn.diagnosis.unexplained import THERMAL, flexible_trials
 from hexathermal.poses import FloatArray
 
-NONE = "none"
 LEADERS = 7
 """Causes whose noise is fitted anew."""
 
@@ -49,9 +48,6 @@ BYSTANDERS = 8
 USUAL, UNUSUAL = 0.8, 2.0
 """Quantile of the bystanders, or their mean and so many of their standard deviations, that counts as chance."""
 
-SURE_WITNESS = 25.0
-"""What the parity of a sensor shows beyond that of any other may be chance up to this."""
-
 MOST_PARITY = 150.0
 """Most that the parity says for or against a fault."""
 
@@ -71,64 +67,6 @@ MENDED = 3
 
 TRIFLE = 0.3
 """Log evidence by which new noise must help the null for everything to be screened again."""
-
-
-@dataclass(frozen=True, eq=False)
-class Ranked:
-    """A cause after the noise was fitted for it.
-
-    Attributes
-    ----------
-    cause : str
-    value : float
-        Log evidence less that of the null.
-    best : Scored
-    levels : Levels
-    witness : float
-        What the parity of a faulty thermometer says beyond that of any other.
-    withheld : float
-        Evidence in the drift that does not count for a thermometer's fault, since its parity says too little.
-    """
-
-    cause: str
-    value: float
-    best: Scored
-    levels: Levels
-    witness: float = 0.0
-    withheld: float = 0.0
-
-    @property
-    def gated(self) -> float:
-        """The evidence against a null that tolerates a small misfit of the same shape in the drift.
-
-        What the parity of this thermometer alone shows beyond `SURE_WITNESS` is no misfit of the drift.
-        """
-        small = relevance(self.best.visible, self.levels.rms, self.best.trial.feigned)
-        return min(self.value, small + max(self.witness - SURE_WITNESS, 0.0))
-
-    @property
-    def named(self) -> bool:
-        """Whether it is a cause of the catalogue."""
-        return self.best.trial.named
-
-
-@dataclass(frozen=True, eq=False)
-class Step:
-    """What one step found.
-
-    Attributes
-    ----------
-    ranking : tuple of Ranked
-        Causes and nameless ones, best first.
-    levels : Levels
-        Noise of the null.
-    null : float
-        Its log evidence.
-    """
-
-    ranking: tuple[Ranked, ...]
-    levels: Levels
-    null: float
 
 
 @dataclass(eq=False)
@@ -210,7 +148,9 @@ class Search:
             levels, null = pool[better], nulls[better]
             if gained < TRIFLE:
                 break
-        believed = with_a_misfit(self, nameless_bounded(self, list(ranked.values())))
+        believed = with_a_misfit(
+            self.channel, self.system, nameless_bounded(self.channel, self.system, list(ranked.values()))
+        )
         order = tuple(sorted(believed, key=lambda item: -item.value))
         return Step(order, levels, null)
 

@@ -12,8 +12,9 @@ import numpy as np
 from hexathermal.learn.campaign import Campaign
 from hexathermal.learn.diagnosis.channels import Channel, Levels
 from hexathermal.learn.diagnosis.evidence import Base, Scored
+from hexathermal.learn.diagnosis.ranking import Ranked, Step
 from hexathermal.learn.diagnosis.recorded import silent_inputs, silent_sensors, without_inputs
-from hexathermal.learn.diagnosis.search import FORETOLD, REPEATED, TWINS, Ranked, Search, Step, all_trials, base_sizes
+from hexathermal.learn.diagnosis.search import FORETOLD, REPEATED, TWINS, Search, all_trials, base_sizes
 from hexathermal.learn.diagnosis.sensor_model import SensorModel, sensor_model
 from hexathermal.learn.diagnosis.trials import Trial, Workbench
 from hexathermal.learn.diagnosis.view import View

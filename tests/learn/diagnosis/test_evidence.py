@@ -25,7 +25,8 @@ from hexathermal.learn.diagnosis.evidence import (
     screened,
     visible,
 )
-from hexathermal.learn.diagnosis.search import NONE, STEP_ALONE, SURE_WITNESS, Ranked, Search, Step
+from hexathermal.learn.diagnosis.ranking import NONE, SURE_WITNESS, Ranked, Step
+from hexathermal.learn.diagnosis.search import STEP_ALONE, Search
 from hexathermal.learn.diagnosis.trials import Trial
 from hexathermal.poses import FloatArray
 from tests.learn.diagnosis.noises import LEVELS, channel_like, dense, noisy

@@ -9,8 +9,9 @@ import pytest
 
 from hexathermal.learn.diagnosis.channels import Levels
 from hexathermal.learn.diagnosis.evidence import Base
+from hexathermal.learn.diagnosis.ranking import Ranked
 from hexathermal.learn.diagnosis.rivals import with_a_misfit
-from hexathermal.learn.diagnosis.search import Ranked, Search
+from hexathermal.learn.diagnosis.search import Search
 from hexathermal.learn.diagnosis.trials import Trial
 from tests.learn.diagnosis.noises import channel_like, noisy
 
@@ -36,5 +37,5 @@ def test_a_large_name_with_a_small_misfit_leads(
     scored = search.scored(SHARP, [Trial("creep", quick), Trial("scale-error", slow)])
     before = [Ranked(item.trial.cause, item.value, item, SHARP) for item in scored]
     assert max(before, key=lambda item: item.value).cause == "creep"
-    after = with_a_misfit(search, before)
+    after = with_a_misfit(search.channel, search.system, before)
     assert max(after, key=lambda item: item.value).cause == leads

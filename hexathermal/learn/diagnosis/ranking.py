@@ -1,0 +1,72 @@
+"""What a step of the search hands on: causes with their evidence, each at the noise that was fitted for it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from hexathermal.learn.diagnosis.channels import Levels
+from hexathermal.learn.diagnosis.evidence import Scored, relevance
+
+NONE = "none"
+"""That nothing is there, among the hypotheses."""
+
+SURE_WITNESS = 25.0
+"""What the parity of a sensor shows beyond that of any other may be chance up to this."""
+
+
+@dataclass(frozen=True, eq=False)
+class Ranked:
+    """A cause after the noise was fitted for it.
+
+    Attributes
+    ----------
+    cause : str
+    value : float
+        Log evidence less that of the null.
+    best : Scored
+    levels : Levels
+    witness : float
+        What the parity of a faulty thermometer says beyond that of any other.
+    withheld : float
+        Evidence in the drift that does not count for a thermometer's fault, since its parity says too little.
+    """
+
+    cause: str
+    value: float
+    best: Scored
+    levels: Levels
+    witness: float = 0.0
+    withheld: float = 0.0
+
+    @property
+    def gated(self) -> float:
+        """The evidence against a null that tolerates a small misfit of the same shape in the drift.
+
+        What the parity of this thermometer alone shows beyond `SURE_WITNESS` is no misfit of the drift.
+        """
+        small = relevance(self.best.visible, self.levels.rms, self.best.trial.feigned)
+        return min(self.value, small + max(self.witness - SURE_WITNESS, 0.0))
+
+    @property
+    def named(self) -> bool:
+        """Whether it is a cause of the catalogue."""
+        return self.best.trial.named
+
+
+@dataclass(frozen=True, eq=False)
+class Step:
+    """What one step found.
+
+    Attributes
+    ----------
+    ranking : tuple of Ranked
+        Causes and nameless ones, best first.
+    levels : Levels
+        Noise of the null.
+    null : float
+        Its log evidence.
+    """
+
+    ranking: tuple[Ranked, ...]
+    levels: Levels
+    null: float
