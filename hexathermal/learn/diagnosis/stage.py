@@ -75,14 +75,20 @@ class Stage:
 
     @cached_property
     def bench(self) -> Workbench:
-        """What trials are built from, with the law that runs left out speak for.
+        """What trials are built from, with the law as it fits at first.
 
-        Weights by the noise alone look at what is quick, and there noisy readings make a law too small.
+        Weights by the noise look at what is quick. There the readings of a part, whose micrometres for a kelvin are ten
+        times a leg's, are mostly noise, which makes a law too small: of a part it is the law that runs left out speak
+        for.
         """
-        coefficients, _ = self.law
-        left = self.channel.y - self.predicted(coefficients)
-        noise = min(self.levels.rms, float(np.sqrt(np.average(left**2, weights=self.channel.rows))))
-        return Workbench(self.view, coefficients[: self.view.base_columns.shape[1]], noise, self.models)
+        p, noise = self.view.base_columns.shape[1], self.levels.rms
+        if self.view.kind == "leg":
+            coefficients, _ = self.fit(self.levels)
+        else:
+            coefficients, _ = self.law
+            left = self.channel.y - self.predicted(coefficients)
+            noise = min(noise, float(np.sqrt(np.average(left**2, weights=self.channel.rows))))
+        return Workbench(self.view, coefficients[:p], noise, self.models)
 
     @cached_property
     def _plain(self) -> tuple[FloatArray, FloatArray]:
