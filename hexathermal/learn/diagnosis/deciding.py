@@ -30,7 +30,7 @@ NAME_LEAD, NAME_SHARE = 0.5, 0.01
 """A cause may be that far behind flexible columns, which imitate any shape, and by this part of what they say besides,
 and still be the name."""
 
-NAME_AHEAD, AHEAD_SHARE = 0.5, 0.1
+NAME_AHEAD, AHEAD_SHARE = 0.5, 0.05
 """Of one column without a name, which imitates nothing, it must be that far ahead, and by this part of what that says:
 the shape of either may be a little wrong."""
 
