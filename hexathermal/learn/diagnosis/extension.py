@@ -15,7 +15,9 @@ from hexathermal.learn.campaign import Block, Campaign
 from hexathermal.learn.campaign_laws import role_blocks
 from hexathermal.learn.diagnosis.channels import sums_without
 from hexathermal.learn.diagnosis.stage import Stage, mended, view_of
+from hexathermal.learn.fitting import prediction_factor
 from hexathermal.learn.law import IdentifiedLaw
+from hexathermal.learn.noise import ResidualNoise
 from hexathermal.learn.signals import RunRows
 from hexathermal.learn.validation import LandingsJudged, landings_judged
 from hexathermal.learn.validation_gain import Gain, gain
@@ -27,6 +29,7 @@ from hexathermal.poses import FloatArray
 def extended_law(law: IdentifiedLaw, stage: Stage) -> IdentifiedLaw:
     """Return the law with everything that joined at a stage; coefficients and amplitudes are fitted together.
 
+    Its noise, and with it the intervals of what it predicts, are those of what it leaves, not of what the law left.
     A step of the zero belongs to one run: it frees the coefficients of it, and joins no law.
     """
     if not stage.joined and not stage.repairs:
@@ -43,8 +46,18 @@ def extended_law(law: IdentifiedLaw, stage: Stage) -> IdentifiedLaw:
             kept += own
     joint = covariance[np.ix_(kept, kept)]
     joint = 0.5 * (joint + joint.T)
+    levels = stage.levels
+    noise = ResidualNoise(levels.white, levels.landing, levels.slow, levels.slow_time, levels.offset)
     return replace(law, coefficients=mean[:p], covariance=joint[:p, :p], terms=tuple(terms), repairs=stage.repairs,
-                   joint_covariance=joint)  # fmt: skip
+                   joint_covariance=joint, noise=noise, factor=_factor(stage))  # fmt: skip
+
+
+def _factor(stage: Stage) -> float:
+    """Return half of a 95 % prediction interval over the predicted standard deviation, from runs left out."""
+    channel, levels = stage.channel, stage.levels
+    variance = levels.white**2 / channel.rows + levels.landing**2 + levels.slow**2 + levels.offset**2
+    z = stage.left / np.sqrt(variance)
+    return prediction_factor([z[channel.run == k] for k in np.unique(channel.run)])
 
 
 def gained(

@@ -239,6 +239,12 @@ class Stage:
         return w * best + (1.0 - w) * mean, (1.0 - (1.0 - w) ** 2) * covariance + (1.0 - w) ** 2 * other
 
     @property
+    def left(self) -> FloatArray:
+        """What runs left out of the fit of `law` leave in windows, shape (n,) [m]."""
+        w = self._trust
+        return np.asarray(w * self.left_out(self.levels)[0] + (1.0 - w) * self.left_out(self.plain)[0])
+
+    @property
     def _trust(self) -> float:
         """The part of weights by the noise that leaves least of runs left out."""
         weighted, plain = (self.left_out(levels)[0] for levels in (self.levels, self.plain))

@@ -2,12 +2,19 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 from scipy.optimize import minimize_scalar
 
+from hexathermal.learn.campaign_files import load_campaign
+from hexathermal.learn.campaign_laws import validate_campaign
+from hexathermal.learn.diagnosis import diagnose
 from hexathermal.learn.diagnosis.stage import Stage
 from hexathermal.poses import FloatArray
+from hexathermal.simulate.hidden.drawing import campaign_of
+from hexathermal.simulate.hidden.writing import write_campaign
 from tests.learn.diagnosis.campaigns import viewed
 from tests.learn.diagnosis.noises import dense
 
@@ -40,3 +47,15 @@ def test_a_law_is_stacked_of_two_estimates(bench: str, seed: int) -> None:
     deviation = np.sqrt(np.diagonal(covariance))
     assert np.abs(mean - G @ channel.y).max() < 0.05 * deviation.max()
     assert covariance == pytest.approx(G @ K @ G.T, rel=0.05, abs=0.01 * float(np.diagonal(covariance).max()))
+
+
+@pytest.mark.parametrize("seed", [733, 734])
+def test_an_extended_law_is_as_sure_as_what_it_leaves_lets_it(seed: int, tmp_path: Path) -> None:
+    """Prediction intervals of the extended law shrink with its residual, and still hold most rows never fitted."""
+    truth, answer = campaign_of("modal", seed, causes=("hidden-heat",), strength=2.5)
+    write_campaign(tmp_path / "campaign", truth, answer)
+    campaign = load_campaign(tmp_path / "campaign")
+    found = diagnose(campaign, answer.base)
+    assert found.cause == "hidden-heat"
+    assert found.extended.noise.variance < 0.6 * found.law.noise.variance
+    assert validate_campaign(found.extended, campaign).coverage > 0.7
