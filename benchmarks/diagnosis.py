@@ -78,7 +78,7 @@ def ablated(found: dict[Job, Outcome], count: int, draws: Sequence[tuple[str, in
 
 
 ABOUT = """\
-# The diagnosis on hidden effects, measured
+# The diagnosis on {what}, measured
 
 {count} draws of `hexathermal.simulate.hidden`, seed {seed}, bench: {benches}. The generator shares no code with the
 diagnosis. Rates of the benches but `held_out` were looked at while it was made; `held_out` was made last.
@@ -92,7 +92,7 @@ number of effects are drawn. Each campaign is a folder, diagnosed from its files
 sensors of the base law; the answer is read afterwards. [How it is done](diagnosis.md). Repeat:
 
 ```text
-python -m benchmarks.diagnosis --draws {count} --seed {seed} {options}--page docs/diagnosis-figures.md
+python -m benchmarks.diagnosis --draws {count} --seed {seed} {options}--page docs/{name}
 ```
 
 - *Strength*: RMS of what stays visible of the effect after the law is fitted again, over the RMS of the noise.
@@ -107,11 +107,17 @@ python -m benchmarks.diagnosis --draws {count} --seed {seed} {options}--page doc
 """
 
 
+PAGES = {True: ("hidden effects", "diagnosis-figures.md"), False: ("the other benches", "diagnosis-figures-benches.md")}
+"""What a page is called, and its name in `docs`: of the bench that was made last, and of the others."""
+
+
 def page(outcomes: Sequence[Outcome], seed: int, ablation: str, times: Sequence[Timed]) -> str:
     """Return the page of figures."""
     drawn = list(dict.fromkeys(one.bench for one in outcomes))
     options = "" if set(drawn) == set(BENCHES) else "".join(f"--bench {name} " for name in drawn)
-    about = ABOUT.format(count=len(outcomes), seed=seed, gain=rates.GAIN, benches=", ".join(drawn), options=options)
+    what, name = PAGES[HELD_OUT in drawn]
+    about = ABOUT.format(what=what, name=name, count=len(outcomes), seed=seed, gain=rates.GAIN,
+                         benches=", ".join(drawn), options=options)  # fmt: skip
     parts = [about]
     parts += ["## One effect, by strength\n", rates.by_strength(outcomes)]
     parts += ["## What the extension gains\n", rates.what_it_gains(outcomes)]
