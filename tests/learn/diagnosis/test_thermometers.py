@@ -16,6 +16,7 @@ from hexathermal.learn.diagnosis.recorded import noisy_sensors, row_noise
 from hexathermal.learn.diagnosis.search import REPEATED
 from hexathermal.learn.diagnosis.stage import Stage
 from hexathermal.learn.diagnosis.view import View
+from hexathermal.simulate.hidden.drawing import campaign_of
 from tests.learn.diagnosis.campaigns import viewed
 
 MEASURED = Path(__file__).parents[4] / "shared" / "measured"
@@ -89,3 +90,13 @@ def test_on_a_real_machine_the_extended_law_beats_the_best_pair(name: str) -> No
     best = min(float(validate_campaign(law, campaign).total.rmse.value) for law in laws)
     assert found.gain is not None
     assert float(found.gain.total.rmse_after.value) < 0.6 * best
+
+
+def test_a_noisy_thermometer_does_not_make_the_law_of_a_part_too_small() -> None:
+    """Weights by the noise lose half of the coefficient to readings that scatter; shapes are built with the whole."""
+    seed = 8085561082752997
+    truth, _ = campaign_of("component", seed, causes=())
+    stage = Stage(viewed("component", seed, (), 1.0)[0])
+    diluted = stage.fit(stage.levels)[0][0]
+    assert diluted < 0.5 * truth.coefficients[0]
+    assert stage.bench.slopes[truth.base[0]] == pytest.approx(truth.coefficients[0], rel=0.1)
