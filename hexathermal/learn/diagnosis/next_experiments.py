@@ -19,24 +19,21 @@ def next_experiments(
     First for what was named and its closest rival, then for pairs that this campaign confuses. The separation promised
     is that of one more campaign of this size in which the rival's part is taken away: the leader's whole evidence.
     """
-    known = catalogue()
-    found: list[Experiment] = []
+    known = {name: module.CAUSE.experiment for name, module in catalogue().items()}
+    found: dict[str, Experiment] = {}
     names = [one for one in candidates if one.cause in known]
     if course.found:
         leader = names[0]
         rivals = tuple(dict.fromkeys(one.cause for one in names[1:] if one.cause != leader.cause))[:2]
-        words = _where(known[leader.cause].CAUSE.experiment, leader)
-        found.append(Experiment(words, (leader.cause, *rivals), leader.evidence))
+        words = known[leader.cause]
+        found[words] = Experiment(_where(words, leader), (leader.cause, *rivals), leader.evidence)
     for pair in confusions:
         for cause in pair.causes:
-            words = known[cause].CAUSE.experiment
-            if all(words != one.words for one in found) and len(found) < MOST:
-                found.append(Experiment(words, pair.causes, course.threshold + max(pair.separation, 0.0)))
+            separation = course.threshold + max(pair.separation, 0.0)
+            found.setdefault(known[cause], Experiment(known[cause], pair.causes, separation))
     for one in names:
-        words = known[one.cause].CAUSE.experiment
-        if all(words != other.words for other in found) and len(found) < MOST:
-            found.append(Experiment(words, (one.cause,), course.threshold))
-    return tuple(found)
+        found.setdefault(known[one.cause], Experiment(known[one.cause], (one.cause,), course.threshold))
+    return tuple(found.values())[:MOST]
 
 
 def _where(words: str, leader: Candidate) -> str:

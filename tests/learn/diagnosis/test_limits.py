@@ -5,16 +5,19 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import replace
 from functools import cache
-from typing import Any
+from types import SimpleNamespace
+from typing import Any, cast
 
 import numpy as np
 import pytest
 
 from hexathermal.learn.diagnosis.chance import chance_threshold
+from hexathermal.learn.diagnosis.course import Course
 from hexathermal.learn.diagnosis.deciding import Decision, decided
 from hexathermal.learn.diagnosis.evidence import LEAST, visible
 from hexathermal.learn.diagnosis.limits import limits_of
-from hexathermal.learn.diagnosis.result import Confusion, Limit
+from hexathermal.learn.diagnosis.next_experiments import next_experiments
+from hexathermal.learn.diagnosis.result import Candidate, Confusion, Limit
 from hexathermal.learn.diagnosis.stage import Stage
 from hexathermal.learn.diagnosis.trials import PREFIX, Workbench
 from hexathermal.learn.diagnosis.unexplained import flexible_trials
@@ -97,3 +100,16 @@ def test_nameless_shapes_follow_something_and_are_no_cause() -> None:
         assert trial.cause.startswith(PREFIX)
         assert np.isfinite(trial.columns).all()
         assert np.ptp(trial.columns, axis=0).max() > 0.0
+
+
+def test_an_experiment_stands_once_and_names_its_thermometers() -> None:
+    """What decides the leader is not told again, without its thermometer, for a pair that the campaign confuses."""
+    course = cast(Course, SimpleNamespace(found=(None,), threshold=LEAST))
+    leader = Candidate("swapped-sensors", "T06", 20.0, 0.9, 1e-7, {"other": "T08"})
+    pair = Confusion(("missing-sensor", "swapped-sensors"), 0.0)
+    found = next_experiments(course, (pair,), (leader, Candidate("missing-sensor", "T03", 5.0, 0.1, 1e-7, {})))
+    assert [one.words for one in found] == [
+        "Warm T06 or T08 with a finger.",
+        "Heat the part near that thermometer alone.",
+    ]
+    assert [one.separation for one in found] == [20.0, LEAST]
