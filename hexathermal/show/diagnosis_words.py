@@ -95,13 +95,11 @@ def parameter(name: str, quantity: Quantity, kind: str = "leg") -> Shown:
     >>> parameter("time_constant_s", Quantity(240.0, 180.0, "s")).cells  # never below zero
     ('4.0', '3.0', 'below 9.9')
     """
-    from hexathermal.learn.diagnosis.words import WORKSHOP
+    from hexathermal.learn.diagnosis.words import workshop
 
-    unit, factor = WORKSHOP.get(quantity.unit, (quantity.unit, 1.0))
+    unit, factor = workshop(quantity)
     if kind != "leg":
         unit = unit.replace("/m/K", "/K")
-    if quantity.unit == "s" and abs(quantity.value) >= 120.0:
-        unit, factor = "min", 1.0 / 60.0
     if unit == "um per unit" and abs(quantity.value * factor) < 1e-3:
         unit, factor = "pm per unit", factor * 1e6
     return Shown(_label(name), quantity.value * factor, quantity.std * factor, unit, name in POSITIVE)

@@ -53,8 +53,8 @@ SPOKEN = {
 HIDDEN = ("ratio", "path_m", "stroke_share", "decay_runs", "order", "power", "reference_degC", "weights")
 """Settings of shapes that say nothing to a reader."""
 
-LONG_S = 300.0
-"""Longer times are told in minutes."""
+LONG_S = 120.0
+"""Times from here on are told in minutes."""
 
 WORKSHOP: dict[str, tuple[str, float]] = {
     "1/K": ("um/m/K", 1e6),
@@ -172,6 +172,13 @@ def _sentence(
     )
 
 
+def workshop(one: Quantity) -> tuple[str, float]:
+    """Return the unit in which people measure a quantity, and the factor that leads to it."""
+    if one.unit == "s" and abs(one.value) >= LONG_S:
+        return "min", 1.0 / 60.0
+    return WORKSHOP.get(one.unit, (one.unit, 1.0))
+
+
 def told(one: Quantity) -> str:
     """Return a quantity as a text in a unit that people measure in, rounded to two digits of its uncertainty.
 
@@ -180,8 +187,7 @@ def told(one: Quantity) -> str:
     >>> told(Quantity(1920.0, 280.0, "s"))
     '32.0 ± 4.7 min'
     """
-    long = one.unit == "s" and abs(one.value) >= LONG_S
-    unit, factor = ("min", 1.0 / 60.0) if long else WORKSHOP.get(one.unit, (one.unit, 1.0))
+    unit, factor = workshop(one)
     one = Quantity(one.value * factor, one.std * factor, unit)
     if not np.isfinite(one.std) or one.std <= 0.0:
         return f"{one.value:.3g} {one.unit}".rstrip()
