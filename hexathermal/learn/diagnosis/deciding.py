@@ -41,7 +41,7 @@ ALIKE = 0.7
 """Names with this share of the first one's probability are as good: the larger effect is the first."""
 
 EVEN = 0.5
-"""Probability of something without a name that a name is hardly ahead of: six of ten such had none."""
+"""Probability of something without a name that a name is hardly ahead of: five of eight such had none."""
 
 LEAST_NAMED = 0.25
 """Least probability of a name: below, what is there has none."""

@@ -197,10 +197,15 @@ class View:
 
     def _rows(self, shape: str, parameters: Mapping[str, Any]) -> Iterator[FloatArray]:
         """Give a shape's columns in all rows, run after run."""
-        memory = Memory()
-        for signals, goes_on in zip(self.signals, self.goes_on, strict=True):
-            memory = memory if goes_on else Memory()
+        for signals, memory in zip(self.signals, self._memories(), strict=True):
             yield term_columns(shape, signals, parameters, memory)
+
+    def _memories(self) -> Iterator[Memory]:
+        """Give what a shape remembers in each run: a new memory, or that of the run before where it goes on."""
+        memory = Memory()
+        for goes_on in self.goes_on:
+            memory = memory if goes_on else Memory()
+            yield memory
 
     def _columns(self, shape: str, parameters: Mapping[str, Any]) -> FloatArray:
         """Return a shape's columns, made of all rows."""
@@ -211,9 +216,8 @@ class View:
 
         One column for each run that begins anew, shape (n, r).
         """
-        rows, memory = [], Memory()
-        for signals, goes_on in zip(self.signals, self.goes_on, strict=True):
-            memory = memory if goes_on else Memory()
+        rows = []
+        for signals, goes_on, memory in zip(self.signals, self.goes_on, self._memories(), strict=True):
             apart = np.zeros(len(signals.time))
             apart[0] = not goes_on
             late = memory.low_pass("apart", signals.time, apart, time_constant)

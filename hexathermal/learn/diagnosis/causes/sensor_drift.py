@@ -52,23 +52,23 @@ def trials(bench: Workbench) -> Iterator[Trial]:
             yield Trial(CAUSE.name, -(span * view.time / 3600.0 * fade)[:, None], sensor, "", {"decay_runs": decay},
                         parity=partial(_parity, decay), repair=partial(_repair, model))  # fmt: skip
         hours = view.time / 3600.0
-        for slow in (0.0, SLOW_S):
-            lost = view.once((CAUSE.name, sensor, slow), partial(_lost, model, slow))
+        for lost in view.once((CAUSE.name, sensor), partial(_lost, model)).T:
             settings = {"decay_runs": DECAYS[0], "rate_K_per_h": -float(hours @ lost / (hours @ hours))}
             yield Trial(CAUSE.name, (span * lost)[:, None], sensor, "", settings,
                         parity=partial(_parity, DECAYS[0]), repair=partial(_repair, model))  # fmt: skip
 
 
-def _lost(model: SensorModel, slow: float) -> FloatArray:
-    """Return what the other sensors foretell less what is read, behind a low pass, in windows, shape (n,) [K].
+def _lost(model: SensorModel) -> FloatArray:
+    """Return what the other sensors foretell less what is read, at once and behind a low pass, in windows, (n, 2) [K].
 
     What they foretell is learnt beside a slope in time for each run.
     """
-    view, found = model.view, []
+    view, at_once, late = model.view, [], []
     for signals, told in zip(view.signals, model.foretold(nuisance=_slopes(model)), strict=True):
         lost = told - signals.dT[model.sensor]
-        found.append(Memory().low_pass("lost", signals.time, lost, slow) if slow > 0.0 else lost)
-    return view.windows_zeroed(found)
+        at_once.append(lost)
+        late.append(Memory().low_pass("lost", signals.time, lost, SLOW_S))
+    return np.column_stack([view.windows_zeroed(at_once), view.windows_zeroed(late)])
 
 
 def _slopes(model: SensorModel) -> list[FloatArray]:
