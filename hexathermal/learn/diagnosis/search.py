@@ -6,6 +6,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 
 import numpy as np
+import numpy.typing as npt
 
 from hexathermal.learn.diagnosis.causes import catalogue
 from hexathermal.learn.diagnosis.channels import Channel, Levels
@@ -104,15 +105,25 @@ class Search:
         steps = [k for k, item in enumerate(scored) if item.trial.cause == STEP and item.value > STEP_ALONE]
         if not steps:
             return scored
-        own = [scored[k].trial for k in steps]
-        bumps = [Trial(PREFIX + STEP, bump) for trial in own for bump in _bumps(trial.columns, self.channel)]
+        rivals = self._stand_offs([scored[k].trial.columns for k in steps], levels)
         found = list(scored)
-        values = [item.value for item in screened(self.channel, self.base, levels, bumps, self.largest)]
-        for k, rivals in zip(steps, np.reshape(values, (len(steps), -1)), strict=True):
-            if rivals.max() >= scored[k].value - TRIFLE:
+        for k, rival in zip(steps, rivals, strict=True):
+            if rival >= scored[k].value - TRIFLE:
                 alone = replace(scored[k].trial, most=STEP_ALONE)
                 found[k] = replace(scored[k], value=STEP_ALONE, trial=alone)
         return found
+
+    def _stand_offs(self, steps: list[FloatArray], levels: Levels) -> FloatArray:
+        """Return the evidence of the best that may stand off in place of each step."""
+        bumps = [_bumps(step, self.channel) for step in steps]
+        values = []
+        for kind in (
+            [Trial(PREFIX + STEP, bump) for own, _two in bumps for bump in own],
+            [Trial(PREFIX + STEP, two) for _own, two in bumps],
+        ):
+            found = screened(self.channel, self.base, levels, kind, self.largest)
+            values.append(np.reshape([item.value for item in found], (len(steps), -1)))
+        return np.asarray(np.column_stack(values).max(axis=1))
 
     def step(self, trials: list[Trial], begin: Levels | None = None) -> Step:
         """Return the ranking of trials over the present base."""
@@ -265,11 +276,11 @@ def _varies(columns: FloatArray) -> bool:
     return bool((columns != columns[0]).any() and not np.isnan(columns).any())
 
 
-def _bumps(step: FloatArray, channel: Channel) -> list[FloatArray]:
-    """Return what may stand off in place of a step, each shape (n, 1).
+def _bumps(step: FloatArray, channel: Channel) -> tuple[list[FloatArray], FloatArray]:
+    """Return what may stand off in place of a step, each shape (n, 1), and two landings after it, shape (n, 2).
 
     A few windows or a landing about its moment; or the first landing of its run, and with it, where the run counts from
-    it, all the others.
+    it, all the others. Two landings, the last of a run say, may stand off each by itself.
     """
     index = np.arange(len(step))[:, None]
     first = int(np.argmax(step[:, 0] > 0.0))
@@ -282,7 +293,14 @@ def _bumps(step: FloatArray, channel: Channel) -> list[FloatArray]:
     bumps = [((low <= index) & (index < high)).astype(float) for low, high in spans]
     if channel.tied_offsets:
         bumps[-1] = (channel.run == channel.run[first])[:, None] - bumps[-1]
-    return bumps
+    return bumps, np.column_stack([bumps[-2], _between(index, landings, at + 1)])
+
+
+def _between(index: npt.NDArray[np.int64], landings: npt.NDArray[np.int64], at: int) -> FloatArray:
+    """Return the column of a landing, shape (n, 1); of zeros where there is none."""
+    if at + 1 >= len(landings):
+        return np.zeros(index.shape)
+    return np.asarray((landings[at] <= index) & (index < landings[at + 1]), dtype=np.float64)
 
 
 def _families(scored: list[Scored]) -> dict[str, tuple[float, Scored]]:

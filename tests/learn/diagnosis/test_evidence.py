@@ -270,6 +270,25 @@ def test_a_landing_that_stands_off_is_no_step(channel: Channel, base: Base, rng:
     assert said[18] > 10.0
 
 
+def test_two_landings_that_stand_off_are_no_step(channel: Channel, base: Base, rng: np.random.Generator) -> None:
+    """The last two landings of a run, each off by its own scatter, are no step; off by the same they may be one."""
+    own = np.flatnonzero(channel.run == 2)
+    fresh = channel.start.copy()
+    fresh[own[[6, 12, 18, 22]]] = True
+    inside, index = channel.run == 2, np.arange(len(channel))
+    step = (inside & (index >= own[18])).astype(float)
+    last = (inside & (index >= own[22])).astype(float)
+    said = {}
+    for size in (4.0, 12.0):
+        noise = noisy(channel, LEVELS, rng).y
+        data = replace(channel, fresh=fresh).with_y(noise + 4.0 * step + (size - 4.0) * last)
+        search = Search(SimpleNamespace(), data, base, LARGEST)  # type: ignore[arg-type]
+        trials = [Trial("zero-jump", own[:, None], "run-03") for own in (step, last)]
+        said[size] = max(item.value for item in search.scored(LEVELS, trials))
+    assert said[4.0] > LEAST
+    assert said[12.0] <= STEP_ALONE < LEAST
+
+
 def test_a_later_name_must_beat_what_the_first_one_s_shape_left() -> None:
     """A lag over a missing sensor of evidence 300 needs 9 more: the two are confused; a backlash needs no more."""
     first = Found(ranked("missing-sensor", 300.0), NOTHING, True, np.zeros(1), np.zeros(1))

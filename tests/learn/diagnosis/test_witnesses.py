@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from hexathermal.learn.diagnosis.order import Order
+from hexathermal.learn.diagnosis.order import CONFIRMED, UNCONFIRMED, UNSURE, Order
 from hexathermal.learn.diagnosis.sensor_model import FEWEST_OTHERS, SensorModel, sensor_model
 from hexathermal.learn.diagnosis.stage import Stage
 from hexathermal.learn.diagnosis.timing import Timing
@@ -102,6 +102,8 @@ def test_the_order_along_the_leg_tells_a_swap(bench: str) -> None:
         # whatever the drift says for it
         assert Order(view).most(one, other) == 0.0
         assert Order(swapped).most(one, other) == np.inf
+        if Order(swapped).advantage(one, other) > 3.0:
+            assert Order(swapped).prior(one, other) == Order(swapped).advantage(one, other)
     assert told >= tried - 1
     assert alarms == 0
 
@@ -110,8 +112,19 @@ def test_no_drift_names_an_exchange_that_the_order_denies() -> None:
     """Another thermometer moves the leg: it fits better than the law's own, whose plug nobody exchanged."""
     stage = Stage(viewed("modal", 924, ("missing-sensor",), 1.0)[0])
     for item in stage.search.scored(stage.step.levels, stage.search.trials):
-        if item.trial.cause == "swapped-sensors" and item.trial.advantage < -5.0:
+        if item.trial.cause == "swapped-sensors" and item.trial.advantage < -UNSURE - UNCONFIRMED:
             assert item.value < 0.0
+
+
+@pytest.mark.parametrize("places", [True, False])
+def test_an_exchange_that_no_order_confirms_needs_more(view: View, places: bool) -> None:
+    """Where wandering thermometers could feign an exchange, the drift alone must say more for it."""
+    order = Order(view if places else replace(view, positions={}))
+    names = [name for name in view.sensors if name not in view.base]
+    said = np.array([order.advantage(view.base[0], name) for name in names])
+    lost = said - [order.prior(view.base[0], name) for name in names]
+    assert (said < CONFIRMED).all()  # nothing is exchanged
+    assert lost == pytest.approx(np.full(len(names), UNCONFIRMED))
 
 
 def test_without_positions_the_order_is_silent(view: View) -> None:
