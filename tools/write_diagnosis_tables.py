@@ -29,7 +29,7 @@ CONSTANTS = {
     "base_choice": ("NEIGHBOURS",),
     "evidence": ("LEAST", "RHO", "TOLERATED", "START"),
     "rivals": ("SHAPE_ERROR", "LITTLE"),
-    "order": ("PROFILES", "FEWEST", "HEAVY", "MOST"),
+    "order": ("PROFILES", "FEWEST", "HEAVY", "MOST", "UNSURE", "CONFIRMED", "UNCONFIRMED"),
     "timing": ("TIMES_S", "GRID_S", "PROFILES", "SHARE", "TOLERANCE_S", "MOST"),
     "chance": ("DRAWS", "FALSE_ALARMS"),
     "deciding": (
@@ -52,7 +52,7 @@ CONSTANTS = {
         "FEWEST_WINDOWS",
         "FEWEST_RUNS",
     ),
-    "foresight": ("LEAST_SHARE", "MOST_LOSS", "FORESEEN", "CLEARLY_FORESEEN"),
+    "foresight": ("LEAST_SHARE", "MOST_LOSS", "FAINT", "FORESEEN", "CLEARLY_FORESEEN"),
     "pruning": ("LEAST_HARM",),
     "stage": ("LARGEST", "TAKEN_BACK"),
     "limits": ("CLOSE",),
