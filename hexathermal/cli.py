@@ -46,6 +46,9 @@ PLAIN_WIDTH = 100_000
 
 TRACEBACK = "HEXATHERMAL_TRACEBACK"
 
+_STOP = threading.Event()
+"""A stop was asked for. Libraries that catch everything while they load would swallow the exception alone."""
+
 _NO_GLYPH = re.compile(r"Glyph (\d+) ")
 """How matplotlib begins to warn of a letter that its font lacks."""
 
@@ -67,6 +70,7 @@ def main(argv: list[str] | None = None) -> int:
         verdicts those, and 3 for every error.
     """
     _open_streams()
+    _STOP.clear()
     words = sys.argv[1:] if argv is None else list(argv)
     try:
         with _stopped_by_termination():
@@ -140,6 +144,7 @@ def _run(argv: list[str]) -> int:
     voice = Voice(getattr(arguments, "quiet", False), getattr(arguments, "verbose", False))
     with _plain_warnings(voice), _bar(arguments.command, voice) as progress, _place_for_fonts():
         answer = found()[arguments.command].run(arguments, progress)
+    _obey_stop()
     _finish(answer, arguments.command, target, voice)
     if voice.verbose:
         _say(f"{time.perf_counter() - began:7.1f} s  done, exit code {answer.code}")
@@ -176,15 +181,18 @@ def _finish(answer: Answer, command: str, target: str | None, voice: Voice) -> N
 
 @contextmanager
 def _stopped_by_termination() -> Iterator[None]:
-    """Let SIGTERM and SIGHUP end the work like Ctrl-C does, so that half-written files are removed."""
+    """Let SIGTERM and SIGHUP end the work like Ctrl-C does, half-written files removed; keep all three in mind."""
     if threading.current_thread() is not threading.main_thread():
         yield
         return
 
     def stop(_number: int, _frame: object) -> None:
+        _STOP.set()
         raise KeyboardInterrupt
 
     numbers = [getattr(signal, name) for name in ("SIGTERM", "SIGHUP") if hasattr(signal, name)]
+    if signal.getsignal(signal.SIGINT) is signal.default_int_handler:
+        numbers.append(signal.SIGINT)
     # a signal that is ignored (nohup) stays ignored
     before: dict[signal.Signals, Any] = {
         number: signal.signal(number, stop)
@@ -196,6 +204,12 @@ def _stopped_by_termination() -> Iterator[None]:
     finally:
         for number, handler in before.items():
             signal.signal(number, handler)
+
+
+def _obey_stop() -> None:
+    """Stop where a stop was asked for and something swallowed it."""
+    if _STOP.is_set():
+        raise KeyboardInterrupt
 
 
 def _drop(stream: TextIO) -> None:
@@ -288,6 +302,7 @@ def _bar(label: str, voice: Voice) -> Iterator[Callable[[int, int, str], None]]:
         task = progress.add_task(label, total=None)
 
         def move(done: int, total: int, text: str = label) -> None:
+            _obey_stop()
             progress.update(task, completed=done, total=total or None, description=text)
             if voice.verbose and text != last[0]:
                 last[0] = text

@@ -64,12 +64,22 @@ def _idle(message: Any, alone: bool) -> bool:
     return "GPU stall" in message.text or not (alone or message.type in ("warning", "error"))
 
 
-def refuse_complaints(window: Callable[..., Any], file: Path) -> None:
-    """Open a page at desk and phone width, light and dark: no picture is missing, nothing runs over the edge."""
+def complaints(window: Callable[..., Any], file: Path) -> list[str]:
+    """Open a page at desk and phone width, light and dark; return what is missing, runs over the edge or is pale."""
+    found = list[str]()
     for width in (1200, 360):
-        for scheme in ("light", "dark"):
+        for scheme, paper in (("light", "rgb(255, 255, 255)"), ("dark", "rgb(23, 27, 33)")):
             page = window(file.as_uri(), width, scheme)
-            assert page.evaluate("document.documentElement.scrollWidth") <= width
-            assert page.evaluate("[...document.images].every(one => one.complete && one.naturalWidth > 300)")
-            shown = page.evaluate("getComputedStyle(document.body).backgroundColor")
-            assert shown == ("rgb(255, 255, 255)" if scheme == "light" else "rgb(23, 27, 33)")
+            where = f"at {width} px, {scheme}:"
+            if (wide := page.evaluate("document.documentElement.scrollWidth")) > width:
+                found.append(f"{where} the page is {wide} px wide")
+            if not page.evaluate("[...document.images].every(one => one.complete && one.naturalWidth > 300)"):
+                found.append(f"{where} a picture is missing")
+            if (shown := page.evaluate("getComputedStyle(document.body).backgroundColor")) != paper:
+                found.append(f"{where} the paper is {shown}")
+            tables = (
+                "[...document.querySelectorAll('.stacked')].filter(one => one.offsetWidth > one.parentNode.clientWidth)"
+            )
+            if width < 640 and (count := page.evaluate(f"{tables}.length")):
+                found.append(f"{where} {count} tables that are stacked are cut off")
+    return found

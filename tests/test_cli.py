@@ -6,6 +6,10 @@ import csv
 import dataclasses
 import io
 import json
+import signal
+import sys
+from collections.abc import Callable
+from contextlib import suppress
 from pathlib import Path
 
 import numpy as np
@@ -335,6 +339,26 @@ def test_an_error_inside_is_1_and_shows_its_origin_on_request(capsys: Said, monk
     monkeypatch.setenv("HEXATHERMAL_TRACEBACK", "1")
     assert cli.main(["machines"]) == 1
     assert "Traceback" in capsys.readouterr().err
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="signals")
+def test_an_interrupt_that_a_library_swallows_still_stops(capsys: Said, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Ctrl-C while a library loads that catches everything: the work stops at its next step, and nothing is said."""
+    if signal.getsignal(signal.SIGINT) is not signal.default_int_handler:
+        pytest.skip("the tests run where this signal is not Python's own")
+
+    def swallowing(_arguments: object, progress: Callable[[int, int, str], None]) -> None:
+        with suppress(KeyboardInterrupt):
+            signal.raise_signal(signal.SIGINT)
+        progress(0, 1, "next step")
+        pytest.fail("the work went on")
+
+    monkeypatch.setattr(machines, "run", swallowing)
+    assert cli.main(["machines"]) == 130
+    said = capsys.readouterr()
+    assert "interrupted" in said.err
+    assert not said.out
+    assert signal.getsignal(signal.SIGINT) is signal.default_int_handler
 
 
 @pytest.mark.parametrize(

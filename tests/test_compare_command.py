@@ -27,6 +27,9 @@ def test_the_cause_is_said_first_and_drawn(folder: Path, tmp_path: Path, capsys:
     assert main(["compare", str(folder), "--plots", str(pictures), "--json", str(answer)]) == 0
     out = capsys.readouterr().out
     assert out.startswith("The bench differs in heat of the motor")
+    row = next(line for line in out.splitlines() if line.startswith("motor-heat") and " yes " in line)
+    assert "is named" in row
+    assert "never" not in row
     assert "T07" in out
     facts = json.loads(answer.read_text())
     assert facts["format"] == "hexathermal-comparison/1"
@@ -67,8 +70,12 @@ def test_pictures_never_go_into_the_campaign(folder: Path, capsys: pytest.Captur
     assert {file.name for file in folder.rglob("*")} == before
 
 
-def test_too_short_a_run_says_how_long_it_must_be(folder: Path, tmp_path: Path) -> None:
-    """Twenty minutes tell nothing of a leg that warms for hours: the reason names the run and the limit."""
+def test_too_short_a_run_says_how_long_it_must_be(
+    folder: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Twenty minutes tell nothing of a leg that warms for hours: the reason names the run and the limit, and stands
+    before all else; runs for validation and thermocouples are no part of it.
+    """
     from hexathermal.compare.measured import measured_run
 
     place = tmp_path / "short"
@@ -83,3 +90,8 @@ def test_too_short_a_run_says_how_long_it_must_be(folder: Path, tmp_path: Path) 
     assert isinstance(found, str)
     assert "run-01" in found
     assert "45 min" in found
+    assert main(["compare", str(place)]) == 2
+    said = capsys.readouterr().err.splitlines()
+    assert said[0].endswith("no run for identification can be compared")
+    assert said[1].startswith("  run run-01 is not compared: its usable rows last less than 45 min")
+    assert len(said) == 2

@@ -112,10 +112,11 @@ def compare_campaign(
     if not isinstance(campaign, Campaign):
         campaign = load_campaign(campaign, progress=progress)
     where = placed(campaign, leg)
-    runs, notes = _measured(campaign, where, tell)
+    runs, skipped = _measured(campaign, where, tell)
+    notes = [*where.notes, *skipped.values()]
     fitted = [run for run in runs if run.role == "identification"]
     if not fitted:
-        raise ArgumentError(f"{campaign.folder} has no run for identification to compare: {'; '.join(notes) or 'none'}")
+        raise _no_run(campaign, skipped)
     bench = BenchRuns(where, fitted)
     calibration = calibrated(bench, progress)
     logs, contact_errors = named_values(calibration)
@@ -134,17 +135,25 @@ def compare_campaign(
     )  # fmt: skip
 
 
-def _measured(campaign: Campaign, where: Placed, tell: Progress) -> tuple[list[MeasuredRun], list[str]]:
-    """Return the runs that can be compared, and notes on the leg and on those that cannot."""
-    runs, notes = list[MeasuredRun](), list(where.notes)
+def _measured(campaign: Campaign, where: Placed, tell: Progress) -> tuple[list[MeasuredRun], dict[str, str]]:
+    """Return the runs that can be compared, and of the others, by name, why they cannot."""
+    runs, skipped = list[MeasuredRun](), dict[str, str]()
     for k, run in enumerate(campaign.runs):
         tell(k, len(campaign.runs), f"reading {run.name}")
         found = measured_run(campaign, run, where.sensors)
         if isinstance(found, str):
-            notes.append(found)
+            skipped[run.name] = found
         else:
             runs.append(found)
-    return runs, notes
+    return runs, skipped
+
+
+def _no_run(campaign: Campaign, skipped: Mapping[str, str]) -> ArgumentError:
+    """Return the error of a campaign without a run that the bench can be fitted to, its reasons one a line."""
+    reasons = [skipped[run.name] for run in campaign.runs_of("identification") if run.name in skipped]
+    if not reasons:
+        return ArgumentError(f"{campaign.folder} has no run for identification; give a run role = 'identification'")
+    return ArgumentError("\n  ".join([f"{campaign.folder}: no run for identification can be compared", *reasons]))
 
 
 def _doubts(role: str, named: int, logs: Mapping[str, float]) -> list[str]:

@@ -172,7 +172,7 @@ def _runs(form: Form, top: dict[str, Any], folder: Path, needed: tuple[str, ...]
     _entries(form, top, "runs", check)
     if "runs" in top and not top["runs"]:
         form.complain(("runs",), "there is no run; expected at least one [[runs]]")
-    if len(form.problems) == before:
+    if len(form.problems) == before and runs:
         for role in needed:
             if not any(run.role == role for run in runs):
                 have = ", ".join(f"{run.name} ({run.role})" for run in runs)

@@ -9,12 +9,14 @@ from __future__ import annotations
 import hashlib
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 
 from hexathermal.errors import ArgumentError
 from hexathermal.learn.campaign import Block, Campaign
 from hexathermal.learn.campaign_dataset import fingerprint
+from hexathermal.learn.check_remarks import SLACK, of_fahrenheit
 from hexathermal.learn.cleaning import parts_of, usable_blocks
 from hexathermal.learn.cleaning_record import CleaningRecord, cleaning_words
 from hexathermal.learn.identification import AUTO, Identification, Passing, identify
@@ -48,15 +50,35 @@ class _Passed:
             before = self.seen.get(name, (lowest, highest))
             self.seen[name] = (float(np.fmin(before[0], lowest)), float(np.fmax(before[1], highest)))
 
+    def _units(self) -> list[str]:
+        """Return what is said of temperatures that can hardly be in degrees Celsius."""
+        return of_fahrenheit(tuple(self.seen), [np.array([low for low, _high in self.seen.values()])], float("nan"))
+
     def filled(self, found: Identification) -> Identification:
         """Return an identification with the range of temperatures that its sensors met, and what cleaning did."""
-        found = replace(found, notes=(*found.notes, *self.notes()))
+        found = replace(
+            found, notes=(*found.notes, *self.notes()), warnings=(*found.warnings, *self._units(), *_off_stroke(found))
+        )
         spans = np.array([self.seen[name] for name in found.law.sensors])
         if not np.isfinite(spans).all():
             return found
         # the last digits are those of dT, not of a thermometer
         degC = (round(float(spans[:, 0].min()), 6), round(float(spans[:, 1].max()), 6))
         return replace(found, law=replace(found.law, validity=replace(found.law.validity, degC=degC)))
+
+
+def _off_stroke(found: Identification) -> list[str]:
+    """Return that the rod was where the stroke does not reach: another zero of the scale, or another stroke."""
+    seen, stroke = found.law.validity.q, found.law.stroke
+    if seen is None or stroke is None:
+        return []
+    slack = SLACK * (stroke[1] - stroke[0])
+    if seen[0] >= stroke[0] - slack and seen[1] <= stroke[1] + slack:
+        return []
+    return [
+        f"q_mm runs from {seen[0] * 1e3:.1f} to {seen[1] * 1e3:.1f}, outside stroke_mm [{stroke[0] * 1e3:g}, "
+        f"{stroke[1] * 1e3:g}]: B holds for q as recorded; is the scale's zero that of stroke_mm?"
+    ]
 
 
 def role_blocks(
@@ -179,11 +201,12 @@ def identify_together(
     Raises
     ------
     ArgumentError
-        The legs differ in kind, retracted length, stroke or zero; otherwise as `identify_campaign`.
+        The legs differ in kind, retracted length, stroke or zero, or share a run; otherwise as `identify_campaign`.
     """
     first, *others = legs.values()
-    for one in others:
+    for k, one in enumerate(others):
         refuse_other_build(first, one)
+        refuse_same_runs([first, *others[:k]], one)
     shared = [name for name in first.sensors if all(name in one.sensors for one in others)]
     passed = _Passed()
 
@@ -207,6 +230,27 @@ def refuse_other_build(first: Campaign, other: Campaign) -> None:
         if getattr(first, what) != getattr(other, what):
             words = "retracted length or stroke" if what == "leg" else what
             raise ArgumentError(f"{other.folder} is of another {words} than {first.folder}: no common law")
+
+
+def refuse_same_runs(others: Sequence[Campaign], campaign: Campaign) -> None:
+    """Refuse a campaign with a run that another one holds too: counted twice, it would count for two legs."""
+    known = {_content(run.path): (other, run.name) for other in others for run in other.runs_of("identification")}
+    for run in campaign.runs_of("identification"):
+        if (twin := known.get(_content(run.path))) is not None:
+            other, name = twin
+            raise ArgumentError(
+                f"run {run.name} of {campaign.folder} holds the same rows as run {name} of {other.folder}: a run must "
+                "not count for two legs; give campaigns of other legs"
+            )
+
+
+def _content(file: Path) -> str:
+    """Return the SHA-256 of a table."""
+    try:
+        with file.open("rb") as stream:
+            return hashlib.file_digest(stream, "sha256").hexdigest()
+    except OSError as error:
+        raise ArgumentError(f"{file} cannot be read: {error.strerror or error}") from None
 
 
 def validate_campaign(law: IdentifiedLaw, campaign: Campaign, progress: Passing | None = None) -> Validation:

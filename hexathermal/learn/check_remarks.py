@@ -28,6 +28,10 @@ FAHRENHEIT = (50.0, 100.0)
 """A room [degC] that is never colder is one in degrees Fahrenheit."""
 
 
+SLACK = 0.01
+"""A rod may be seen outside its stroke by so much of it."""
+
+
 @dataclass(frozen=True)
 class Clock:
     """Rows, duration [s] and median step in time [s] of a run."""

@@ -8,7 +8,7 @@ import numpy as np
 
 from hexathermal.learn.check import CampaignCheck, RunCheck
 from hexathermal.learn.check_cycles import cycles
-from hexathermal.learn.check_remarks import Clock, of_clock, of_collinearity, of_fahrenheit, of_noise, of_roles
+from hexathermal.learn.check_remarks import SLACK, Clock, of_clock, of_collinearity, of_fahrenheit, of_noise, of_roles
 from hexathermal.learn.check_sums import Separability
 from hexathermal.learn.cleaning import is_lost
 from hexathermal.learn.cleaning_record import NOTED, CleaningStep
@@ -80,7 +80,7 @@ def _of_runs(check: CampaignCheck) -> list[str]:
         leg = check.campaign.leg
         if leg is not None and run.q is not None:
             low, high = leg.stroke
-            slack = 0.01 * (high - low)
+            slack = SLACK * (high - low)
             if run.q[0] < low - slack or run.q[1] > high + slack:
                 seen = f"{run.q[0] * 1e3:.1f} to {run.q[1] * 1e3:.1f}"
                 found.append(f"{name}: q_mm runs from {seen}, outside stroke_mm [{low * 1e3:g}, {high * 1e3:g}]")

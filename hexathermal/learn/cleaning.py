@@ -187,7 +187,7 @@ class UsableBlocks(Iterator[Block]):
             first = UsableBlocks(self.campaign, self.campaign.runs[0])
             for other in first._clean():
                 return first._zero(other)
-            raise _lost_runs(self.campaign, self.campaign.runs[0], first.record, self._least)
+            raise _no_zero(self.campaign, first.record)
         index = float(self._index(sheet.take(slice(0, 1)))[0])
         q = float(sheet.q[0, 0]) if sheet.q.shape[1] else 0.0
         return Zero(sheet.heat[0].copy(), sheet.beams[0].copy(), q, float(measured(sheet)[0]), index)
@@ -308,12 +308,24 @@ def _lost_runs(campaign: Campaign, run: RunFile, record: CleaningRecord, least: 
                 continue
             own = blocks.record
         if is_lost(own, least):
-            left = "no row" if not own.used else f"no more than {own.used} of {own.rows} rows"
-            message = (
-                f"{left} of {other.role} run {other.name!r} may be used: {own.why_rows}; mend the table, or take the "
-                "run out of campaign.toml (hexathermal check shows more)"
-            )
-            faults.add(other.path, Problem(1, 1, message))
+            faults.add(other.path, Problem(1, 1, f"{_lost_words(other, own)} (hexathermal check shows more)"))
+    return CampaignError(str(campaign.file), faults.listed())
+
+
+def _lost_words(run: RunFile, record: CleaningRecord) -> str:
+    """Return that cleaning took a run away, why, and what to do."""
+    left = "no row" if not record.used else f"no more than {record.used} of {record.rows} rows"
+    return (
+        f"{left} of {run.role} run {run.name!r} may be used: {record.why_rows}; mend the table, or take the run out of "
+        "campaign.toml"
+    )
+
+
+def _no_zero(campaign: Campaign, record: CleaningRecord) -> CampaignError:
+    """Return the error of a campaign whose first run, which all count from, has no row: the others have no zero."""
+    faults, first = Faults(), campaign.runs[0]
+    words = f"{_lost_words(first, record)}; all runs count from its first row, as zero = 'campaign' asks"
+    faults.add(first.path, Problem(1, 1, words))
     return CampaignError(str(campaign.file), faults.listed())
 
 

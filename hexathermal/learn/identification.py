@@ -249,8 +249,9 @@ def _warnings(fit: LawFit, ranked: RankedSets, choice: Choice, grams: Grams, win
     if set(choice.sensors) in names:
         k = names.index(set(choice.sensors))
         if ranked.vif[k] > COLLINEAR_VIF or ranked.condition[k] > COLLINEAR_CONDITION:
+            alike = " + ".join(choice.sensors) if len(choice.sensors) > 1 else f"A and B of {choice.sensors[0]}"
             warnings.append(
-                f"{' + '.join(choice.sensors)} show nearly the same (condition number {ranked.condition[k]:.0f}, "
+                f"{alike} show nearly the same (condition number {ranked.condition[k]:.0f}, "
                 f"variance inflation {ranked.vif[k]:.0f}): single coefficients are badly known, predictions are not"
             )
     if len(grams.runs) < 4:

@@ -212,6 +212,18 @@ def _sizes(form: Form, kind: str, parts: dict[str, dict[str, Any]]) -> None:
         form.complain(("origin", "run_fingerprints"), said)
     if kind == "leg":
         form.check(("law", "q0_mm"), parts["law"]["q0_mm"] > 0.0, "above 0")
+    _ranges(form, parts)
+
+
+def _ranges(form: Form, parts: dict[str, dict[str, Any]]) -> None:
+    """Complain where a range ends below where it begins."""
+    for where in (("law", "stroke_mm"), ("range", "q_mm"), ("range", "temperature_degC")):
+        pair = _pair(parts[where[0]].get(where[1]))
+        if pair is not None and pair[0] > pair[1]:
+            form.complain(where, f"{'.'.join(where)} must be [low, high] with low not above high")
+    low, high = (np.atleast_1d(parts["range"][key]) for key in ("lowest_dT_K", "highest_dT_K"))
+    if low.shape == high.shape and (low > high).any():
+        form.complain(("range", "highest_dT_K"), "range.highest_dT_K lies below range.lowest_dT_K")
 
 
 def _pair(array: FloatArray | None) -> tuple[float, float] | None:

@@ -263,8 +263,27 @@ def meant(word: Any, known: Iterable[str], count: int = 1, cutoff: float = 0.6) 
     >>> meant("titel", ["title", "kind"])
     "did you mean 'title'?"
     """
-    close = get_close_matches(str(word), list(known), count, cutoff)
+    close = nearest(str(word), known, count, cutoff)
     return f"did you mean {' or '.join(map(repr, close))}?" if close else ""
+
+
+def nearest(word: str, known: Iterable[str], count: int = 1, cutoff: float = 0.6) -> list[str]:
+    """Return the known words nearest to one; those that differ only in how a number is written stand alone.
+
+    Examples
+    --------
+    >>> nearest("T7", ["T07", "T17"])
+    ['T07']
+    """
+    names = list(known)
+    # a letter more or less tells T7 and T17 apart no better than T7 and T07: only the numbers do
+    same = [name for name in names if _plain_numbers(name) == _plain_numbers(word)]
+    return same[:count] or get_close_matches(word, names, count, cutoff)
+
+
+def _plain_numbers(name: str) -> str:
+    """Return a name in small letters, its numbers without leading zeros and without what joins them to letters."""
+    return re.sub(r"[-_ ]*0*(\d+)", r"\1", name.strip().lower())
 
 
 def _text(path: Path) -> str:

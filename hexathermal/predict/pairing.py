@@ -24,11 +24,11 @@ TIMES = ("time", "t", "t_s", "times", "timestamp", "time_ms", "time_us", "time_m
 class Temperatures(Protocol):
     """Temperatures that follow a stream of poses.
 
-    `pairing` says in words how; `time` holds the temperatures' own times where poses bring none; `range_degC` are the
-    extremes read so far.
+    `pairing` says in words how; `one_row` that a single row serves all poses.
     """
 
     pairing: str
+    one_row: bool
 
     def of(self, poses: Rows) -> tuple[FloatArray, FloatArray | None]:
         """Return temperatures (n, s) or (s,) [degC] of the next poses, and their times [s] where only they have any."""
@@ -67,7 +67,7 @@ class _Checked:
 class _One:
     """One row of temperatures for all poses."""
 
-    pairing = "one row of temperatures for all poses"
+    pairing, one_row = "one row of temperatures for all poses", True
 
     def __init__(self, row: FloatArray, note: str = "") -> None:
         self.row, self.pairing = row, _One.pairing + note
@@ -82,7 +82,7 @@ class _One:
 class _ByRow:
     """Row k of the temperatures for row k of the poses."""
 
-    pairing = "row by row"
+    pairing, one_row = "row by row", False
 
     def __init__(self, poses: TableStream, temps: _Checked, seen: list[Rows], note: str = "") -> None:
         self.poses, self.temps, self.waiting, self.pairing = poses, temps, seen, _ByRow.pairing + note
@@ -123,7 +123,7 @@ class _ByRow:
 class _ByTime:
     """Temperatures interpolated linearly at the times of the poses."""
 
-    pairing = "interpolated linearly at the poses' time_s"
+    pairing, one_row = "interpolated linearly at the poses' time_s", False
 
     def __init__(self, poses: TableStream, temps: _Checked, seen: list[Rows]) -> None:
         self.poses, self.temps, self.waiting = poses, temps, seen

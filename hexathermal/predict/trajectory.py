@@ -67,6 +67,8 @@ class TrajectorySummary:
         Extremes of the six coordinates in the poses file.
     notes : tuple of str
         What looks like a mistake although every row was corrected.
+    warnings : tuple of str
+        What was taken for granted of a motion that the legs' law remembers.
     """
 
     out: Path
@@ -83,6 +85,7 @@ class TrajectorySummary:
     lowest_pose: tuple[float, ...]
     highest_pose: tuple[float, ...]
     notes: tuple[str, ...] = ()
+    warnings: tuple[str, ...] = ()
 
 
 @dataclass
@@ -313,18 +316,44 @@ def _states(hexapod: Hexapod, poses: TableStream, temps: TableStream) -> LegCont
             "hexapod.leg_controllers() with inputs, or take the term out of the machine's file"
         )
     if not (poses.header.has_time or temps.header.has_time):
-        causes = ", ".join(dict.fromkeys(term.cause for term in states))
-        raise ThermalModelError(
-            f"the legs' law holds {causes}, which depends on what was before: add time_s [s] to {poses.path}, rows in "
-            "the order of the motion"
-        )
+        raise _no_times(hexapod, poses)
     return LegControllers(hexapod)
+
+
+def _no_times(hexapod: Hexapod, poses: TableStream) -> ThermalModelError:
+    """Return the error of a motion whose times nobody states."""
+    causes = ", ".join(dict.fromkeys(term.cause for term in active_model(hexapod).states))
+    return ThermalModelError(
+        f"the legs' law holds {causes}, which depends on what was before: add time_s [s] to {poses.path}, rows in the "
+        "order of the motion"
+    )
+
+
+def _of_memory(job: _Job, temps: TableStream, one_row: bool) -> tuple[str, ...]:
+    """Return what is taken for granted where the law remembers; refuse times that cannot be those of the poses."""
+    states, poses = active_model(job.hexapod).states, job.poses
+    causes = ", ".join(dict.fromkeys(term.cause for term in states))
+    if not poses.header.has_time:
+        if one_row:
+            raise _no_times(job.hexapod, poses)
+        return (
+            f"{poses.path} has no time_s, and the legs' law holds {causes}, which depends on what was before: row k is "
+            f"taken to be at time_s of row k of {temps.path}; add time_s to the poses where that is not so",
+        )
+    follows = dict.fromkeys(term.cause for term in states if "sensor" in term.parameters)
+    if one_row and follows:
+        return (
+            f"{temps.path} has one row: temperatures that never change leave {', '.join(follows)} at 0; give "
+            "temperatures as they change along the motion",
+        )
+    return ()
 
 
 def _streamed(job: _Job, heat: TableStream, out: Path, progress: Progress | None) -> TrajectorySummary:
     """Do the work, block by block."""
     source, largest = job.poses, job.largest
     followed, checked = paired(job.hexapod, source, heat)
+    warnings = () if job.states is None else _of_memory(job, heat, followed.one_row)
     with written_whole(out) as part, TableWriter(part, out, source) as writer:
         while (rows := source.next_rows()) is not None:
             hot, time = followed.of(rows)
@@ -341,7 +370,7 @@ def _streamed(job: _Job, heat: TableStream, out: Path, progress: Progress | None
         largest_line=source.line(largest.row), sensors=job.hexapod.sensor_names, lowest_degC=checked.lowest,
         highest_degC=checked.highest, pairing=followed.pairing, copied=source.header.extras, unused=heat.header.extras,
         lowest_pose=tuple(job.span.low.tolist()), highest_pose=tuple(job.span.high.tolist()),
-        notes=(*job.span.notes(), *time_hints(source, heat)),
+        notes=(*job.span.notes(), *time_hints(source, heat)), warnings=warnings,
     )  # fmt: skip
 
 

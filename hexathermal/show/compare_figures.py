@@ -136,7 +136,8 @@ def _residuals(axes: Axes, found: Comparison, run: ComparedRun, curves: RunCurve
         name = found.sensors[k] if order in (0, len(own) - 1) else None
         axes.plot(hours, smooth(curves.rises[:, k] - run.measured.rises[:, k]), lw=0.9,
                   color=tuple((1.0 - share) * foot + share * top), label=name)  # fmt: skip
-    axes.legend(loc="upper left", ncols=2, fontsize=7.5)
+    # beside the title: curves fill the panel
+    axes.legend(loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=2, fontsize=7.5, borderaxespad=0.1)
 
 
 def parameters_figure(found: Comparison) -> Figure:

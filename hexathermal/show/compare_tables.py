@@ -61,6 +61,8 @@ def parameters_table(found: Comparison, pretty: bool) -> Table:
 
 def limit_words(one: ParameterFound) -> str:
     """Return from where on a number would have been named."""
+    if one.named:
+        return "is named"
     if one.target:
         return f"above {one.limit_high:z.2f}"
     if one.limit_low <= 0.0 or not np.isfinite(one.limit_high):

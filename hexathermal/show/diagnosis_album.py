@@ -22,6 +22,7 @@ MOST_PANELS = 24
 
 def pictures_of(found: Diagnosis) -> dict[str, list[Picture]]:
     """Return the pictures by section: runs, fitted, signals, ranking, gain, limits, noise."""
+    found = along.without_steps(found)
     held = [run for run in found.residuals if run.role == "validation"]
     fitted = [run for run in found.residuals if run.role != "validation"]
     names = _file_names(held or fitted)
@@ -91,6 +92,9 @@ def _runs(found: Diagnosis, runs: list[RunResidual]) -> Picture:
     some = f"the first {len(shown)} of {len(runs)}" if len(shown) < len(runs) else f"all {len(runs)}"
     both = "before and after" if changed(found) else "of the law"
     words = f"Residual {both} in {some} runs for identification, to which the law was fitted; one scale for all."
+    if steps := along.steps_of(found):
+        off = ", ".join(dict.fromkeys(str(one.target) for one in steps))
+        words += f" After, the step of the zero in {off} is taken off."
     sizes = "; ".join(f"{run.run} {_rms(run.before)}" + (f" to {_rms(run.after)}" if changed(found) else "")
                       for run in shown)  # fmt: skip
     return Picture("runs-fitted", f"{words} RMS: {sizes}.", words, partial(along.runs_figure, found, shown))

@@ -48,20 +48,33 @@ td.n,th.n{text-align:right}
 td.n{white-space:nowrap}
 td:last-child:not(.n){min-width:8rem}
 .card td:last-child:not(.n){min-width:0}
+.dense th,.dense td{padding-right:.5rem}
+.dense td{font-size:.86rem}
+.dense tbody th{min-width:4rem}
 tr.named th,tr.named td{color:var(--warm);font-weight:650}
 figure{margin:1.1rem 0 1.6rem}
 figure img{display:block;width:100%;height:auto}
 figcaption{color:var(--soft);font-size:.9rem;margin-top:.3rem;max-width:44rem}
 .card{background:var(--panel);border-left:4px solid var(--warm);border-radius:0 .5rem .5rem 0;padding:.2rem 1rem .6rem;
 margin:1rem 0}
-.note{background:var(--panel);border-left:4px solid var(--accent);border-radius:0 .5rem .5rem 0;padding:.5rem 1rem;
-margin:.8rem 0}
+.card h3{margin-top:.8rem}
+.note{max-width:none;background:var(--panel);border-left:4px solid var(--accent);border-radius:0 .5rem .5rem 0;
+padding:.5rem 1rem;margin:.8rem 0}
 ol.next li{margin:.5rem 0}
 ol.next small{display:block;color:var(--soft)}
 footer{color:var(--soft);font-size:.88rem;padding:2rem 1rem 3rem}
 @media (max-width:40rem){.finding{font-size:1.15rem}h2{font-size:1.15rem}table{font-size:.86rem}
 th,td{padding-right:.6rem}
 tbody th{min-width:6.5rem}td:last-child:not(.n){min-width:9rem}.card tbody th,.card td:last-child:not(.n){min-width:0}}
+@media screen and (max-width:40rem){.stacked,.stacked caption,.stacked tbody,.stacked tr{display:block}
+.stacked tbody th{display:block}
+.stacked thead{position:absolute;width:1px;height:1px;overflow:hidden;clip-path:inset(50%)}
+.stacked tr{border-bottom:1px solid var(--line);padding:.35rem 0}
+.stacked tbody th{border:0;padding:.1rem 0;font-weight:600}
+.stacked td,.stacked td.n{display:flex;gap:1rem;justify-content:space-between;border:0;padding:.1rem 0;text-align:right;
+white-space:normal;overflow-wrap:anywhere}
+.stacked td:not(.n){text-align:left}
+.stacked td::before{content:attr(data-of);color:var(--soft);font-weight:400;text-align:left;flex:none;max-width:45%}}
 @media print{:root{color-scheme:light}nav,.skip{display:none}body{font-size:10pt}main,header,footer{max-width:none}
 h2,h3,h2+p:not(:last-child){break-after:avoid}figure,tr,p,.card,.note{break-inside:avoid}
 caption,thead{break-after:avoid}tbody tr:nth-child(-n+2){break-before:avoid}
@@ -117,7 +130,10 @@ def section(name: str, title: str, *parts: str) -> str:
     return f'<section aria-labelledby="{name}"><h2 id="{name}">{text(title)}</h2>{"".join(parts)}</section>'
 
 
-def table(caption: str, columns: Sequence[str], rows: Sequence[Sequence[str]], named: Sequence[int] = ()) -> str:
+def table(
+    caption: str, columns: Sequence[str], rows: Sequence[Sequence[str]], named: Sequence[int] = (),
+    stacked: bool | None = None,
+) -> str:  # fmt: skip
     """Return a table: the first column names its row; a column whose name ends in ``>`` holds numbers.
 
     Parameters
@@ -127,28 +143,52 @@ def table(caption: str, columns: Sequence[str], rows: Sequence[Sequence[str]], n
     rows : sequence of sequences of str
     named : sequence of int
         Rows that stand out.
+    stacked : bool, optional
+        Whether a phone shows a cell in a line; default: where there is no room for its columns.
     """
+    stacked = _wide(columns, rows) if stacked is None else stacked
+    # a table whose rows are blocks is none to a reader's aid, unless it says so
+    role = ' role="{}"' if stacked else ""
     numbers = ["", *(' class="n"' if column.endswith(">") else "" for column in columns[1:])]
     head = "".join(
-        f'<th scope="col"{number}>{text(column.removesuffix(">"))}</th>'
+        f'<th scope="col"{number}{role.format("columnheader")}>{text(column.removesuffix(">"))}</th>'
         for column, number in zip(columns, numbers, strict=True)
     )
     body = []
     for k, row in enumerate(rows):
         first, *others = row
-        cells = "".join(f"<td{number}>{text(cell)}</td>" for cell, number in zip(others, numbers[1:], strict=True))
+        names = [f' data-of="{text(one.removesuffix(">"))}"' if stacked else "" for one in columns[1:]]
+        cells = "".join(
+            f"<td{number}{role.format('cell')}{name}>{text(cell)}</td>"
+            for cell, number, name in zip(others, numbers[1:], names, strict=True)
+        )
         mark = ' class="named"' if k in named else ""
-        body.append(f'<tr{mark}><th scope="row">{text(first)}</th>{cells}</tr>')
+        body.append(
+            f'<tr{mark}{role.format("row")}><th scope="row"{role.format("rowheader")}>{text(first)}</th>{cells}</tr>'
+        )
+    classes = " ".join(["stacked"] * stacked + ["dense"] * (len(columns) > DENSE))
+    kind = (f' class="{classes}"' if classes else "") + role.format("table")
     return (
-        f'<div class="scroll" role="region" aria-label="{text(caption)}" tabindex="0"><table>'
-        f"<caption>{text(caption)}</caption><thead><tr>{head}</tr></thead><tbody>{''.join(body)}</tbody></table></div>"
+        f'<div class="scroll" role="region" aria-label="{text(caption)}" tabindex="0"><table{kind}>'
+        f"<caption>{text(caption)}</caption><thead><tr{role.format('row')}>{head}</tr></thead><tbody>{''.join(body)}</tbody></table></div>"
     )
+
+
+MOST_COLUMNS, LONG, MOST_CELLS, DENSE = 4, 50, 200, 7
+"""A table with more columns, or one whose last column tells in words, is stacked on a phone, unless it has more cells.
+One with more columns than the last is set closely."""
+
+
+def _wide(columns: Sequence[str], rows: Sequence[Sequence[str]]) -> bool:
+    """Return whether a table has no room on a phone, and is short enough to have each cell on a line of its own."""
+    words = len(columns) == MOST_COLUMNS and any(len(row[-1]) > LONG for row in rows)
+    return len(rows) * len(columns) <= MOST_CELLS and (len(columns) > MOST_COLUMNS or words)
 
 
 def facts(pairs: Sequence[tuple[str, str, str]]) -> str:
     """Return key figures: what, value, and what stands beside it."""
     items = "".join(
-        f"<div><dt>{text(what)}</dt><dd>{text(value)}<small>{text(beside)}</small></dd></div>"
+        f"<div><dt>{text(what)}</dt><dd>{running(value)}<small>{running(beside)}</small></dd></div>"
         for what, value, beside in pairs
     )
     return f'<dl class="facts">{items}</dl>'

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from hexathermal.learn.diagnosis.result import Diagnosis, RunResidual
+from hexathermal.learn.diagnosis.result import Diagnosis, Effect, RunResidual
 from hexathermal.poses import FloatArray
 from hexathermal.show.diagnosis_pictures import LOOK, NARROW_IN
 from hexathermal.show.diagnosis_words import changed, signal_words
@@ -26,8 +27,30 @@ MOST_DOTS = 700
 MINUTES = (0, 1, 5, 15, 30, 60, 120, 240, 480, 960)
 """At the axis of the time since a move, whose scale is that of the square root: most windows come soon after one."""
 
+ROUNDED_S = 0.1
+"""Moments of steps are told to this."""
+
 GAP_STEPS = 8.0
 """A curve is broken where a step in time is more than so many usual ones."""
+
+
+def steps_of(found: Diagnosis) -> list[Effect]:
+    """Return the steps of the zero that were named and are no terms of the law."""
+    return [one for one in found.effects if one.cause == "zero-jump" and one.joined and "step_um" in one.parameters]
+
+
+def without_steps(found: Diagnosis) -> Diagnosis:
+    """Return a diagnosis whose residuals after are free of steps of the zero, which no law can hold."""
+    runs = list(found.residuals)
+    for one in steps_of(found):
+        moment, step = one.parameters["time_s"].value - ROUNDED_S, one.parameters["step_um"].value * 1e-6
+        at = next((k for k, run in enumerate(runs) if run.run == one.target), len(runs))
+        for k, run in enumerate(runs):
+            if run.role != "identification" or (k != at and (k < at or found.law.zero == "run")):
+                continue
+            later = (run.time >= moment) if k == at else np.ones(len(run.time), dtype=bool)
+            runs[k] = replace(run, after=run.after - step * later)
+    return replace(found, residuals=tuple(runs))
 
 
 def _hours(found: Diagnosis, run: RunResidual) -> FloatArray:

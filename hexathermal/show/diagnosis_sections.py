@@ -4,23 +4,27 @@ from __future__ import annotations
 
 from hexathermal.learn.diagnosis.causes import catalogue
 from hexathermal.learn.diagnosis.result import Diagnosis, Effect
+from hexathermal.learn.diagnosis.words import two_digits
 from hexathermal.learn.validation_scores import Figure
 from hexathermal.show.diagnosis_album import MOST_RUNS
 from hexathermal.show.diagnosis_page import facts, paragraph, section, table, text
-from hexathermal.show.diagnosis_tables import probability, visible_words
+from hexathermal.show.diagnosis_tables import joined_words, probability, visible_words
 from hexathermal.show.diagnosis_words import (
+    NONE_NAMED,
     VERDICTS,
     changed,
     effect_rows,
+    feigned,
     gain_words,
     how_apart,
     noise_rows,
     odds,
-    percent,
     placed,
     sentences,
     settings_words,
+    shared_words,
 )
+from hexathermal.show.shares import less, parts
 
 
 def opening(found: Diagnosis) -> str:
@@ -32,9 +36,8 @@ def opening(found: Diagnosis) -> str:
         one = found.gain.total
         before = f"{one.rmse_before * 1e6:.3f}"
         if changed(found):
-            part = one.rmse_gain
-            less = f"{percent(part.value)} % less (95 %: {percent(part.low)} to {percent(part.high)} %)"
-            pairs.append(("RMSE on runs never fitted", f"{before} → {one.rmse_after.value * 1e6:.3f} µm", less))
+            change = f"{before} → {one.rmse_after.value * 1e6:.3f} µm"
+            pairs.append(("RMSE on runs never fitted", change, less(one.rmse_gain)))
         else:
             pairs.append(("RMSE on runs never fitted", f"{before} µm", "nothing joined the law"))
     pairs.append(("Noise", f"{found.noise.rms * 1e6:.3f} µm", "beside the zero of a run"))
@@ -84,37 +87,51 @@ def _finding(found: Diagnosis) -> str:
         return "".join([*(_effect(one, found.law.kind) for one in found.effects), *left])
     if found.verdict == "none":
         return paragraph(
-            "Every cause that these data could show was tried, and none explains them better than chance could. "
+            f"Every cause that these data could show was tried, and none {NONE_NAMED[bool(feigned(found))]}. "
             "That is no proof that there is none: how small an effect can hide is told below, cause by cause."
-        )
+        ) + "".join(paragraph(words, "note") for words in feigned(found))
     best = next((settings_words(one.settings) for one in found.candidates if one.cause == found.follows), "")
     at = f" (at best with {best})" if best else ""
     return paragraph(
         f"What is left {found.follows}{at} more than chance could make it, but none of the seventeen causes of the "
         "catalogue explains that. Look at the pictures of that signal, and at what changes with it on the bench: it is "
-        "real, and it is not noise. The law was left as it is."
+        "real, and it is not noise. The law was left as it is." + (RHYTHM if "rhythm" in (found.follows or "") else "")
     )
+
+
+FEIGNED = "Why none is named of those that stand above it is told under “What was found”."
+RHYTHM = (
+    " A rhythm that no cause has is often that of the room or of a supply: see what switches on and off with this "
+    "period, as air conditioning, a chiller or a pump does."
+)
 
 
 def _effect(one: Effect, kind: str) -> str:
     """Return one cause that was named."""
     cause = catalogue()[one.cause].CAUSE
-    rows = [(name if unit == "-" else f"{name}, {unit}", *cells) for name, *cells, unit in effect_rows(one, kind)]
-    head = ("parameter", "value>", "standard uncertainty>", "95 % interval")
+    rows = [
+        (name if unit == "-" else f"{name}, {unit}", value, std, between.replace(" ", "\N{NO-BREAK SPACE}"))
+        for name, value, std, between, unit in effect_rows(one, kind)
+    ]
+    head = ("parameter", "value>", "standard uncertainty>", "95 % interval>")
     alike = (
         f"These data cannot tell it from {', '.join(one.equivalent)}: an experiment must decide, see below."
         if one.equivalent
         else "No other cause of the catalogue explains these data as well."
     )
     joined = (
-        "It joined the law, since it foretells runs left out of the fit."
+        f"It is no term of the law, which is to hold in other runs: the coefficients are freed of it in {one.target}."
+        if joined_words(one) == "no term"
+        else "It joined the law, since it foretells runs left out of the fit."
         if one.joined
-        else "It did not join the law: on runs left out of the fit it does not pay."
+        else "It did not join the law: runs left out of the fit do as well without it. It may go along with the drift "
+        "and move nothing."
     )
     return (
         f'<div class="card"><h3>{text(placed(one.cause, one.target))}</h3>{paragraph(cause.physics)}'
-        + (table(f"Size of {one.cause}", head, rows) if rows else "")
-        + paragraph(f"How it shows: {cause.signature} {one.visible * 1e6:.2g} um of it stays visible.")
+        + (table(f"Size of {one.cause}", head, rows, stacked=True) if rows else "")
+        + paragraph(f"How it shows: {cause.signature} {two_digits(one.visible * 1e6)} um of it stays visible.")
+        + "".join(paragraph(words) for words in shared_words(one))
         + paragraph(f"Probability of the name: {probability(one.probability)}. {alike} {joined}")
         + "</div>"
     )
@@ -144,7 +161,7 @@ def _gain(found: Diagnosis, drawn: dict[str, str]) -> str:
     if changed(found):
         rows = [
             (name, f"{one.rmse_before * 1e6:.3f}", _with_interval(one.rmse_after),
-             f"{percent(one.rmse_gain.value)} % ({percent(one.rmse_gain.low)} to {percent(one.rmse_gain.high)})",
+             f"{parts(one.rmse_gain.value)} % ({parts(one.rmse_gain.low)} to {parts(one.rmse_gain.high)})",
              f"{one.linf_before * 1e6:.2f} → {one.linf_after.value * 1e6:.2f}")
             for name, one in (*found.gain.runs.items(), ("all", found.gain.total))
         ]  # fmt: skip
@@ -180,7 +197,8 @@ def _signals(found: Diagnosis, drawn: dict[str, str]) -> str:
 
 def _ranking(found: Diagnosis, drawn: dict[str, str]) -> str:
     """Return the ranking."""
-    head = ("cause", "visible RMS, um (95 %)>", "evidence>", "probability>", "at best with")
+    between = " (95 %)" if found.effects else ""
+    head = ("cause", f"visible RMS, um{between}>", "evidence>", "probability>", "at best with")
     rows = [
         (placed(one.cause, one.target), visible_words(found, k),
          f"{one.evidence:z.1f}", probability(one.probability), settings_words(one.settings) or "-")
@@ -198,6 +216,7 @@ def _ranking(found: Diagnosis, drawn: dict[str, str]) -> str:
             "what those before it left; the others with what they had before anything was named. Of several "
             "thermometers that explain the runs fitted, the one is named that foretells runs left out best."
         )
+        + "".join(paragraph(FEIGNED) for _words in feigned(found))
         + drawn["ranking"]
         + table("Candidates: those named, then the others, best first", head, rows, range(len(found.effects)))
     )
@@ -235,7 +254,8 @@ def _limits(found: Diagnosis, drawn: dict[str, str]) -> str:
     """Return limits of detection."""
     if not found.limits:
         return paragraph("No limit could be told.")
-    rows = [(one.cause, f"{one.visible * 1e6:.2g}", f"{one.whole * 1e6:.2g}", catalogue()[one.cause].CAUSE.signature)
+    rows = [(one.cause, two_digits(one.visible * 1e6), two_digits(one.whole * 1e6),
+             catalogue()[one.cause].CAUSE.signature)
             for one in sorted(found.limits, key=lambda item: (item.whole, item.cause))]  # fmt: skip
     head = ("cause", "visible RMS, um>", "whole RMS, um>", "how it would show")
     return drawn["limits"] + table("Smallest effect that would be named", head, rows)

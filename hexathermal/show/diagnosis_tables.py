@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from rich.table import Table
 
-from hexathermal.learn.diagnosis.result import Candidate, Diagnosis
+from hexathermal.learn.diagnosis.result import Candidate, Diagnosis, Effect
 from hexathermal.show.diagnosis_words import (
     effect_rows,
     how_apart,
@@ -38,10 +38,13 @@ def ranking_table(found: Diagnosis, pretty: bool) -> Table:
 
 def visible_words(found: Diagnosis, k: int) -> str:
     """Return what stays visible of a candidate [um], with its 95 % interval where it was named."""
+    from hexathermal.learn.diagnosis.words import two_digits
+
     one: Candidate = found.candidates[k]
-    std = visible_std(found.effects[k]) * 1e6 if k < len(found.effects) else math.nan
-    value = one.visible * 1e6
-    return f"{rounded(value, std)} ({span(value, std, positive=True)})" if math.isfinite(std) else f"{value:.2g}"
+    std, value = math.nan, one.visible * 1e6
+    if k < len(found.effects):
+        std = (one.spread if math.isfinite(one.spread) else visible_std(found.effects[k])) * 1e6
+    return f"{rounded(value, std)} ({span(value, std, positive=True)})" if math.isfinite(std) else two_digits(value)
 
 
 def probability(value: float) -> str:
@@ -63,16 +66,23 @@ def effects_table(found: Diagnosis, pretty: bool) -> Table:
         for k, row in enumerate(effect_rows(one, found.law.kind) or [("-",) * 5]):
             head = (one.cause, one.target or "-") if k == 0 else ("", "")
             tail = (probability(one.probability), ", ".join(one.equivalent) or "none other",
-                    "yes" if one.joined else "no") if k == 0 else ("", "", "")  # fmt: skip
+                    joined_words(one)) if k == 0 else ("", "", "")  # fmt: skip
             table.add_row(*head, *row, *tail)
     return table
+
+
+def joined_words(one: Effect) -> str:
+    """Return whether a cause joined the law; a step of the zero is no term, its run is freed of it."""
+    return "no term" if one.cause == "zero-jump" and one.joined else "yes" if one.joined else "no"
 
 
 def limits_table(found: Diagnosis, pretty: bool) -> Table:
     """Return how large each effect must be in this campaign to be named, smallest first."""
     table = framed(pretty, "would be named from", "visible RMS\num>", "whole RMS\num>")
+    from hexathermal.learn.diagnosis.words import two_digits
+
     for one in sorted(found.limits, key=lambda item: (item.whole, item.cause)):
-        table.add_row(one.cause, f"{one.visible * 1e6:.2g}", f"{one.whole * 1e6:.2g}")
+        table.add_row(one.cause, two_digits(one.visible * 1e6), two_digits(one.whole * 1e6))
     return table
 
 

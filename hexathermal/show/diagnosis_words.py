@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
+
+from hexathermal.show.shares import less, proven
 
 if TYPE_CHECKING:
     from hexathermal.learn.diagnosis.result import Diagnosis, Effect, Quantity
@@ -29,6 +31,9 @@ LABELS = {
 }
 """Of parameters whose names alone would not be understood."""
 
+SHARES = {"sensor-detached": "share of the air in it", "air-refraction": "share of the index left out"}
+"""Of what a share is one, by the cause."""
+
 CHOICES: dict[tuple[str, Any], str] = {
     ("kick", "direction"): "move, with its sign",
     ("kick", "step"): "move, by its length",
@@ -47,6 +52,9 @@ SIGNALS = {
     "humidity": ("relative humidity", "%", 1e2),
 }
 """What each signal of a residual is called, the unit that is shown, and its factor."""
+
+NONE_NAMED = ("explains them better than chance could", "can be named")
+"""What is said of all causes where none was named: as it is, and where some stand above chance."""
 
 VERDICTS = {
     "effect": "a cause is named",
@@ -134,22 +142,12 @@ def span(value: float, std: float, positive: bool = False) -> str:
     return f"below {high}" if positive and value <= COVERAGE * std else f"{low} to {high}"
 
 
-def percent(part: float) -> str:
-    """Return a part in whole percent.
-
-    Examples
-    --------
-    >>> percent(-0.002), percent(0.207)
-    ('0', '21')
-    """
-    return f"{round(100.0 * part) + 0:d}" if math.isfinite(part) else "-"
-
-
 def effect_rows(effect: Effect, kind: str) -> list[tuple[str, ...]]:
     """Return the parameters of a cause: name, value, standard uncertainty, 95 % interval, unit."""
     shown = [parameter(name, quantity, kind) for name, quantity in effect.parameters.items()]
-    rows: list[tuple[str, ...]] = [(one.name, *one.cells, one.unit or "-") for one in shown]
-    kept = {name: value for name, value in effect.settings.items() if name not in HIDDEN}
+    shares = {"share": SHARES.get(effect.cause, "share")}
+    rows: list[tuple[str, ...]] = [(shares.get(one.name, one.name), *one.cells, one.unit or "-") for one in shown]
+    kept = {name: value for name, value in effect.settings.items() if name not in HIDDEN and value != effect.target}
     return rows + [
         (_label(name), CHOICES.get((name, value), str(value)), "-", "-", "-") for name, value in kept.items()
     ]
@@ -191,13 +189,20 @@ def settings_words(settings: Mapping[str, Any]) -> str:
     --------
     >>> settings_words({"time_constant_s": 960.0, "order": 2, "ratio": 0.5, "sensor": "T07"})
     'time constant 16 min, order 2'
+    >>> settings_words({"run": "run-03", "time_s": 3672.5})
+    'in run-03, at 61.2 min'
     """
     said = (_setting(name, value) for name, value in settings.items() if name not in HIDDEN)
     return ", ".join(words for words in said if words)
 
 
-HIDDEN = ("sensor", "sensors", "ratio", "source", "path_m", "first", "reference_degC", "weights")
+HIDDEN = ("sensor", "sensors", "ratio", "source", "path_m", "stroke_share", "first", "reference_degC",
+          "weights")  # fmt: skip
 """Settings that say nothing beside the target."""
+
+
+PLACES = {"run": "in", "time_s": "at"}
+"""Words before settings that tell where and when."""
 
 
 TOLD = {"_K_per_h": " K/h", "_um_per_h": " um/h", "_ppm": " um/m", "_um": " um", "_K": " K", "_degC": " °C"}
@@ -209,7 +214,7 @@ ENDLESS = 1e6
 
 def _setting(name: str, value: Any) -> str:
     """Return one setting in words."""
-    label = _label(name)
+    label = PLACES.get(name) or _label(name)
     if isinstance(value, str | bool) or not isinstance(value, int | float):
         return f"{label} {CHOICES.get((name, value), value)}"
     if abs(value) > ENDLESS:
@@ -279,22 +284,24 @@ def visible_std(effect: Effect) -> float:
     """
     from hexathermal.learn.diagnosis.words import UNITS as OF_GRIDS
 
-    parts = [
+    shares = [
         one.std / abs(one.value)
         for name, one in effect.parameters.items()
         if name not in OF_GRIDS and math.isfinite(one.std) and one.value
     ]
-    return effect.visible * min(parts) if parts else math.nan
+    return effect.visible * min(shares) if shares else math.nan
 
 
 def noise_rows(found: Diagnosis) -> list[tuple[str, float, str]]:
     """Return the parts of the noise: name, standard deviation [m], and what makes it."""
     noise = found.noise
+    lands = noise.landing > 0.0 or any("direction" in run.signals for run in found.residuals)
+    first = ", from the noise of its first row" if found.law.zero == "run" else " against the others"
     return [
         ("white", noise.white, "differs from row to row; means of many rows hardly feel it"),
-        ("landings", noise.landing, "each stop after a move lands a little elsewhere"),
+        *[("landings", noise.landing, "each stop after a move lands a little elsewhere")] * lands,
         ("slow", noise.slow, f"wanders within about {duration(noise.slow_time)}"),
-        ("zero of a run", noise.offset, "shifts a whole run, from the noise of its first row"),
+        ("zero of a run", noise.offset, f"shifts a whole run{first}"),
     ]
 
 
@@ -305,7 +312,48 @@ def changed(found: Diagnosis) -> bool:
 
 def sentences(found: Diagnosis) -> list[str]:
     """Return the finding: one sentence, and one for each further cause."""
-    return [one.sentence for one in found.effects] or [found.sentence]
+    return list(found.sentences) or [found.sentence]
+
+
+def feigned(found: Diagnosis) -> list[str]:
+    """Return `feigned_words` of a diagnosis."""
+    shown = [(one.cause, one.target, one.evidence) for one in found.candidates]
+    return feigned_words(found.verdict, found.threshold, shown)
+
+
+def feigned_words(verdict: str, threshold: float, candidates: Sequence[tuple[str, str | None, float]]) -> list[str]:
+    """Return why nothing is named although some candidates stand above chance; nothing where none does.
+
+    Parameters
+    ----------
+    verdict : str
+    threshold : float
+        Log evidence that a name needed.
+    candidates : sequence of (cause, target, evidence)
+    """
+    above = [(cause, target) for cause, target, evidence in candidates if evidence >= threshold]
+    if verdict != "none" or not above:
+        return []
+    names = "; ".join(placed(cause, target) for cause, target in above)
+    they, are, them = ("these stand", "are", "them") if len(above) > 1 else ("this stands", "is", "it")
+    return [
+        f"{names}: {they} above chance, but {are} not named: small errors of the law or of its thermometers would look "
+        f"like {them}, or runs left out of the fit do not bear {them} out. The law explains these data as far as its "
+        "thermometers can be trusted, not row by row."
+    ]
+
+
+def shared_words(one: Effect) -> list[str]:
+    """Return why the sizes of a cause may be uncertain although it is sure; nothing where they are not."""
+    from hexathermal.learn.diagnosis.words import UNITS as OF_GRIDS
+
+    sizes = [size for name, size in one.parameters.items() if name not in OF_GRIDS and math.isfinite(size.std)]
+    if not sizes or any(abs(size.value) > COVERAGE * size.std for size in sizes):
+        return []
+    return [
+        "The interval of its size holds 0 although something of it is seen: the law's own coefficients can take up a "
+        "part of it, and these data do not tell how much."
+    ]
 
 
 def gain_words(found: Diagnosis) -> str:
@@ -317,12 +365,10 @@ def gain_words(found: Diagnosis) -> str:
     if not changed(found):
         said = f"On runs never fitted the law leaves an RMSE of {before:.3f} um; nothing joined it"
     else:
-        sure = "proven" if found.gain.proven else "not proven: the interval holds 0"
         said = (
-            f"On runs never fitted the extended law brings the RMSE from {before:.3f} to {after:.3f} um, "
-            f"{percent(abs(part.value))} % {'less' if part.value >= 0.0 else 'more'} (95 %: {percent(part.low)} to "
-            f"{percent(part.high)} %, {sure})"
+            f"On runs never fitted the extended law brings the RMSE from {before:.3f} to {after:.3f} um ({less(part)}"
         )
+        said += f"; {proven(part)})"
     if found.reachable is not None and math.isfinite(found.reachable):
         free = f"{found.reachable * 1e6:.3f} um"
         beaten = found.reachable > found.gain.total.rmse_after.value

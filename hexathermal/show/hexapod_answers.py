@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 from hexathermal.errors import ArgumentError
 from hexathermal.show.commands import Answer, Progress
-from hexathermal.show.options import machine, number, path, whole
+from hexathermal.show.options import machine, number, path, sensor_names, whole
 
 if TYPE_CHECKING:
     from hexathermal.learn.campaign import Campaign
@@ -169,9 +169,7 @@ def _sensors(
 
     needed = tuple(dict.fromkeys(name for law in bench or () for name in law.sensors))
     if arguments.sensors != "auto":
-        names = tuple(name.strip() for name in arguments.sensors.split(","))
-        if not all(names):
-            raise ArgumentError(f"--sensors {arguments.sensors!r} holds an empty name; give auto, or names with commas")
+        names = sensor_names(arguments.sensors)
         for name in needed:
             if name not in names:
                 raise ArgumentError(f"the laws of --legs read {name!r}, which --sensors leaves out: name it there too")

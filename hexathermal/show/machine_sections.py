@@ -17,13 +17,13 @@ from hexathermal.show.machine_words import (
     changed,
     framed_out,
     gain_words,
-    less,
     noise_words,
     notes_of,
     parameter_rows,
     score_cells,
     sentences,
 )
+from hexathermal.show.shares import less
 
 
 def opening(found: MachineDiagnosis) -> str:

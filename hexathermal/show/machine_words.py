@@ -5,12 +5,12 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING
 
-from hexathermal.show.diagnosis_words import parameter, percent, rounded, span
+from hexathermal.show.diagnosis_words import parameter, rounded, span
+from hexathermal.show.shares import less, parts, proven
 
 if TYPE_CHECKING:
     from hexathermal.learn.hexapod_scores import PoseScore
     from hexathermal.learn.machine_diagnosis.result import MachineDiagnosis, MachineEffect
-    from hexathermal.learn.validation_scores import Figure
 
 UM = 1e6
 
@@ -110,35 +110,7 @@ def _pairs(scores: dict[str, PoseScore]) -> list[tuple[PoseScore, str]]:
 def _brought(one: PoseScore, unit: str) -> str:
     """Return what one score says."""
     part = one.reduction
-    sure = (
-        "proven" if part.low > 0.0 else "proven to be worse" if part.high < 0.0 else "not proven: the interval holds 0"
-    )
-    return f"from {one.before.value * UM:.3f} to {one.after.value * UM:.3f} {unit} ({less(part)}; {sure})"
-
-
-def less(part: Figure) -> str:
-    """Return by how much an error became less, in words.
-
-    Examples
-    --------
-    >>> from hexathermal.learn.validation_scores import Figure
-    >>> less(Figure(0.213, 0.102, 0.307)), less(Figure(-0.005, -0.08, 0.06))
-    ('21 % less, 95 %: 10 to 31 %', '0.5 % more, 95 %: -6.0 to 8.0 %')
-    """
-    sign, word = (1.0, "less") if part.value >= 0.0 else (-1.0, "more")
-    ends = sorted((sign * part.low, sign * part.high))
-    return f"{parts(sign * part.value)} % {word}, 95 %: {parts(ends[0])} to {parts(ends[1])} %"
-
-
-def parts(part: float) -> str:
-    """Return a part in percent, with a decimal below 10 %.
-
-    Examples
-    --------
-    >>> parts(0.207), parts(0.0042), parts(-1e-9)
-    ('21', '0.4', '0.0')
-    """
-    return f"{round(100.0 * part, 1) + 0.0:.1f}" if abs(part) < 0.0995 else percent(part)
+    return f"from {one.before.value * UM:.3f} to {one.after.value * UM:.3f} {unit} ({less(part)}; {proven(part)})"
 
 
 def framed_out(found: MachineDiagnosis) -> bool:

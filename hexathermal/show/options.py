@@ -47,6 +47,22 @@ def number(text: str) -> float:
     return value
 
 
+def sensor_names(text: str, allowed: str = "auto, or names with commas, as T07,T14") -> tuple[str, ...]:
+    """Return the names of ``--sensors``, without the blanks around them.
+
+    Raises
+    ------
+    ArgumentError
+        There is none, or one of several is empty: a name may have been lost there.
+    """
+    names = tuple(name.strip() for name in text.split(","))
+    if not any(names):
+        raise ArgumentError(f"--sensors names no sensor; give {allowed}")
+    if not all(names):
+        raise ArgumentError(f"--sensors {text!r} holds an empty name; give {allowed}")
+    return names
+
+
 def seed(text: str) -> int:
     """Return a whole number that can start a generator."""
     if not re.fullmatch(r"\d{1,18}", text, re.ASCII):

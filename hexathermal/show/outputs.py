@@ -20,8 +20,8 @@ OWN_FOLDERS = ("campaign.toml", "hexapod.toml")
 """A folder with one of these files is one thing: nothing is written into it."""
 
 CAMPAIGN = OWN_FOLDERS[0]
-MAKING = ("out",)
-"""Options that may name a campaign itself: a command that makes one puts it there."""
+MAKING = "simulate"
+"""The command that makes campaigns: its --out may name one itself."""
 
 
 def protect(arguments: argparse.Namespace) -> None:
@@ -39,7 +39,7 @@ def protect(arguments: argparse.Namespace) -> None:
         for path in given.get(name, []):
             if str(path) != "-":
                 _check(f"--{name}", path, read)
-                _check_campaigns(name, path)
+                _check_campaigns(name, path, name == "out" and getattr(arguments, "command", None) == MAKING)
     _check_each_other({f"--{name}": path for name in OUTPUTS for path in given.get(name, []) if str(path) != "-"})
     if given.get("json") and not getattr(arguments, "force", False):
         _check_answer(given["json"][0])
@@ -77,10 +77,10 @@ def _check_each_other(results: dict[str, Path]) -> None:
             raise ArgumentError(f"{option} and {other} both name {path}; give each a name of its own")
 
 
-def _check_campaigns(option: str, path: Path) -> None:
+def _check_campaigns(option: str, path: Path, making: bool) -> None:
     """Refuse a result inside a folder of measurements, also where nothing of it is read."""
     target = path.resolve()
-    around = target.parents if option in MAKING else (target, *target.parents)
+    around = target.parents if making else (target, *target.parents)
     folder = next((one for one in around if (one / CAMPAIGN).is_file()), None)
     if folder is not None:
         raise ArgumentError(

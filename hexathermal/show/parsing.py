@@ -5,8 +5,9 @@ from __future__ import annotations
 import argparse
 import re
 from collections.abc import Iterable, Sequence
-from difflib import get_close_matches
 from typing import Any, NoReturn
+
+from hexathermal.machine.forms import nearest
 
 NUMBERS = re.compile(r"-[\d.][\d.,eE+-]*$", re.ASCII)
 """What is a number although it begins like an option: -5, -1e-3, -5,0,120."""
@@ -89,7 +90,7 @@ def suggestion(word: str, names: Iterable[str]) -> str:
     """
     known = {name.lower(): name for name in names}
     short = word.lower()
-    close = [low for low in known if len(short) > 2 and low.startswith(short)] or get_close_matches(short, known, 1)
+    close = [low for low in known if len(short) > 2 and low.startswith(short)] or nearest(short, known)
     return f"; did you mean {known[close[0]]!r}?" if close else ""
 
 

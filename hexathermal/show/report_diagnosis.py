@@ -7,10 +7,20 @@ from pathlib import Path
 from typing import Any
 
 from hexathermal.errors import FileFormatError, Problem
-from hexathermal.learn.diagnosis.result import Quantity
+from hexathermal.learn.diagnosis.result import Quantity, in_turn
+from hexathermal.learn.diagnosis.words import two_digits
 from hexathermal.show.diagnosis_page import paragraph, table, text
 from hexathermal.show.diagnosis_tables import probability
-from hexathermal.show.diagnosis_words import VERDICTS, how_apart, odds, parameter, settings_words, where
+from hexathermal.show.diagnosis_words import (
+    NONE_NAMED,
+    VERDICTS,
+    feigned_words,
+    how_apart,
+    odds,
+    parameter,
+    settings_words,
+    where,
+)
 from hexathermal.show.report_chart import Chart
 from hexathermal.show.report_diagnosis_charts import disturbances_chart, gain_chart, limits_chart, ranking_chart
 from hexathermal.show.report_page import Report, Section
@@ -48,7 +58,9 @@ def _report(told: Facts, place: Path) -> Report:
     """Return the report."""
     title = str(told["title"]) or "campaign without a title"
     whole = told.get("kind") == "hexapod"
-    pairs = [("Verdict", VERDICTS[told["verdict"]], f"probability {probability(float(told['probability']))}"),
+    many, whose = len(told["effects"]), "the first with probability" if len(told["effects"]) > 1 else "probability"
+    verdict = f"{many} causes are named" if many > 1 else VERDICTS[told["verdict"]]
+    pairs = [("Verdict", verdict, f"{whose} {probability(float(told['probability']))}"),
              ("Threshold", f"{told['threshold']:.1f}", "log evidence that a name needed")]  # fmt: skip
     gain = told["gain"]
     bare = _without_frames(told)
@@ -72,7 +84,8 @@ def _report(told: Facts, place: Path) -> Report:
     facts = {"title": title, "verdict": told["verdict"], "cause": told["cause"], "target": told["target"],
              "probability": told["probability"], "gain": gain}  # fmt: skip
     about = "machine" if whole else f"law of {' + '.join(told['sensors'])}"
-    return Report("diagnosis", f"Diagnosis: {title}", f"Diagnosis of {title}, {about}", str(told["sentence"]),
+    first = next((str(one["sentence"]) for one in told["effects"]), str(told["sentence"]))
+    return Report("diagnosis", f"Diagnosis: {title}", f"Diagnosis of {title}, {about}", first,
                   tuple(pairs), tuple(sections), tuple(notes), facts)  # fmt: skip
 
 
@@ -92,28 +105,39 @@ def _measures(gain: Facts) -> list[tuple[str, str]]:
 
 def _finding(told: Facts) -> Section:
     """Return what was named."""
+    whole = told.get("kind") == "hexapod"
     parts: list[str | Chart] = []
-    for one in told["effects"]:
+    for one, sentence in zip(told["effects"], _sentences(told), strict=True):
         rows, head = (
-            _sizes(one, told.get("kind") == "hexapod"),
+            _sizes(one, whole),
             ("parameter", "value>", "standard uncertainty>", "95 % interval>", "unit"),
         )
         where = f", {one['target']}" if one["target"] else ""
         alike = f" As likely: {', '.join(one['equivalent'])}." if one["equivalent"] else ""
         sizes = table(f"Size of {one['cause']}", head, rows)
         parts.append(
-            f'<div class="card"><h3>{text(one["cause"] + where)}</h3>{paragraph(one["sentence"])}'
+            f'<div class="card"><h3>{text(one["cause"] + where)}</h3>{paragraph(sentence)}'
             f"{sizes if rows else ''}"
             f"{paragraph('Probability of the name: ' + probability(float(one['probability'])) + '.' + alike)}</div>"
         )
     if told["follows"]:
         parts.append(paragraph(f"What is left, and has no name, {told['follows']}.", "note"))
+    feigned = [] if whole else feigned_words(told["verdict"], told["threshold"], [
+        (one["cause"], one["target"], float(one["evidence"])) for one in told["candidates"]
+    ])  # fmt: skip
     if not parts:
         parts.append(paragraph(
-            "Every cause that these data could show was tried, and none explains them better than chance could. "
+            f"Every cause that these data could show was tried, and none {NONE_NAMED[bool(feigned)]}. "
             "That is no proof that there is none: how small an effect can hide is told below."
         ))  # fmt: skip
+    parts += [paragraph(words, "note") for words in feigned]
     return Section("finding", "Finding", "What was found", tuple(parts))
+
+
+def _sentences(told: Facts) -> list[str]:
+    """Return a sentence for each cause; of a leg or a part later ones tell what those before them left."""
+    said = [str(one["sentence"]) for one in told["effects"]]
+    return said if told.get("kind") == "hexapod" else list(in_turn(said))
 
 
 def _sizes(effect: Facts, whole: bool) -> list[tuple[str, ...]]:
@@ -165,7 +189,7 @@ def _gain(gain: Facts, bare: Facts | None) -> Section:
         head: tuple[str, ...] = ("run", "measure", "RMSE>", "unit")
         words = paragraph("Nothing joined: what is left on runs never fitted is what was left before.")
         return Section("gain", "What is left", "What is left on runs never fitted",
-                       (words, *drawn, table("What is left, run by run", head, rows)))  # fmt: skip
+                       (words, *drawn, table("What is left, run by run", head, rows, stacked=True)))  # fmt: skip
     head = ("run", "measure", "before>", "after>", "less by>", "unit")
     return Section("gain", "Before and after", "Before and after, on runs never fitted",
                    (*drawn, table("Before and after the extension", head, rows)))  # fmt: skip
@@ -189,8 +213,8 @@ def _limits(told: Facts) -> Section:
         return Section("limits", "Detection limits", "How small an effect would have been named",
                        (paragraph("No limit could be told."),))  # fmt: skip
     if "detection_limits_um" in told:
-        rows = [(cause, f"{value:.2g}") for cause, value in sorted(told["detection_limits_um"].items(),
-                                                                 key=lambda item: item[1])]  # fmt: skip
+        sizes = sorted(told["detection_limits_um"].items(), key=lambda item: item[1])
+        rows = [(cause, two_digits(value)) for cause, value in sizes]
         listed = table("Smallest effect that would be named", ("cause", "visible RMS, um>"), rows)
     else:
         seen = [one for one in told["detection_limits"] if one["translation_um"] is not None]

@@ -214,6 +214,20 @@ def test_beams_that_count_from_each_run_do_not_fit_a_campaign_that_counts_from_t
         used_run(campaign, "b")
 
 
+def test_a_first_run_without_a_row_is_named_by_those_that_count_from_it(tmp_path: Path) -> None:
+    """zero = "campaign" and no usable row in the first run: one error that names that run, whichever is read."""
+    folder = component_campaign(tmp_path)
+    file = folder / "runs" / "a.csv"
+    head, *rows = file.read_text(encoding="utf-8").splitlines()
+    lost = [",".join([*row.split(",")[:-1], "1e300"]) for row in rows]
+    file.write_text("\n".join([head, *lost]) + "\n", encoding="utf-8")
+    campaign = load_campaign(folder, scan=False)
+    for run, said in (("a", "hexathermal check shows more"), ("b", "all runs count from its first row")):
+        with pytest.raises(CampaignError, match=f"no row of identification run 'a' may be used: .*{said}") as error:
+            used_run(campaign, run)
+        assert len(error.value.faults) == 1
+
+
 def test_nothing_usable_is_said_with_the_reasons(tmp_path: Path) -> None:
     """A run without one settled row: the error gives the count and the reason."""
 

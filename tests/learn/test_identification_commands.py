@@ -26,8 +26,12 @@ from tests.learn.legs import SENSORS, drawn_leg
 @pytest.fixture(scope="module")
 def campaign(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A campaign folder with four runs to identify and two to validate."""
-    folder = tmp_path_factory.mktemp("campaign")
-    rng = np.random.default_rng(5)
+    return written(tmp_path_factory.mktemp("campaign"), 5)
+
+
+def written(folder: Path, seed: int, degrees: float = 1.0, shift: float = 0.0) -> Path:
+    """Write a drawn campaign; its thermometers show so many degrees for each kelvin, its scale is shifted [mm]."""
+    rng = np.random.default_rng(seed)
     blocks = drawn_leg(rng, runs=4, hours=1.5) + drawn_leg(rng, runs=2, hours=1.5, role="validation")
     lines = ['format = "hexathermal-campaign/1"', 'kind = "leg"', 'title = "drawn"', "[leg]", "q0_mm = 600.0",
              "stroke_mm = [0.0, 250.0]", "[interferometer]", "radius_mm = 60.0", "azimuth_deg = [0.0, 120.0, 240.0]",
@@ -40,7 +44,8 @@ def campaign(tmp_path_factory: pytest.TempPathFactory) -> Path:
                 "beam3_mm", "air_temperature_degC", "air_pressure_hPa", "air_humidity_percent"]  # fmt: skip
         n = len(block)
         beam = (block.drift + block.q - block.q[0]) * 1e3
-        table = np.column_stack([block.time, block.q * 1e3, np.ones(n), 20.0 + block.dT, beam, beam, beam,
+        shown = 32.0 * (degrees > 1.0) + degrees * (20.0 + block.dT)
+        table = np.column_stack([block.time, block.q * 1e3 + shift, np.ones(n), shown, beam, beam, beam,
                                  np.full((n, 3), [20.0, 1013.0, 45.0]) + 0.01 * rng.normal(size=(n, 3))])  # fmt: skip
         np.savetxt(folder / f"{name}.csv", table, delimiter=",", header=",".join(head), comments="", fmt="%.9g")
     (folder / "campaign.toml").write_text("\n".join(lines) + "\n", encoding="utf-8")
@@ -211,12 +216,76 @@ def test_legs_that_are_alike_get_one_law(campaign: Path, tmp_path: Path, capsys:
     own, common = tmp_path / "own.json", tmp_path / "common.json"
     assert main(["identify", str(campaign), "--sensors", "T07", "--json", str(own)]) == 0
     law = tmp_path / "leg.toml"
-    words = ["--sensors", "T07", "--common", str(campaign), "--out", str(law), "--json", str(common)]
+    other = tmp_path / "other"
+    other.mkdir()
+    words = ["--sensors", "T07", "--common", str(written(other, 6)), "--out", str(law), "--json", str(common)]
     assert main(["identify", str(campaign), *words]) == 0
     one, two = (json.loads(file.read_text(encoding="utf-8")) for file in (own, common))
     assert two["common_law_written"]
     assert len(two["runs"]) == 2 * len(one["runs"])
     for alone, shared in zip(one["coefficients"], two["coefficients"], strict=True):
         assert shared["standard_uncertainty"] < alone["standard_uncertainty"]
+        assert abs(shared["value"] - alone["value"]) < 4.0 * alone["standard_uncertainty"]
     assert all(not leg["clearly_worse"] for leg in two["common_legs"].values())
     assert "one law serves all legs" in capsys.readouterr().out
+
+
+def test_a_run_never_counts_for_two_legs(campaign: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """A campaign that is its own other leg, by its name or as a copy, is refused; no law is written."""
+    copy, law = tmp_path / "copy", tmp_path / "leg.toml"
+    shutil.copytree(campaign, copy)
+    for other in (campaign, copy):
+        words = ["identify", str(campaign), "--sensors", "T07", "--common", str(other), "--out", str(law)]
+        assert main(words) == 2
+        assert "a run must not count for two legs" in capsys.readouterr().err
+    assert not law.exists()
+
+
+@pytest.mark.parametrize("command", ["identify", "diagnose"])
+@pytest.mark.parametrize(
+    ("names", "said"),
+    [("T7", "did you mean 'T07'?"), ("T07,", "'T07,' holds an empty name"), (" , ", "names no sensor")],
+)
+def test_a_misspelt_sensor_is_told_alike(
+    campaign: Path, command: str, names: str, said: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """The suggestion is the sensor of the same number; an empty name is refused by every command."""
+    assert main([command, str(campaign), "--sensors", names]) == 2
+    assert said in capsys.readouterr().err
+
+
+def test_blanks_around_a_sensor_do_not_matter(campaign: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """``--sensors "T07, T14"`` is the law of T07 and T14."""
+    assert main(["identify", str(campaign), "--sensors", "T07, T14", "--quiet"]) == 0
+    capsys.readouterr()
+
+
+@pytest.mark.parametrize(
+    ("degrees", "shift", "said"), [(1.8, 0.0, "degrees Fahrenheit?"), (1.0, 400.0, "outside stroke_mm")]
+)
+def test_a_law_of_other_units_is_warned_of(
+    tmp_path: Path, degrees: float, shift: float, said: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Temperatures in degrees Fahrenheit and a scale with another zero make a law that `check` alone would doubt."""
+    assert main(["identify", str(written(tmp_path, 5, degrees, shift)), "--sensors", "T07"]) == 0
+    assert said in capsys.readouterr().err
+
+
+def test_a_machine_is_never_written_into_measurements(
+    campaign: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """apply leaves the folder of a campaign as it is, with --force too; bounds are told by their option."""
+    law, before = tmp_path / "leg.toml", sorted(campaign.iterdir())
+    assert main(["identify", str(campaign), "--sensors", "T07", "--out", str(law)]) == 0
+    words = ["apply", str(law), "--machine", "reference", "--out"]
+    cases = [
+        ([str(campaign), "--force"], "measurements stay as they are"),
+        ([str(tmp_path / "m"), "--margin", "1e9"], "--margin 1e+09 K"),
+        ([str(tmp_path / "m"), "--reference", "1e9"], "--reference must be -100 to 400 degC"),
+    ]
+    capsys.readouterr()
+    for last, said in cases:
+        assert main([*words, *last]) == 2
+        assert said in capsys.readouterr().err
+    assert sorted(campaign.iterdir()) == before
+    assert not (tmp_path / "m").exists()

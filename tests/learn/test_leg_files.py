@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 
 import numpy as np
@@ -25,7 +26,8 @@ def drawn(seed: int, kind: str, k: int) -> IdentifiedLaw:
     return IdentifiedLaw(
         kind, tuple(f"T{i:02d}" for i in range(k)), rng.normal(size=p) * 1e-6, 0.5 * (covariance + covariance.T),
         rng.uniform(0.1, 1.0) if leg else None, (0.0, rng.uniform(0.1, 0.3)) if leg else None,
-        "run" if seed % 2 else "campaign", Validity(rng.normal(size=(k, 2)), (0.0, rng.random()) if leg else None,
+        "run" if seed % 2 else "campaign",
+        Validity(np.sort(rng.normal(size=(k, 2)), axis=1), (0.0, rng.random()) if leg else None,
         (rng.normal(), 30.0 + rng.random())), ResidualNoise(*(rng.random(3) * 1e-7), rng.random() * 3000.0 + 1.0, 0.0),
         SensorErrors(rng.random(k), rng.random(k), 1.0 + rng.random() * 5000.0, bool(seed % 2)), 1.9 + rng.random(),
         Origin("a leg; Ångström µ \"quoted\"", "abc123", ("run-01", "run-02"), "method", ("aa", "bb")),
@@ -83,6 +85,22 @@ def test_each_bad_field_is_named(tmp_path: Path, old: str, new: str, said: str) 
     file.write_text(text.replace(old, new), encoding="utf-8")
     with pytest.raises(FileFormatError, match=said):
         read_leg_law(file)
+
+
+def test_a_range_that_ends_below_its_beginning_is_named(tmp_path: Path) -> None:
+    """Lowest and highest that changed places: every value would lie outside, and each row be called extrapolated."""
+    file = write_leg_law(drawn(1, "leg", 1), tmp_path / "leg.toml")
+    text = file.read_text(encoding="utf-8")
+    swapped = text.replace("lowest_dT_K", "_").replace("highest_dT_K", "lowest_dT_K").replace("_ =", "highest_dT_K =")
+    for broken, said in (
+        (swapped, "range.highest_dT_K lies below"),
+        (re.sub(r"\nq_mm = \[[^]]*\]", "\nq_mm = [ 200.0, 10.0 ]", text), r"range.q_mm must be \[low, high\]"),
+        (re.sub(r"stroke_mm = \[[^]]*\]", "stroke_mm = [ 250.0, 0.0 ]", text), r"law.stroke_mm must be \[low, high\]"),
+    ):
+        assert broken != text
+        file.write_text(broken, encoding="utf-8")
+        with pytest.raises(FileFormatError, match=said):
+            read_leg_law(file)
 
 
 def test_no_file_and_no_place_are_refused(tmp_path: Path) -> None:

@@ -255,6 +255,31 @@ def test_a_trajectory_with_times_remembers(tmp_path: Path, block: int, monkeypat
     assert POSE_COLUMNS == tuple(POSES.split(","))
 
 
+def test_times_that_are_not_the_poses_own_are_told(tmp_path: Path) -> None:
+    """Where only the temperatures have times, these are taken and that is said; one row of them is no motion. One row
+    for poses with times leaves a lag at 0, which is said too.
+    """
+    machine = with_terms(*STATES)
+    poses, temps, time = motion(5)
+    six = ht.coordinates_from_pose(poses, hexapod=machine)
+    head, heat = seven(temps)
+    plain, timed, hot, one = (tmp_path / f"{name}.csv" for name in ("plain", "timed", "hot", "one"))
+    plain.write_text(text_of(POSES, six), encoding="utf-8")
+    timed.write_text(text_of(f"time_s,{POSES}", np.column_stack([time, six])), encoding="utf-8")
+    hot.write_text(text_of(f"time_s,{head}", np.column_stack([time, heat])), encoding="utf-8")
+    one.write_text(text_of(f"time_s,{head}", np.column_stack([time, heat])[:1]), encoding="utf-8")
+    found = correct_trajectory(machine, plain, hot, tmp_path / "o.csv")
+    assert "plain.csv has no time_s" in found.warnings[0]
+    wanted = machine.leg_controllers().corrected_leg_lengths(poses, temps, time)
+    assert np.abs(lengths(tmp_path / "o.csv") - wanted * 1e3).max() < EXACT_MM
+    with pytest.raises(ThermalModelError, match=r"add time_s \[s\] to .*plain.csv"):
+        correct_trajectory(machine, plain, one, tmp_path / "o2.csv")
+    assert not (tmp_path / "o2.csv").exists()
+    assert "leave thermal-lag at 0" in correct_trajectory(machine, timed, one, tmp_path / "o3.csv").warnings[0]
+    assert not correct_trajectory(machine, timed, hot, tmp_path / "o4.csv").warnings
+    assert not correct_trajectory(MACHINE, plain, hot, tmp_path / "o5.csv").warnings
+
+
 def test_a_budget_holds_the_terms() -> None:
     """What correction leaves is nothing, the drift is the predicted pose's; rates are those of the true machine."""
     rng = np.random.default_rng(9)

@@ -15,14 +15,15 @@ from urllib.parse import unquote
 import numpy as np
 import pytest
 
-from hexathermal.learn.diagnosis.result import Diagnosis
+from hexathermal.learn.diagnosis.result import Diagnosis, Effect, Quantity
 from hexathermal.show.diagnosis_album import pictures_of
+from hexathermal.show.diagnosis_page import table
 from hexathermal.show.diagnosis_pictures import BLACK, DARK, PAPER, WIDE_IN, themed_svg
 from hexathermal.show.diagnosis_report import report_page, write_report
-from hexathermal.show.diagnosis_run_figures import binned, runs_figure
+from hexathermal.show.diagnosis_run_figures import binned, runs_figure, without_steps
 from hexathermal.show.diagnosis_tables import diagnosis_facts
 from hexathermal.show.machine_signals import share
-from tests.browser import refuse_complaints
+from tests.browser import complaints
 from tests.show.drawn_diagnoses import drawn
 
 CASES: dict[str, Any] = {
@@ -226,4 +227,32 @@ def test_a_share_is_none_by_chance_and_whole_of_a_step(rng: np.random.Generator)
 
 def test_a_browser_shows_it_without_a_word_of_complaint(report: Path, window: Callable[..., Any]) -> None:
     """Chromium at desk and phone width, light and dark: nothing is missing, nothing runs over the edge."""
-    refuse_complaints(window, report / "report.html")
+    assert complaints(window, report / "report.html") == []
+
+
+def test_a_step_of_the_zero_is_off_in_the_pictures_of_what_is_left() -> None:
+    """A step is no term of the law: what is left after it is found is drawn without it, in its run, from its moment."""
+    moment = 3000.0
+    step = Effect("zero-jump", "a/b", {"time_s": Quantity(moment, 60.0, "s"), "step_um": Quantity(-0.5, 0.01, "um")},
+                  {"run": "a/b"}, 0.98, (), 1e-7, "The residual is zero-jump.", True)  # fmt: skip
+    found = drawn(effects=(step,))
+    freed = without_steps(found)
+    for before, after in zip(found.residuals, freed.residuals, strict=True):
+        own = (before.run == "a/b") & (before.time >= moment)
+        assert after.after == pytest.approx(before.after + 0.5e-6 * own)
+        assert after.before is before.before
+    assert "the step of the zero in a/b is taken off" in pictures_of(found)["fitted"][0].caption
+    page = words_only(found)
+    assert "It is no term of the law" in page
+    assert "It joined the law" not in page
+    other = drawn()
+    assert without_steps(other).residuals == other.residuals
+
+
+def test_wide_tables_are_stacked_on_a_phone_and_stay_tables() -> None:
+    """A table of five columns says the name of each cell's column, and its roles to readers' aids; a narrow one not."""
+    wide = Page(table("Wide", ("run", "a>", "b>", "c", "d"), [("x", "1", "2", "3", "4")]))
+    assert [one["data-of"] for one in wide.of("td")] == ["a", "b", "c", "d"]
+    assert [one["role"] for one in wide.of("table", "tr", "td")] == ["table", "row", "row", *["cell"] * 4]
+    narrow = Page(table("Narrow", ("run", "a>"), [("x", "1")]))
+    assert narrow.of("table", "td") == [{}, {"class": "n"}]

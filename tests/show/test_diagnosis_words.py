@@ -2,26 +2,40 @@
 
 from __future__ import annotations
 
+import html
 import math
+import re
+from collections import defaultdict
 from dataclasses import replace
 
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from hexathermal.learn.diagnosis.channels import Levels
 from hexathermal.learn.diagnosis.result import Quantity
 from hexathermal.learn.diagnosis.words import AMPLITUDES, STEPS, UNITS
+from hexathermal.learn.validation_scores import Figure
+from hexathermal.show.diagnosis_sections import all_sections, opening
+from hexathermal.show.diagnosis_tables import visible_words
 from hexathermal.show.diagnosis_words import (
     ENDINGS,
+    feigned,
     gain_words,
     how_apart,
+    noise_rows,
     odds,
     parameter,
     rounded,
+    sentences,
     settings_words,
+    shared_words,
     span,
 )
-from tests.show.drawn_diagnoses import BACKLASH, drawn
+from tests.show.drawn_diagnoses import BACKLASH, CANDIDATES, drawn
+
+PICTURES: dict[str, str] = defaultdict(str)
+"""No pictures."""
 
 
 @given(st.floats(-1e3, 1e3), st.floats(1e-5, 1e3))
@@ -95,7 +109,7 @@ def test_more_evidence_never_reads_as_less_apart() -> None:
 def test_a_setting_without_an_end_is_not_said() -> None:
     """1e9 runs stand for "never": nobody wants to read that; a sensor that is the target is not said twice."""
     assert settings_words({"decay_runs": 1e9, "sensor": "T07"}) == ""
-    assert settings_words({"run": "a", "time_s": 4320.0, "kick": "move"}) == "run a, time 72 min, kick at each move"
+    assert settings_words({"run": "a", "time_s": 4320.0, "kick": "move"}) == "in a, at 72 min, kick at each move"
     assert settings_words({"kick": "direction"}) == "kick at each move, with its sign"
     assert settings_words({"reference_index": 1.0002714}) == "reference index 1.000271"
 
@@ -122,3 +136,69 @@ def test_tiny_amounts_and_rates_are_said_in_units_that_people_read() -> None:
     assert (shown.cells, shown.unit) == (("0.686", "0.031", "0.626 to 0.747"), "pm per unit")
     assert parameter("amplitude", Quantity(2e-7, 1e-8, "m per unit"), "component").unit == "um per unit"
     assert settings_words({"rate_K_per_h": -0.01312, "width_K": 0.358}) == "rate -0.0131 K/h, width 0.358 K"
+
+
+def test_a_loss_is_told_with_an_interval_of_losses() -> None:
+    """8 % more comes with 27 % less to 59 % more, in the sign of the word; an interval of losses alone is proven."""
+    found = drawn()
+    assert found.gain is not None
+    for ends, said in (
+        ((-0.59, 0.27), "8.0 % more, 95 %: -27 to 59 %; not proven: the interval holds 0"),
+        ((-0.59, -0.02), "8.0 % more, 95 %: 2.0 to 59 %; proven to be worse"),
+    ):
+        total = replace(found.gain.total, rmse_gain=Figure(-0.08, *ends))
+        worse = replace(found, gain=replace(found.gain, total=total))
+        assert said in gain_words(worse)
+        assert said.partition(";")[0] in html.unescape(opening(worse)).replace("\xa0", " ")
+
+
+def test_of_several_causes_the_later_ones_are_what_is_left() -> None:
+    """The residual cannot be one cause and another: each sentence after the first tells of what those before left."""
+    two = drawn(effects=(BACKLASH, replace(BACKLASH, cause="creep", sentence="The residual is creep: it creeps.")))
+    assert sentences(two) == [BACKLASH.sentence, "What is then left is creep: it creeps."]
+    assert two.sentence == " ".join(sentences(two))
+
+
+def test_what_stands_above_chance_without_a_name_is_explained() -> None:
+    """Where nothing is named, but evidence passes the dotted line, the page says why; else it says nothing of it."""
+    above = drawn("none")
+    (said,) = feigned(above)
+    assert said.startswith("backlash; creep: these stand above chance, but are not named")
+    page = words_of(all_sections(above, PICTURES))
+    assert said in page
+    assert "better than chance could" not in page
+    below = drawn("none", candidates=(replace(CANDIDATES[0], evidence=5.9),))
+    assert feigned(below) == []
+    assert "better than chance could" in words_of(all_sections(below, PICTURES))
+    assert feigned(drawn()) == []
+
+
+def test_a_size_whose_interval_holds_0_is_explained() -> None:
+    """A cause that is sure with a size that is not: the law's own coefficients share it."""
+    assert shared_words(BACKLASH) == []
+    unsure = replace(BACKLASH, parameters={"step_um": Quantity(0.31, 0.3, "um"), "time_s": Quantity(50.0, 1.0, "s")})
+    assert len(shared_words(unsure)) == 1
+
+
+def test_the_visible_part_has_the_interval_of_the_json() -> None:
+    """Where the ranking knows the uncertainty of what stays visible, the page tells it, not that of the last fit."""
+    known = replace(CANDIDATES[0], spread=0.01e-6)
+    assert visible_words(drawn(candidates=(known,)), 0) == "0.150 (0.130 to 0.170)"
+    assert visible_words(drawn(), 0) == "0.1500 (0.1405 to 0.1595)"
+
+
+def test_a_part_without_moves_has_no_noise_of_landings() -> None:
+    """Where nothing moves nothing lands; where the campaign has one zero, a run's shift is not of its first row."""
+    found = drawn(kind="component", noise=Levels(2e-8, 0.0, 3e-8, 1e-8))
+    still = replace(found, law=replace(found.law, zero="campaign"),
+                    residuals=tuple(replace(run, signals={}) for run in found.residuals))  # fmt: skip
+    assert [name for name, *_ in noise_rows(still)] == ["white", "slow", "zero of a run"]
+    assert "first row" not in noise_rows(still)[-1][2]
+    assert [name for name, *_ in noise_rows(drawn())] == ["white", "landings", "slow", "zero of a run"]
+    assert "first row" in noise_rows(drawn())[-1][2]
+
+
+def words_of(sections: list[tuple[str, str, str]]) -> str:
+    """Return the words of sections."""
+    text = " ".join(re.sub(r"<[^>]+>", " ", body) for _name, _short, body in sections)
+    return html.unescape(text).replace("\xa0", " ")

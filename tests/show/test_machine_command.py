@@ -31,7 +31,7 @@ from hexathermal.show.machine_report import machine_page
 from hexathermal.show.machine_signals import pooled
 from hexathermal.show.machine_words import cautions, sentences
 from hexathermal.show.report import report_of, subject_of
-from tests.browser import refuse_complaints
+from tests.browser import complaints
 from tests.diagnosed import Ran, diagnosed
 from tests.learn.campaign_folders import component_campaign
 from tests.show.machine_campaigns import SMALL, WIDE, growing, moved, other_leg, written
@@ -397,4 +397,4 @@ def test_pictures_do_not_know_where_the_tracker_stood(ran: Ran, found: MachineDi
 
 def test_a_browser_shows_it_without_a_word_of_complaint(ran: Ran, window: Callable[..., Any]) -> None:
     """Chromium at desk and phone width, light and dark: nothing is missing, nothing runs over the edge."""
-    refuse_complaints(window, ran.files / "report" / "report.html")
+    assert complaints(window, ran.files / "report" / "report.html") == []

@@ -43,7 +43,7 @@ def test_the_page_needs_nothing_from_elsewhere(page: str) -> None:
     assert all(after - before <= 1 for before, after in pairwise(levels))
     ids = re.findall(r' id="([^"]+)"', page)
     assert len(ids) == len(set(ids))
-    assert page.count("<table>") == page.count("<caption>")
+    assert len(re.findall(r"<table\b", page)) == page.count("<caption>")
     assert page.count('<img class="still') == page.count("<figcaption>") == page.count('class="live"')
     assert len(page.encode()) < 8e6
 

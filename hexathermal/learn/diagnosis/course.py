@@ -16,7 +16,7 @@ from hexathermal.learn.diagnosis.causes import catalogue
 from hexathermal.learn.diagnosis.chance import chance_threshold
 from hexathermal.learn.diagnosis.deciding import Decision, decided, together
 from hexathermal.learn.diagnosis.evidence import LEAST, Scored, beside, screened, stacked_columns
-from hexathermal.learn.diagnosis.foresight import LEAST_SHARE, part_saved, tells_of_one_run, worth
+from hexathermal.learn.diagnosis.foresight import LEAST_SHARE, denied, part_saved, tells_of_one_run, worth
 from hexathermal.learn.diagnosis.pruning import pruned
 from hexathermal.learn.diagnosis.ranking import Ranked, Step
 from hexathermal.learn.diagnosis.rivals import SHAPE_ERROR
@@ -196,8 +196,17 @@ def searched(
         decision = decided(step, threshold + LATER)
     if given_for_two and len(found) == 1:  # the other one did not stand: something nameless led
         stage, steps, stages, found, decision = stages[0], steps[:1], [], [], alone
-    course = Course(first, stage, tuple(stages), tuple(steps), tuple(found), decision, threshold, tuple(refused))
+    end = _not_denied(stage, decision)
+    course = Course(first, stage, tuple(stages), tuple(steps), tuple(found), end, threshold, tuple(refused))
     return _asked_again(course)
+
+
+def _not_denied(stage: Stage, decision: Decision) -> Decision:
+    """Return a decision, for nothing where it is for something nameless that runs left out deny."""
+    leader = decision.leader
+    if leader is None or leader.named or not denied(stage, stage.with_effect(leader.best), leader):
+        return decision
+    return replace(decision, leader=None, probability=UNDECIDED, equivalent=())
 
 
 def _threshold(first: Stage) -> float:

@@ -93,7 +93,7 @@ class Scored:
     @property
     def gated(self) -> float:
         """The evidence against a null that tolerates a small misfit of the same shape."""
-        return min(self.value, relevance(self.visible, self.noise, self.trial.feigned))
+        return min(self.value - self.trial.doubt, relevance(self.visible, self.noise, self.trial.feigned))
 
 
 def tolerance(noise: float, feigned: float) -> float:

@@ -18,8 +18,8 @@ MOST_LOSS = 0.5
 """A first cause that makes runs left out less likely, or adds more than this part to their squares, is passed over."""
 
 FAINT = 9.0
-"""A first cause of less evidence must lessen the squares of runs left out: thermometers that wander, and landings that
-stand off, which no noise is drawn with, feign a little now and then."""
+"""What has less evidence, named or not, must lessen the squares of runs left out: thermometers that wander, and
+landings that stand off, which no noise is drawn with, feign a little now and then."""
 
 FORESEEN, CLEARLY_FORESEEN = 10.0, 30.0
 """Log likelihood of runs left out from which on a first cause, or a later one, joins although their squares do not
@@ -33,9 +33,13 @@ def worth(stage: Stage, after: Stage, leader: Ranked, *, later: bool) -> tuple[b
     clear = sure >= (CLEARLY_FORESEEN if later else FORESEEN) and (
         share > -part_spread(stage, after, leader) or part_saved(stage, after, leader, within=True) > LEAST_SHARE
     )
-    faint = leader.gated < FAINT and share <= 0.0
-    pays = sure > 0.0 and not faint and (clear or share > (LEAST_SHARE if later else -MOST_LOSS))
+    pays = sure > 0.0 and not denied(stage, after, leader) and (clear or share > (LEAST_SHARE if later else -MOST_LOSS))
     return pays, pays and (share > 0.0 or clear)
+
+
+def denied(stage: Stage, after: Stage, leader: Ranked) -> bool:
+    """Return whether a leader is faint, and lessens no squares of runs left out."""
+    return leader.gated < FAINT and part_saved(stage, after, leader) <= 0.0
 
 
 def tells_of_one_run(leader: Ranked) -> bool:

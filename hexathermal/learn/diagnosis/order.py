@@ -59,10 +59,9 @@ class Order:
         swapped = _heavy((self.loadings[[j, i]] - told) / spread)
         return float(np.clip(swapped - own, LEAST, MOST))
 
-    def prior(self, sensor: str, other: str) -> float:
-        """Return what an exchange is worth before the drift is asked: `advantage`, less where that is too little."""
-        said = self.advantage(sensor, other)
-        return said - UNCONFIRMED * (said < CONFIRMED)
+    def doubt(self, sensor: str, other: str) -> float:
+        """Return how much more evidence it needs that `sensor` and `other` are exchanged at all."""
+        return UNCONFIRMED * (self.advantage(sensor, other) < CONFIRMED)
 
     def most(self, sensor: str, other: str) -> float:
         """Return the most that a drift may say for `sensor` and `other` being exchanged, where their order is against.

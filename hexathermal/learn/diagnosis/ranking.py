@@ -45,7 +45,8 @@ class Ranked:
         What the parity of this thermometer alone shows beyond `SURE_WITNESS` is no misfit of the drift.
         """
         small = relevance(self.best.visible, self.levels.rms, self.best.trial.feigned)
-        return min(self.value, small + max(self.witness - SURE_WITNESS, 0.0))
+        said = self.value - self.best.trial.doubt
+        return min(said, small + max(self.witness - SURE_WITNESS, 0.0))
 
     @property
     def named(self) -> bool:

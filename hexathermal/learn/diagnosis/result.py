@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -199,10 +199,15 @@ class Diagnosis(Shown):
         return self.effects[0].cause if self.effects else None
 
     @property
+    def sentences(self) -> tuple[str, ...]:
+        """A sentence for each cause; later ones tell what those before them left."""
+        return in_turn([one.sentence for one in self.effects])
+
+    @property
     def sentence(self) -> str:
-        """The diagnosis in one sentence."""
+        """The diagnosis in one sentence, or one for each cause."""
         if self.verdict == "effect":
-            return " ".join(effect.sentence for effect in self.effects)
+            return " ".join(self.sentences)
         if self.verdict == "none" and not self.limits:
             return "No effect of the catalogue is seen: the law explains these data to their noise."
         if self.verdict == "none":
@@ -257,6 +262,11 @@ class Diagnosis(Shown):
             "sensors": list(self.law.sensors),
             "notes": list(self.notes),
         }  # fmt: skip
+
+
+def in_turn(said: Sequence[str]) -> tuple[str, ...]:
+    """Return sentences of causes, the later ones of what those before them left."""
+    return (*said[:1], *(words.replace("The residual is ", "What is then left is ", 1) for words in said[1:]))
 
 
 def _ranked(one: Candidate) -> dict[str, Any]:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
+from itertools import pairwise
 
 import numpy as np
 import numpy.typing as npt
@@ -61,7 +62,10 @@ MOST_WITNESSED = 16
 
 STEP, STEP_ALONE, BUMPS = "zero-jump", 3.0, (-3, -2, -1, 1, 2, 3)
 """What a drift says for a step of the zero counts up to so much where so many windows before or behind, a landing
-there, or the first one of the run say as much."""
+there, or the first one of the run say as much; or two landings, one behind the other, of the next few."""
+
+PAIRS = 3
+"""Pairs of landings after a step that are asked so."""
 
 MENDED = 3
 """Trials of a cause that mends data whose data are mended indeed."""
@@ -119,7 +123,7 @@ class Search:
         values = []
         for kind in (
             [Trial(PREFIX + STEP, bump) for own, _two in bumps for bump in own],
-            [Trial(PREFIX + STEP, two) for _own, two in bumps],
+            [Trial(PREFIX + STEP, two) for _own, pairs in bumps for two in pairs],
         ):
             found = screened(self.channel, self.base, levels, kind, self.largest)
             values.append(np.reshape([item.value for item in found], (len(steps), -1)))
@@ -276,8 +280,8 @@ def _varies(columns: FloatArray) -> bool:
     return bool((columns != columns[0]).any() and not np.isnan(columns).any())
 
 
-def _bumps(step: FloatArray, channel: Channel) -> tuple[list[FloatArray], FloatArray]:
-    """Return what may stand off in place of a step, each shape (n, 1), and two landings after it, shape (n, 2).
+def _bumps(step: FloatArray, channel: Channel) -> tuple[list[FloatArray], list[FloatArray]]:
+    """Return what may stand off in place of a step, each shape (n, 1), and pairs of landings after it, shape (n, 2).
 
     A few windows or a landing about its moment; or the first landing of its run, and with it, where the run counts from
     it, all the others. Two landings, the last of a run say, may stand off each by itself.
@@ -293,11 +297,12 @@ def _bumps(step: FloatArray, channel: Channel) -> tuple[list[FloatArray], FloatA
     bumps = [((low <= index) & (index < high)).astype(float) for low, high in spans]
     if channel.tied_offsets:
         bumps[-1] = (channel.run == channel.run[first])[:, None] - bumps[-1]
-    return bumps, np.column_stack([bumps[-2], _between(index, landings, at + 1)])
+    after = [_between(index, landings, at + k) for k in range(PAIRS + 1)]
+    return bumps, [np.column_stack(pair) for pair in pairwise(after)]
 
 
 def _between(index: npt.NDArray[np.int64], landings: npt.NDArray[np.int64], at: int) -> FloatArray:
-    """Return the column of a landing, shape (n, 1); of zeros where there is none."""
+    """Return the column of a landing, shape (n, 1); zeros where there is none."""
     if at + 1 >= len(landings):
         return np.zeros(index.shape)
     return np.asarray((landings[at] <= index) & (index < landings[at + 1]), dtype=np.float64)

@@ -109,6 +109,8 @@ class Trial:
         Log evidence from what the drift does not show: order of positions, clocks against motion.
     most : float
         Most that the drift may say for it, where another witness is against it.
+    doubt : float
+        So much of its evidence does not count against nothing: errors of the thermometers may say as much.
     feigned : float [m]
         Misfit of this kind that errors of the thermometers may feign.
     asked : bool
@@ -129,6 +131,7 @@ class Trial:
     anew: bool = False
     advantage: float = 0.0
     most: float = np.inf
+    doubt: float = 0.0
     feigned: float = 0.0
     asked: bool = False
     starts: int = 0

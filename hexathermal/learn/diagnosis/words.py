@@ -103,7 +103,7 @@ def effect_of(found: Found, stage: Stage, final: Stage, covariance: FloatArray, 
             value, std = value / slope, std / abs(slope)
         parameters[name] = Quantity(float(value), float(std), unit)
     visible = found.ranked.best.visible
-    sentence = _sentence(trial.cause, trial.target, parameters, settings, visible)
+    sentence = _sentence(trial.cause, trial.target, parameters, settings, visible, joined=found.joined)
     return Effect(trial.cause, trial.target, parameters, settings, found.decision.probability,
                   found.decision.equivalent, visible, sentence, found.joined)  # fmt: skip
 
@@ -137,10 +137,13 @@ def _grid_spread(found: Found, stage: Stage, name: str) -> float:
 
 
 def _amplitudes(found: Found, final: Stage, mean: FloatArray, covariance: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Return the amplitudes of what joined, from the last fit; of a repair, from its own step."""
+    """Return the amplitudes of terms of the law, from the last fit; of a repair or a step, as they were found.
+
+    A step of the zero is no term: the last fit stacks what a law needs on new runs, where there is no such step.
+    """
     at = final.view.base_columns.shape[1]
     for item in final.joined:
-        if item is found.ranked.best:
+        if item is found.ranked.best and item.trial.shape:
             own = slice(at, at + item.trial.carried)
             return mean[own], np.sqrt(np.diagonal(covariance)[own])
         at += item.trial.carried
@@ -154,8 +157,9 @@ def _length(values: FloatArray, spread: FloatArray) -> Quantity:
 
 
 def _sentence(
-    cause: str, target: str | None, parameters: Mapping[str, Quantity], settings: Mapping[str, Any], visible: float
-) -> str:
+    cause: str, target: str | None, parameters: Mapping[str, Quantity], settings: Mapping[str, Any], visible: float,
+    *, joined: bool = True,
+) -> str:  # fmt: skip
     """Return the finding in one sentence."""
     known = catalogue()[cause].CAUSE
     words = known.words.format(target=target or "the part")
@@ -167,9 +171,23 @@ def _sentence(
     if "run" in settings and settings["run"] != target:
         parts.insert(0, f"in {settings['run']}")
     inside = f" ({'; '.join(parts)})" if parts else ""
-    return (
-        f"The residual is {cause}{inside}: {words}; {visible * UM:.2g} um of it stays visible when the law is refitted."
-    )
+    stays = f"{two_digits(visible * UM)} um of it stays visible when the law is refitted"
+    if not joined:  # it is seen, but nobody knows that it moves anything
+        words = words.replace("moves the part", "goes along with the drift")
+    alone = "" if joined else ", but runs left out do without it: it stays out of the law"
+    return f"The residual is {cause}{inside}: {words}; {stays}{alone}."
+
+
+def two_digits(value: float) -> str:
+    """Return a value to two digits, zeros at the end among them.
+
+    >>> two_digits(4.98), two_digits(0.02), two_digits(130.4), two_digits(0.0)
+    ('5.0', '0.020', '130', '0')
+    """
+    if value == 0.0 or not np.isfinite(value):
+        return f"{value:g}"
+    rounded = float(f"{value:.1e}")
+    return f"{rounded:.{max(1 - int(np.floor(np.log10(abs(rounded)))), 0)}f}"
 
 
 def workshop(one: Quantity) -> tuple[str, float]:

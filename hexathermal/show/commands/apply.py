@@ -15,6 +15,9 @@ if TYPE_CHECKING:
     from hexathermal.machine.hexapod import Hexapod
     from hexathermal.machine.thermal import ThermalModel
 
+REFERENCES = (-100.0, 400.0)
+"""Temperatures [degC] at which a machine may have been calibrated: those that campaigns may hold."""
+
 APPLY = """\
 Write a machine whose legs carry an identified law: a copy of a machine's hexapod.toml with the law's sensors,
 coefficients and covariance. Give one law for all six legs, or six laws in the order of the legs.
@@ -67,6 +70,11 @@ def run(arguments: argparse.Namespace, progress: Progress) -> Answer:
         raise ArgumentError(f"found {len(arguments.laws)} laws; give one for all legs, or six in the order of the legs")
     if arguments.margin < 0.0:
         raise ArgumentError(f"--margin must be 0 or more, found {arguments.margin:g} K")
+    if arguments.reference is not None and not REFERENCES[0] <= arguments.reference <= REFERENCES[1]:
+        raise ArgumentError(
+            f"--reference must be {REFERENCES[0]:g} to {REFERENCES[1]:g} degC, found {arguments.reference:g}: the "
+            "temperature of the machine when its geometry was calibrated"
+        )
     out = arguments.out if arguments.out.suffix == ".toml" else arguments.out / "hexapod.toml"
     free(out, arguments.force)
     progress(0, 0, "reading the laws")
@@ -147,7 +155,7 @@ def _model(laws: list[IdentifiedLaw], hexapod: Hexapod, arguments: argparse.Name
     """Return the machine's thermal model with the laws."""
     import numpy as np
 
-    from hexathermal.machine.thermal import ThermalModel
+    from hexathermal.machine.thermal import ABSOLUTE_ZERO_DEGC, ThermalModel
     from hexathermal.machine.thermometers import AS_RECORDED
 
     old = hexapod.thermal
@@ -175,6 +183,11 @@ def _model(laws: list[IdentifiedLaw], hexapod: Hexapod, arguments: argparse.Name
     valid = (leg_reference + low - arguments.margin, leg_reference + high + arguments.margin)
     if not valid[0] < valid[1]:
         raise ArgumentError("the laws were fitted on no range of temperatures; give --margin above 0")
+    if valid[0] <= ABSOLUTE_ZERO_DEGC:
+        raise ArgumentError(
+            f"with --margin {arguments.margin:g} K temperatures from {valid[0]:g} degC would be accepted, below "
+            f"absolute zero; give less: the law was fitted from {leg_reference + low:g} to {leg_reference + high:g}"
+        )
     rounded = (float(np.floor(valid[0] * 10.0) / 10.0), float(np.ceil(valid[1] * 10.0) / 10.0))
     legs = [law.leg_law() for law in laws]
     model = ThermalModel(legs[0] if len(legs) == 1 else legs, *plates, leg_reference, rounded, told)

@@ -41,6 +41,10 @@ which temperatures go with which pose:
   time_s in both files          temperatures are interpolated linearly; poses outside their time span are refused
   otherwise                     row k goes with row k; both files must have as many rows
 
+a law that remembers ('hexathermal apply' names what: a lag, stored heat, creep, backlash):
+  poses need time_s, rows in the order of the motion; the legs are taken to be at rest in the first row. Where only the
+  temperatures have time_s, row k of the poses is taken to be at the time of row k there, with a warning
+
 conventions of the three angles:
   fixed-xyz   R = Rz(rz) Ry(ry) Rx(rx), the default (also called {_others("fixed-xyz")})
   fixed-zyx   R = Rx(rx) Ry(ry) Rz(rz) (also called {_others("fixed-zyx")})
@@ -87,7 +91,11 @@ def run(arguments: argparse.Namespace, progress: Progress) -> Answer:
         lengths_only=arguments.lengths_only, overwrite=arguments.force,
         progress=lambda done, total: progress(done, total, "correcting"),
     )  # fmt: skip
-    return Answer((lambda pretty, _: trajectory_table(summary, pretty),), _facts(hexapod.name, summary))
+    return Answer(
+        (lambda pretty, _: trajectory_table(summary, pretty),),
+        _facts(hexapod.name, summary),
+        tuple(f"warning: {text}" for text in summary.warnings),
+    )
 
 
 def _facts(name: str, summary: TrajectorySummary) -> dict[str, Any]:
@@ -108,5 +116,6 @@ def _facts(name: str, summary: TrajectorySummary) -> dict[str, Any]:
         "columns_copied": list(summary.copied),
         "columns_not_used": list(summary.unused),
         "notes": list(summary.notes),
+        "warnings": list(summary.warnings),
         "written": [str(summary.out)],
     }

@@ -17,7 +17,7 @@ from hexathermal.show.machine_answers import (
     diagnose_answer,
     refuse_other_kind,
 )
-from hexathermal.show.options import CAMPAIGN, EXIT_CODES, STYLE, path
+from hexathermal.show.options import CAMPAIGN, EXIT_CODES, STYLE, path, sensor_names
 
 if TYPE_CHECKING:
     from hexathermal.learn.campaign import Campaign
@@ -139,12 +139,8 @@ def _names(arguments: argparse.Namespace) -> tuple[str, ...] | None:
         return None
     if arguments.law is not None:
         raise ArgumentError("--law brings its own sensors; give --sensors or --law, not both")
-    names = tuple(name.strip() for name in arguments.sensors.split(",") if name.strip())
-    if names == ("auto",):
-        return None
-    if not names:
-        raise ArgumentError("--sensors names no sensor; give names with commas, as T07,T14")
-    return names
+    names = sensor_names(arguments.sensors, "names with commas, as T07,T14")
+    return None if names == ("auto",) else names
 
 
 def _refuse_extended(arguments: argparse.Namespace) -> None:
@@ -180,13 +176,14 @@ def _refuse_other_law(campaign: Campaign, law: IdentifiedLaw | None) -> None:
 def _shown(found: Diagnosis) -> list[Any]:
     """Return texts and tables, the finding first."""
     from hexathermal.show import diagnosis_tables as tables
-    from hexathermal.show.diagnosis_words import changed, gain_words, sentences
+    from hexathermal.show.diagnosis_words import changed, feigned, gain_words, sentences
     from hexathermal.show.identification_tables import gain_table
 
     texts: list[Any] = ["\n".join(sentences(found)), _summary(found)]
     if found.effects:
         texts.append(lambda pretty, _: tables.effects_table(found, pretty))
     texts.append(lambda pretty, _: tables.ranking_table(found, pretty))
+    texts += feigned(found)
     if found.gain is not None and changed(found):
         better = found.gain
         texts.append(lambda pretty, _: gain_table(better, pretty))
@@ -202,14 +199,14 @@ def _shown(found: Diagnosis) -> list[Any]:
 def _summary(found: Diagnosis) -> str:
     """Return what stands around the finding, in words."""
     from hexathermal.show.diagnosis_tables import probability
+    from hexathermal.show.diagnosis_words import noise_rows
 
-    noise = found.noise
+    noise = ", ".join(f"{name} {value * 1e6:.3f}" for name, value, _words in noise_rows(found))
     lines = [
         f"Campaign {found.title or 'without a title'}: law of {' + '.join(found.law.sensors)}; probability of the "
         f"verdict '{found.verdict}' {probability(found.probability)}; a name needed a log evidence of "
         f"{found.threshold:.1f}.",
-        f"Noise (um): white {noise.white * 1e6:.3f}, landings {noise.landing * 1e6:.3f}, slow {noise.slow * 1e6:.3f}, "
-        f"zero of a run {noise.offset * 1e6:.3f}.",
+        f"Noise (um): {noise}.",
     ]
     if found.effects and found.follows:
         lines.append(f"Besides, something without a name is left: it {found.follows}.")

@@ -16,7 +16,7 @@ from hexathermal.show.hexapod_answers import (
     identify_answer,
     is_hexapod_campaign,
 )
-from hexathermal.show.options import CAMPAIGN, EXIT_CODES, LETTERS, STYLE, path
+from hexathermal.show.options import CAMPAIGN, EXIT_CODES, LETTERS, STYLE, path, sensor_names
 
 if TYPE_CHECKING:
     from hexathermal.learn.campaign import Campaign
@@ -94,12 +94,12 @@ def run(arguments: argparse.Namespace, progress: Progress) -> Answer:
     """Identify a law."""
     from hexathermal.learn.campaign_files import load_campaign
     from hexathermal.learn.campaign_laws import identify_campaign
+    from hexathermal.learn.identification import AUTO
     from hexathermal.learn.leg_law_files import write_leg_law
     from hexathermal.predict.table_writing import refuse_no_folder, refuse_no_place
     from hexathermal.show.identification_tables import identification_facts, law_table, sets_table
 
-    if not any(name.strip() for name in arguments.sensors.split(",")):
-        raise ArgumentError("--sensors names no sensor; give auto, or names with commas, as T07,T14")
+    names = sensor_names(arguments.sensors)
     if is_hexapod_campaign(arguments.campaign):
         return identify_answer(arguments, progress)
     _refuse_of_hexapods(arguments)
@@ -110,7 +110,8 @@ def run(arguments: argparse.Namespace, progress: Progress) -> Answer:
         refuse_no_place(arguments.report)
     campaign = load_campaign(arguments.campaign, needed=("identification",), progress=progress)
     sizes = (1, 2, 3, 4) if arguments.quads else (1, 2, 3) if arguments.triples else (1, 2)
-    found = identify_campaign(campaign, arguments.sensors, sizes=sizes, material=arguments.material, progress=progress)
+    wanted = AUTO if names == (AUTO,) else names
+    found = identify_campaign(campaign, wanted, sizes=sizes, material=arguments.material, progress=progress)
     facts = identification_facts(found)
     shared = ""
     if arguments.common:
@@ -157,7 +158,7 @@ def _common(
 ) -> tuple[str, dict[str, Any], Identification | None]:
     """Return in words and numbers whether several legs can share a law, and that law where they can."""
     from hexathermal.learn.campaign_files import load_campaign
-    from hexathermal.learn.campaign_laws import identify_together, refuse_other_build, role_blocks
+    from hexathermal.learn.campaign_laws import identify_together, refuse_other_build, refuse_same_runs, role_blocks
     from hexathermal.learn.common import fit_common
     from hexathermal.learn.gram import columns_for, gather
 
@@ -165,6 +166,7 @@ def _common(
     for place in arguments.common:
         other = load_campaign(place, needed=("identification",), progress=progress)
         refuse_other_build(campaign, other)
+        refuse_same_runs(campaigns, other)
         campaigns.append(other)
     legs = {f"{k + 1} ({one.title or one.folder.name})": one for k, one in enumerate(campaigns)}
     first, *others = legs

@@ -130,8 +130,10 @@ def _extended(law: IdentifiedLaw) -> list[str]:
 
 def _gain(found: Gain) -> str:
     """Return what the law gains over the one before, in words."""
+    from hexathermal.show.shares import proven
+
     one = found.total
-    sure = "proven" if found.proven else "not proven: the interval holds 0"
+    sure = proven(one.rmse_gain)
     skipped = f"\nnot compared, rows differ: {', '.join(found.skipped)}" if found.skipped else ""
     return (
         f"Gain over the law before: RMSE {one.rmse_before * 1e6:z.3f} -> {one.rmse_after.value * 1e6:z.3f} um "

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -9,6 +10,8 @@ import pytest
 
 from hexathermal.learn.diagnosis import foresight
 from hexathermal.learn.diagnosis.channels import Levels
+from hexathermal.learn.diagnosis.course import _not_denied
+from hexathermal.learn.diagnosis.deciding import Decision
 from hexathermal.learn.diagnosis.evidence import LEAST, Scored
 from hexathermal.learn.diagnosis.foresight import FAINT, worth
 from hexathermal.learn.diagnosis.ranking import Ranked
@@ -35,3 +38,15 @@ def test_a_faint_name_must_lessen_the_squares_of_runs_left_out(
     best = Scored(trial, evidence, 10.0 * LEVELS.rms, LEVELS.rms, 0.0, 1.0, np.ones(1))
     nothing: Any = None
     assert worth(nothing, nothing, Ranked("frame-expansion", evidence, best, LEVELS), later=False)[0] == pays
+
+
+@pytest.mark.parametrize(("evidence", "share", "stands"), [(LEAST + 1.0, -0.01, False), (LEAST + 1.0, 0.01, True)])
+def test_something_faint_without_a_name_is_denied_alike(
+    monkeypatch: pytest.MonkeyPatch, evidence: float, share: float, stands: bool
+) -> None:
+    """A rhythm that is hardly above chance, and foretells no run better, is nothing."""
+    monkeypatch.setattr(foresight, "part_saved", lambda *_stages: share)
+    best = Scored(Trial("follows time", np.zeros((1, 1))), evidence, 1.0, LEVELS.rms, 0.0, 1.0, np.ones(1))
+    leader = Ranked("follows time", evidence, best, LEVELS)
+    stage: Any = SimpleNamespace(with_effect=lambda _best: None)
+    assert (_not_denied(stage, Decision(leader, 0.9, {}, ())).leader is leader) == stands

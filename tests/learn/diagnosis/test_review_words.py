@@ -2,8 +2,13 @@
 
 from __future__ import annotations
 
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+
 from hexathermal.learn.diagnosis.result import Quantity
-from hexathermal.learn.diagnosis.words import _sentence, told
+from hexathermal.learn.diagnosis.words import _amplitudes, _sentence, told
 
 
 def test_a_clock_behind_is_said_to_be_behind() -> None:
@@ -26,3 +31,27 @@ def test_units_are_those_of_the_workshop() -> None:
     assert told(Quantity(0.0171, 8.4e-5, "m")) == "17.100 ± 0.084 mm"
     assert told(Quantity(-1.45e-7, 6.7e-9, "1/K^2")) == "-0.1450 ± 0.0067 um/m/K^2"
     assert told(Quantity(0.913, 0.077, "1")) == "0.913 ± 0.077"
+
+
+def test_what_stays_out_of_the_law_is_not_said_to_move_anything() -> None:
+    """A thermometer that runs left out do without goes along with the drift; one that joins moves the part."""
+    out = _sentence("missing-sensor", "T04", {}, {}, 8.3e-7, joined=False)
+    assert "moves the part" not in out
+    assert out.endswith("0.83 um of it stays visible when the law is refitted, but runs left out do without it: it "
+                        "stays out of the law.")  # fmt: skip
+    joined = _sentence("missing-sensor", "T04", {}, {}, 5e-6)
+    assert joined.endswith("moves the part; 5.0 um of it stays visible when the law is refitted.")
+
+
+def test_a_step_of_the_zero_has_the_size_that_was_found() -> None:
+    """The last fit is that of the law: of a term its amplitude is taken, of a step that is no term it is not."""
+
+    def sizes(shape: str) -> tuple[list[float], list[float]]:
+        best = SimpleNamespace(trial=SimpleNamespace(shape=shape, carried=1))
+        found: Any = SimpleNamespace(ranked=SimpleNamespace(best=best), amplitudes=[-0.099], spread=[0.002])
+        final: Any = SimpleNamespace(joined=(best,), view=SimpleNamespace(base_columns=np.zeros((5, 2))))
+        values, spread = _amplitudes(found, final, np.array([1.0, 2.0, -0.112]), np.diag([1.0, 1.0, 0.055**2]))
+        return list(values), list(spread)
+
+    assert sizes("") == ([-0.099], [0.002])
+    assert sizes("direction") == ([-0.112], [0.055])

@@ -7,11 +7,14 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from hexathermal.learn.diagnosis.channels import Levels
+from hexathermal.learn.diagnosis.evidence import LEAST, Scored
 from hexathermal.learn.diagnosis.order import CONFIRMED, UNCONFIRMED, UNSURE, Order
+from hexathermal.learn.diagnosis.ranking import Ranked
 from hexathermal.learn.diagnosis.sensor_model import FEWEST_OTHERS, SensorModel, sensor_model
 from hexathermal.learn.diagnosis.stage import Stage
 from hexathermal.learn.diagnosis.timing import Timing
-from hexathermal.learn.diagnosis.trials import Workbench
+from hexathermal.learn.diagnosis.trials import Trial, Workbench
 from hexathermal.learn.diagnosis.view import View
 from tests.learn.diagnosis.campaigns import viewed
 
@@ -103,7 +106,7 @@ def test_the_order_along_the_leg_tells_a_swap(bench: str) -> None:
         assert Order(view).most(one, other) == 0.0
         assert Order(swapped).most(one, other) == np.inf
         if Order(swapped).advantage(one, other) > 3.0:
-            assert Order(swapped).prior(one, other) == Order(swapped).advantage(one, other)
+            assert Order(swapped).doubt(one, other) == 0.0
     assert told >= tried - 1
     assert alarms == 0
 
@@ -112,7 +115,7 @@ def test_no_drift_names_an_exchange_that_the_order_denies() -> None:
     """Another thermometer moves the leg: it fits better than the law's own, whose plug nobody exchanged."""
     stage = Stage(viewed("modal", 924, ("missing-sensor",), 1.0)[0])
     for item in stage.search.scored(stage.step.levels, stage.search.trials):
-        if item.trial.cause == "swapped-sensors" and item.trial.advantage < -UNSURE - UNCONFIRMED:
+        if item.trial.cause == "swapped-sensors" and item.trial.advantage < -UNSURE:
             assert item.value < 0.0
 
 
@@ -121,10 +124,19 @@ def test_an_exchange_that_no_order_confirms_needs_more(view: View, places: bool)
     """Where wandering thermometers could feign an exchange, the drift alone must say more for it."""
     order = Order(view if places else replace(view, positions={}))
     names = [name for name in view.sensors if name not in view.base]
-    said = np.array([order.advantage(view.base[0], name) for name in names])
-    lost = said - [order.prior(view.base[0], name) for name in names]
-    assert (said < CONFIRMED).all()  # nothing is exchanged
-    assert lost == pytest.approx(np.full(len(names), UNCONFIRMED))
+    assert all(order.advantage(view.base[0], name) < CONFIRMED for name in names)  # nothing is exchanged
+    assert all(order.doubt(view.base[0], name) == UNCONFIRMED for name in names)
+    values = 8.0, 8.0 + UNCONFIRMED
+    found = [gated(Trial("swapped-sensors", np.zeros((1, 0)), doubt=order.doubt(view.base[0], names[0])), value)
+             for value in values]  # fmt: skip
+    assert found[0] < LEAST < found[1]
+
+
+def gated(trial: Trial, value: float) -> float:
+    """The evidence of a trial against nothing."""
+    best = Scored(trial, value, 1e-6, 1e-7, np.nan, 0.0, np.zeros(0))
+    assert best.gated == Ranked(trial.cause, value, best, Levels(1e-7, 1e-7, 1e-7, 1e-7)).gated
+    return best.gated
 
 
 def test_without_positions_the_order_is_silent(view: View) -> None:

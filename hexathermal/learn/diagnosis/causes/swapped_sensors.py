@@ -43,5 +43,5 @@ def _exchanged(view: View) -> Iterator[Trial]:
             base = view.base_of([view.temperatures(name) for name in names])
             yield Trial(CAUSE.name, np.zeros((len(view.q), 0)), sensor, "", {"other": other}, base=base,
                         repair=partial(SensorRepair, CAUSE.name, "swap", {"first": sensor, "second": other}),
-                        anew=True, advantage=order.prior(sensor, other),
-                        most=order.most(sensor, other))  # fmt: skip
+                        anew=True, advantage=order.advantage(sensor, other),
+                        most=order.most(sensor, other), doubt=order.doubt(sensor, other))  # fmt: skip

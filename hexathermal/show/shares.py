@@ -1,0 +1,59 @@
+"""Parts of an error in words: by how much it became less, and whether that is proven."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from hexathermal.learn.validation_scores import Figure
+
+
+def percent(part: float) -> str:
+    """Return a part in whole percent.
+
+    Examples
+    --------
+    >>> percent(-0.002), percent(0.207)
+    ('0', '21')
+    """
+    return f"{round(100.0 * part) + 0:d}" if math.isfinite(part) else "-"
+
+
+def parts(part: float) -> str:
+    """Return a part in percent, with a decimal below 10 %.
+
+    Examples
+    --------
+    >>> parts(0.207), parts(0.0042), parts(-1e-9)
+    ('21', '0.4', '0.0')
+    """
+    return f"{round(100.0 * part, 1) + 0.0:.1f}" if abs(part) < 0.0995 else percent(part)
+
+
+def less(part: Figure) -> str:
+    """Return by how much an error became less, in words.
+
+    Examples
+    --------
+    >>> from hexathermal.learn.validation_scores import Figure
+    >>> less(Figure(0.213, 0.102, 0.307)), less(Figure(-0.005, -0.08, 0.06))
+    ('21 % less, 95 %: 10 to 31 %', '0.5 % more, 95 %: -6.0 to 8.0 %')
+    """
+    sign, word = (1.0, "less") if part.value >= 0.0 else (-1.0, "more")
+    ends = sorted((sign * part.low, sign * part.high))
+    return f"{parts(sign * part.value)} % {word}, 95 %: {parts(ends[0])} to {parts(ends[1])} %"
+
+
+def proven(part: Figure) -> str:
+    """Return what the interval of a gain proves.
+
+    Examples
+    --------
+    >>> from hexathermal.learn.validation_scores import Figure
+    >>> proven(Figure(0.2, 0.1, 0.3)), proven(Figure(-0.2, -0.3, -0.1)), proven(Figure(0.2, -0.1, 0.3))
+    ('proven', 'proven to be worse', 'not proven: the interval holds 0')
+    """
+    return (
+        "proven" if part.low > 0.0 else "proven to be worse" if part.high < 0.0 else "not proven: the interval holds 0"
+    )
