@@ -38,8 +38,8 @@ def worth(stage: Stage, after: Stage, leader: Ranked, *, later: bool) -> tuple[b
 
 
 def denied(stage: Stage, after: Stage, leader: Ranked) -> bool:
-    """Return whether a leader is faint, and lessens no squares of runs left out."""
-    return leader.gated < FAINT and part_saved(stage, after, leader) <= 0.0
+    """Return whether a leader is faint, and no run left out speaks for it, or none can."""
+    return leader.gated < FAINT and (tells_of_one_run(leader) or part_saved(stage, after, leader) <= 0.0)
 
 
 def tells_of_one_run(leader: Ranked) -> bool:
