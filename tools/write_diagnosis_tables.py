@@ -29,7 +29,7 @@ CONSTANTS = {
     "base_choice": ("NEIGHBOURS",),
     "evidence": ("LEAST", "RHO", "TOLERATED", "START"),
     "rivals": ("SHAPE_ERROR", "LITTLE"),
-    "order": ("PROFILES", "FEWEST", "HEAVY", "MOST", "UNSURE", "CONFIRMED", "UNCONFIRMED"),
+    "order": ("PROFILES", "FEWEST", "HEAVY", "MOST", "UNSURE", "FEIGNED"),
     "timing": ("TIMES_S", "GRID_S", "PROFILES", "SHARE", "TOLERANCE_S", "MOST"),
     "chance": ("DRAWS", "FALSE_ALARMS"),
     "deciding": (

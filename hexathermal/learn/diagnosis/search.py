@@ -154,7 +154,7 @@ class Search:
                 if name in fits:
                     own, at = max(((self._at(best, item), item) for item in pool), key=lambda pair: pair[0])
                     drift = own + grid - np.log(len(RHO)) * bool(best.rho) - max(nulls)
-                    ranked[name] = self._with_witness(Ranked(name, drift, best, at))
+                    ranked[name] = self._with_witness(Ranked(name, drift, self._doubted(best, own, pool), at))
                 else:
                     ranked[name] = Ranked(
                         name, min(value, 0.0) if name not in ranked else ranked[name].value, best, levels
@@ -204,6 +204,18 @@ class Search:
     def _at(self, scored: Scored, levels: Levels) -> float:
         base = self.system(scored)
         return self.channel.evidence(base.X, base.sd, levels)
+
+    def _doubted(self, scored: Scored, value: float, pool: list[Levels]) -> Scored:
+        """Return a trial that counts against nothing only as far as what a law carries of it does.
+
+        What had not come to rest before the runs helps to tell causes apart; a slow noise imitates it.
+        """
+        trial, first = scored.trial, scored.trial.carried
+        if not trial.starts:
+            return scored
+        carried = self.base.extended(trial.columns[:, :first], scored.size[:first])
+        alone = max(self.channel.evidence(carried.X, carried.sd, levels) for levels in pool)
+        return replace(scored, trial=replace(trial, doubt=max(value - alone, 0.0)))
 
     def _witnessed(self, best: Scored, scored: list[Scored]) -> Scored:
         """Return the trial of a sensor's fault that drift and parity together speak for; others as they are."""

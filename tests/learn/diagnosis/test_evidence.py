@@ -289,6 +289,25 @@ def test_two_landings_that_stand_off_are_no_step(channel: Channel, base: Base, r
     assert said[12.0] <= STEP_ALONE < LEAST
 
 
+@pytest.mark.parametrize("carried", [True, False])
+def test_what_had_not_come_to_rest_is_no_evidence_by_itself(
+    channel: Channel, base: Base, rng: np.random.Generator, carried: bool
+) -> None:
+    """A decay in one run, which no law carries, does not count against nothing; what a law carries does."""
+    index, first = np.arange(len(channel)), channel.run == 0
+    room = np.sin(index / 9.0)
+    decay = np.where(first, np.exp(-index / 8.0), 0.0)
+    data = channel.with_y(noisy(channel, LEVELS, rng).y + 4.0 * (room if carried else 2.0 * decay))
+    search = Search(SimpleNamespace(), data, base, LARGEST)  # type: ignore[arg-type]
+    trial = Trial("frame-expansion", np.column_stack([room, decay]), starts=1)
+    best = search.scored(LEVELS, [trial])[0]
+    own = search.system(best)
+    value = data.evidence(own.X, own.sd, LEVELS)
+    doubted = search._doubted(best, value, [LEVELS])
+    assert best.value > LEAST
+    assert (doubted.gated > LEAST) == carried
+
+
 def test_a_later_name_must_beat_what_the_first_one_s_shape_left() -> None:
     """A lag over a missing sensor of evidence 300 needs 9 more: the two are confused; a backlash needs no more."""
     first = Found(ranked("missing-sensor", 300.0), NOTHING, True, np.zeros(1), np.zeros(1))

@@ -9,7 +9,7 @@ import pytest
 
 from hexathermal.learn.diagnosis.channels import Levels
 from hexathermal.learn.diagnosis.evidence import LEAST, Scored
-from hexathermal.learn.diagnosis.order import CONFIRMED, UNCONFIRMED, UNSURE, Order
+from hexathermal.learn.diagnosis.order import FEIGNED, UNSURE, Order
 from hexathermal.learn.diagnosis.ranking import Ranked
 from hexathermal.learn.diagnosis.sensor_model import FEWEST_OTHERS, SensorModel, sensor_model
 from hexathermal.learn.diagnosis.stage import Stage
@@ -105,8 +105,6 @@ def test_the_order_along_the_leg_tells_a_swap(bench: str) -> None:
         # whatever the drift says for it
         assert Order(view).most(one, other) == 0.0
         assert Order(swapped).most(one, other) == np.inf
-        if Order(swapped).advantage(one, other) > 3.0:
-            assert Order(swapped).doubt(one, other) == 0.0
     assert told >= tried - 1
     assert alarms == 0
 
@@ -119,17 +117,12 @@ def test_no_drift_names_an_exchange_that_the_order_denies() -> None:
             assert item.value < 0.0
 
 
-@pytest.mark.parametrize("places", [True, False])
-def test_an_exchange_that_no_order_confirms_needs_more(view: View, places: bool) -> None:
-    """Where wandering thermometers could feign an exchange, the drift alone must say more for it."""
-    order = Order(view if places else replace(view, positions={}))
-    names = [name for name in view.sensors if name not in view.base]
-    assert all(order.advantage(view.base[0], name) < CONFIRMED for name in names)  # nothing is exchanged
-    assert all(order.doubt(view.base[0], name) == UNCONFIRMED for name in names)
-    values = 8.0, 8.0 + UNCONFIRMED
-    found = [gated(Trial("swapped-sensors", np.zeros((1, 0)), doubt=order.doubt(view.base[0], names[0])), value)
-             for value in values]  # fmt: skip
-    assert found[0] < LEAST < found[1]
+def test_an_exchange_needs_more_than_chance(view: View) -> None:
+    """Wandering thermometers feign a little of an exchange: that much does not count against nothing."""
+    exchanges = [trial for trial in Stage(view).search.trials if trial.cause == "swapped-sensors"]
+    for trial in exchanges:
+        assert gated(trial, FEIGNED + LEAST - 0.5) < LEAST < gated(trial, FEIGNED + LEAST + 0.5)
+    assert exchanges
 
 
 def gated(trial: Trial, value: float) -> float:

@@ -7,7 +7,7 @@ from functools import partial
 
 import numpy as np
 
-from hexathermal.learn.diagnosis.order import Order
+from hexathermal.learn.diagnosis.order import FEIGNED, Order
 from hexathermal.learn.diagnosis.trials import Cause, Parameter, Trial, Workbench
 from hexathermal.learn.diagnosis.view import View
 from hexathermal.machine.leg_repairs import SensorRepair
@@ -44,4 +44,4 @@ def _exchanged(view: View) -> Iterator[Trial]:
             yield Trial(CAUSE.name, np.zeros((len(view.q), 0)), sensor, "", {"other": other}, base=base,
                         repair=partial(SensorRepair, CAUSE.name, "swap", {"first": sensor, "second": other}),
                         anew=True, advantage=order.advantage(sensor, other),
-                        most=order.most(sensor, other), doubt=order.doubt(sensor, other))  # fmt: skip
+                        most=order.most(sensor, other), doubt=FEIGNED)  # fmt: skip
