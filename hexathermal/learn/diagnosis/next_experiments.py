@@ -27,18 +27,22 @@ def next_experiments(
         rivals = tuple(dict.fromkeys(one.cause for one in names[1:] if one.cause != leader.cause))[:2]
         words = known[leader.cause]
         found[words] = Experiment(_where(words, leader), (leader.cause, *rivals), leader.evidence)
+    seen = {one.cause: one for one in reversed(names) if one.evidence > 0.0}
     for pair in confusions:
         for cause in pair.causes:
             separation = course.threshold + max(pair.separation, 0.0)
-            found.setdefault(known[cause], Experiment(known[cause], pair.causes, separation))
+            words = _where(known[cause], seen.get(cause))
+            found.setdefault(known[cause], Experiment(words, pair.causes, separation))
     for one in names:
-        found.setdefault(known[one.cause], Experiment(known[one.cause], (one.cause,), course.threshold))
+        words = _where(known[one.cause], seen.get(one.cause))
+        found.setdefault(known[one.cause], Experiment(words, (one.cause,), course.threshold))
     return tuple(found.values())[:MOST]
 
 
-def _where(words: str, leader: Candidate) -> str:
-    """Return an experiment with the thermometers that it is about."""
-    if leader.target is None:
-        return words
-    pair = f"{leader.target} or {leader.settings['other']}" if "other" in leader.settings else leader.target
-    return words.replace("that thermometer", leader.target).replace("one of the two", pair)
+def _where(words: str, one: Candidate | None) -> str:
+    """Return an experiment with the thermometers that it is about, where something speaks for some."""
+    target, pair = "the thermometer in question", "one of the two thermometers in question"
+    if one is not None and one.target is not None:
+        target = one.target
+        pair = f"{target} or {one.settings['other']}" if "other" in one.settings else target
+    return words.replace("that thermometer", target).replace("one of the two", pair)

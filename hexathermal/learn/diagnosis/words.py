@@ -61,6 +61,7 @@ WORKSHOP: dict[str, tuple[str, float]] = {
     "1/K^2": ("um/m/K^2", 1e6),
     "m": ("mm", 1e3),
     "m per unit": ("um per unit", 1e6),
+    "m per unit^2": ("um per unit^2", 1e6),
     "1e-6": ("um/m", 1.0),
     "1": ("", 1.0),
 }
@@ -91,6 +92,8 @@ def effect_of(found: Found, stage: Stage, final: Stage, covariance: FloatArray, 
         if stage.view.kind != "leg" and unit in ("1/K", "1/K^2"):
             # a part without a stroke: lengths for a kelvin
             unit, factor = unit.replace("1/", "um/"), UM
+        if trial.parameters.get("power") == 2:
+            unit = f"{unit}^2"  # of the source's square
         for name, value, std in zip(names, amplitudes, spread, strict=True):
             parameters[name] = Quantity(float(value * factor), float(std * factor), unit)
         if trial.shape == "periodic":

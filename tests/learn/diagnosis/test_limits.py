@@ -110,6 +110,6 @@ def test_an_experiment_stands_once_and_names_its_thermometers() -> None:
     found = next_experiments(course, (pair,), (leader, Candidate("missing-sensor", "T03", 5.0, 0.1, 1e-7, {})))
     assert [one.words for one in found] == [
         "Warm T06 or T08 with a finger.",
-        "Heat the part near that thermometer alone.",
+        "Heat the part near T03 alone.",
     ]
     assert [one.separation for one in found] == [20.0, LEAST]

@@ -32,7 +32,7 @@ CAUSE = Cause(
         "zero-jump",
         "missing-sensor",
     ),
-    experiment="Look at it; touch it and see whether it answers as before.",
+    experiment="Look at that thermometer; touch it and see whether it answers as before.",
     words="{target} has come off and reads the air",
     thermal=True,
 )
