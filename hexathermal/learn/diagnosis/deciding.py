@@ -46,6 +46,9 @@ EVEN = 0.5
 LEAST_NAMED = 0.25
 """Least probability of a name: below, what is there has none."""
 
+SECONDED = 2.0
+"""Log evidence by which its own parity must speak for a fault that is told to be as good as the name."""
+
 EQUIVALENT = 0.05
 """Share of the leader's probability from which on another name is equivalent."""
 
@@ -129,12 +132,12 @@ def _handed(standing: Sequence[Ranked], probabilities: dict[str, float]) -> Deci
 def _as_good(best: Ranked, named: Sequence[Ranked]) -> dict[str, float]:
     """Return faults of a thermometer that the drift alone speaks for as it does for the best, and their odds.
 
-    Its parity speaks for them too, but too little for a name of their own.
+    Its parity speaks for them too, but no more than that of sound ones may: too little for a name of their own.
     """
     found = {}
     for item in named:
         lead = item.value + item.withheld - best.value
-        if item is not best and item.witness > 0.0 and item.withheld > 0.0 and lead > np.log(EQUIVALENT):
+        if item is not best and item.seconded > SECONDED and item.withheld > 0.0 and lead > np.log(EQUIVALENT):
             found[item.cause] = float(np.exp(min(lead, 0.0)))
     return found
 

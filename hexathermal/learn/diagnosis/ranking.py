@@ -27,6 +27,8 @@ class Ranked:
     levels : Levels
     witness : float
         What the parity of a faulty thermometer says beyond that of any other.
+    seconded : float
+        What the parity of a faulty thermometer says by itself, whatever others show.
     withheld : float
         Evidence in the drift that does not count for a thermometer's fault, since its parity says too little.
     """
@@ -36,6 +38,7 @@ class Ranked:
     best: Scored
     levels: Levels
     witness: float = 0.0
+    seconded: float = 0.0
     withheld: float = 0.0
 
     @property

@@ -250,8 +250,9 @@ class Search:
         elif trial.parity is not None:
             # every thermometer is late against some other: the parity only seconds what the drift says
             parity = min(parity, max(drift, 0.0))
-        witness = sure * (trial.least_parity < 0.0)
-        return replace(ranked, value=drift + trial.advantage + parity, witness=witness, withheld=whole - drift)
+        fault = trial.least_parity < 0.0
+        return replace(ranked, value=drift + trial.advantage + parity, witness=sure * fault,
+                       seconded=self._gain(trial, trial.target) * fault, withheld=whole - drift)  # fmt: skip
 
     def _parity(self, trial: Trial) -> float:
         """Return the log evidence of the parity for a trial, less what other sensors show of the same by chance."""

@@ -208,7 +208,7 @@ def test_a_fault_that_the_drift_alone_speaks_for_as_well_is_stated() -> None:
     fault = ranked("sensor-drift", 18.0)
     certain = decided(step(ranked("zero-drift", 40.0), fault), LEAST)
     stated = [
-        decided(step(ranked("zero-drift", 40.0), replace(fault, witness=witness, withheld=withheld)), LEAST)
+        decided(step(ranked("zero-drift", 40.0), replace(fault, seconded=witness, withheld=withheld)), LEAST)
         for witness, withheld in ((4.0, 22.0), (-1.0, 22.0), (4.0, 15.0))
     ]
     assert [one.equivalent for one in stated] == [("sensor-drift",), (), ()]
