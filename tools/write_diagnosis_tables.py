@@ -23,7 +23,7 @@ CONSTANTS = {
         "PARITY_WINDOW_S",
         "SLOW_PARITY_S",
     ),
-    "search": ("LEADERS", "MOST_WITNESSED", "BYSTANDERS", "USUAL", "MOST_PARITY", "FOLLOWED"),
+    "search": ("LEADERS", "MOST_WITNESSED", "BYSTANDERS", "USUAL", "UNUSUAL", "MOST_PARITY", "FOLLOWED"),
     "trials": ("USUAL_BIAS_K", "FEIGNED", "FEIGNED_NOISE", "MOST_FEIGNED"),
     "recorded": ("NOISY",),
     "base_choice": ("NEIGHBOURS",),
@@ -42,6 +42,7 @@ CONSTANTS = {
         "NONE_AT_MOST",
         "SOUND",
         "IMITATED",
+        "SECONDED",
         "EQUIVALENT",
     ),
     "course": (
