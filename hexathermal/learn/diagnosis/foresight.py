@@ -18,8 +18,8 @@ MOST_LOSS = 0.5
 """A first cause that makes runs left out less likely, or adds more than this part to their squares, is passed over."""
 
 FAINT = 9.0
-"""What has less evidence, named or not, must lessen the squares of runs left out: thermometers that wander, and
-landings that stand off, which no noise is drawn with, feign a little now and then."""
+"""What has less evidence, named or not, may not add to the squares of runs left out by more than they scatter:
+thermometers that wander, and landings that stand off, which no noise is drawn with, feign a little now and then."""
 
 FORESEEN, CLEARLY_FORESEEN = 10.0, 30.0
 """Log likelihood of runs left out from which on a first cause, or a later one, joins although their squares do not
@@ -38,8 +38,10 @@ def worth(stage: Stage, after: Stage, leader: Ranked, *, later: bool) -> tuple[b
 
 
 def denied(stage: Stage, after: Stage, leader: Ranked) -> bool:
-    """Return whether a leader is faint, and no run left out speaks for it, or none can."""
-    return leader.gated < FAINT and (tells_of_one_run(leader) or part_saved(stage, after, leader) <= 0.0)
+    """Return whether a leader is faint, and runs left out speak against it, or none can tell of it."""
+    if leader.gated >= FAINT or tells_of_one_run(leader):
+        return leader.gated < FAINT
+    return part_saved(stage, after, leader) <= -part_spread(stage, after, leader)
 
 
 def tells_of_one_run(leader: Ranked) -> bool:

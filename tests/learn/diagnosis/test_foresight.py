@@ -21,12 +21,12 @@ LEVELS = Levels(1e-7, 1e-7, 1e-7, 1e-7)
 
 
 @pytest.mark.parametrize(("evidence", "share", "pays"), [
-    (LEAST + 1.0, -0.01, False), (LEAST + 1.0, 0.01, True), (FAINT + 1.0, -0.01, True), (FAINT + 1.0, -0.9, False),
+    (LEAST + 1.0, -0.2, False), (LEAST + 1.0, -0.05, True), (FAINT + 1.0, -0.05, True), (FAINT + 1.0, -0.9, False),
 ])  # fmt: skip
-def test_a_faint_name_must_lessen_the_squares_of_runs_left_out(
+def test_a_faint_name_may_not_add_to_the_squares_of_runs_left_out(
     monkeypatch: pytest.MonkeyPatch, evidence: float, share: float, pays: bool
 ) -> None:
-    """A name that is hardly above chance, and foretells no run better, is not given; a clear one may be."""
+    """A name that is hardly above chance, and foretells runs clearly worse, is not given; a clear one may be."""
 
     def saved(*_stages: Any, within: bool = False) -> float:
         return -1.0 if within else share
@@ -40,12 +40,13 @@ def test_a_faint_name_must_lessen_the_squares_of_runs_left_out(
     assert worth(nothing, nothing, Ranked("frame-expansion", evidence, best, LEVELS), later=False)[0] == pays
 
 
-@pytest.mark.parametrize(("evidence", "share", "stands"), [(LEAST + 1.0, -0.01, False), (LEAST + 1.0, 0.01, True)])
+@pytest.mark.parametrize(("evidence", "share", "stands"), [(LEAST + 1.0, -0.2, False), (LEAST + 1.0, 0.01, True)])
 def test_something_faint_without_a_name_is_denied_alike(
     monkeypatch: pytest.MonkeyPatch, evidence: float, share: float, stands: bool
 ) -> None:
-    """A rhythm that is hardly above chance, and foretells no run better, is nothing."""
+    """A rhythm that is hardly above chance, and foretells runs worse, is nothing."""
     monkeypatch.setattr(foresight, "part_saved", lambda *_stages: share)
+    monkeypatch.setattr(foresight, "part_spread", lambda *_stages: 0.1)
     best = Scored(Trial("follows time", np.zeros((1, 1))), evidence, 1.0, LEVELS.rms, 0.0, 1.0, np.ones(1))
     leader = Ranked("follows time", evidence, best, LEVELS)
     stage: Any = SimpleNamespace(with_effect=lambda _best: None)
