@@ -48,8 +48,7 @@ BYSTANDERS = 8
 """Sensors outside the law whose parity is asked for the same fault: what they show of it is chance."""
 
 USUAL, UNUSUAL = 0.8, 2.0
-"""Quantile of the bystanders, or their median and so many of their spreads by absolute deviations, that counts as
-chance: the outermost, which the others foretell badly, must not set it."""
+"""Quantile of the bystanders, or their mean and so many of their standard deviations, that counts as chance."""
 
 MOST_PARITY = 150.0
 """Most that the parity says for or against a fault."""
@@ -267,9 +266,7 @@ class Search:
         others = [self._gain(trial, sensor) for sensor in self.bench.bystanders(BYSTANDERS)]
         usual = most = 0.0
         if others:
-            middle = np.median(others)
-            spread = 1.48 * np.median(np.abs(others - middle))
-            usual = max(float(np.quantile(others, USUAL)), float(middle + UNUSUAL * spread))
+            usual = max(float(np.quantile(others, USUAL)), float(np.mean(others) + UNUSUAL * np.std(others)))
             most = max(others)
         least = max(trial.least_parity, -MOST_PARITY)
         beyond, sure = np.clip(own - np.maximum([usual, most], 0.0), least, MOST_PARITY).tolist()
