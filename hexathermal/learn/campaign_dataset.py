@@ -234,12 +234,14 @@ def fingerprint(campaign: Campaign) -> str:
     """
     whole = hashlib.sha256()
     for file in (campaign.file, *(run.path for run in campaign.runs)):
-        part = hashlib.sha256()
-        try:
-            with file.open("rb") as stream:
-                while text := stream.read(1 << 20):
-                    part.update(text)
-        except OSError as error:
-            raise ArgumentError(f"{file} cannot be read: {error.strerror or error}") from None
-        whole.update(part.digest())
+        whole.update(table_digest(file))
     return whole.hexdigest()
+
+
+def table_digest(file: Path) -> bytes:
+    """Return the SHA-256 of a file."""
+    try:
+        with file.open("rb") as stream:
+            return hashlib.file_digest(stream, "sha256").digest()
+    except OSError as error:
+        raise ArgumentError(f"{file} cannot be read: {error.strerror or error}") from None

@@ -9,14 +9,13 @@ from __future__ import annotations
 import hashlib
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 
 from hexathermal.errors import ArgumentError
 from hexathermal.learn.campaign import Block, Campaign
-from hexathermal.learn.campaign_dataset import fingerprint
-from hexathermal.learn.check_remarks import SLACK, of_fahrenheit
+from hexathermal.learn.campaign_dataset import fingerprint, table_digest
+from hexathermal.learn.check_remarks import of_fahrenheit, of_stroke
 from hexathermal.learn.cleaning import parts_of, usable_blocks
 from hexathermal.learn.cleaning_record import CleaningRecord, cleaning_words
 from hexathermal.learn.identification import AUTO, Identification, Passing, identify
@@ -69,16 +68,8 @@ class _Passed:
 
 def _off_stroke(found: Identification) -> list[str]:
     """Return that the rod was where the stroke does not reach: another zero of the scale, or another stroke."""
-    seen, stroke = found.law.validity.q, found.law.stroke
-    if seen is None or stroke is None:
-        return []
-    slack = SLACK * (stroke[1] - stroke[0])
-    if seen[0] >= stroke[0] - slack and seen[1] <= stroke[1] + slack:
-        return []
-    return [
-        f"q_mm runs from {seen[0] * 1e3:.1f} to {seen[1] * 1e3:.1f}, outside stroke_mm [{stroke[0] * 1e3:g}, "
-        f"{stroke[1] * 1e3:g}]: B holds for q as recorded; is the scale's zero that of stroke_mm?"
-    ]
+    off = of_stroke(found.law.validity.q, found.law.stroke)
+    return [f"{off}: B holds for q as recorded; is the scale's zero that of stroke_mm?"] if off else []
 
 
 def role_blocks(
@@ -234,23 +225,14 @@ def refuse_other_build(first: Campaign, other: Campaign) -> None:
 
 def refuse_same_runs(others: Sequence[Campaign], campaign: Campaign) -> None:
     """Refuse a campaign with a run that another one holds too: counted twice, it would count for two legs."""
-    known = {_content(run.path): (other, run.name) for other in others for run in other.runs_of("identification")}
+    known = {table_digest(run.path): (other, run.name) for other in others for run in other.runs_of("identification")}
     for run in campaign.runs_of("identification"):
-        if (twin := known.get(_content(run.path))) is not None:
+        if (twin := known.get(table_digest(run.path))) is not None:
             other, name = twin
             raise ArgumentError(
                 f"run {run.name} of {campaign.folder} holds the same rows as run {name} of {other.folder}: a run must "
                 "not count for two legs; give campaigns of other legs"
             )
-
-
-def _content(file: Path) -> str:
-    """Return the SHA-256 of a table."""
-    try:
-        with file.open("rb") as stream:
-            return hashlib.file_digest(stream, "sha256").hexdigest()
-    except OSError as error:
-        raise ArgumentError(f"{file} cannot be read: {error.strerror or error}") from None
 
 
 def validate_campaign(law: IdentifiedLaw, campaign: Campaign, progress: Passing | None = None) -> Validation:

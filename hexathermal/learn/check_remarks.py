@@ -32,6 +32,19 @@ SLACK = 0.01
 """A rod may be seen outside its stroke by so much of it."""
 
 
+def of_stroke(seen: tuple[float, float] | None, stroke: tuple[float, float] | None) -> str:
+    """Return that a rod was where its stroke [m] does not reach; empty where it was not, or nothing is known."""
+    if seen is None or stroke is None:
+        return ""
+    slack = SLACK * (stroke[1] - stroke[0])
+    if seen[0] >= stroke[0] - slack and seen[1] <= stroke[1] + slack:
+        return ""
+    return (
+        f"q_mm runs from {seen[0] * 1e3:.1f} to {seen[1] * 1e3:.1f}, outside stroke_mm [{stroke[0] * 1e3:g}, "
+        f"{stroke[1] * 1e3:g}]"
+    )
+
+
 @dataclass(frozen=True)
 class Clock:
     """Rows, duration [s] and median step in time [s] of a run."""

@@ -8,7 +8,15 @@ import numpy as np
 
 from hexathermal.learn.check import CampaignCheck, RunCheck
 from hexathermal.learn.check_cycles import cycles
-from hexathermal.learn.check_remarks import SLACK, Clock, of_clock, of_collinearity, of_fahrenheit, of_noise, of_roles
+from hexathermal.learn.check_remarks import (
+    Clock,
+    of_clock,
+    of_collinearity,
+    of_fahrenheit,
+    of_noise,
+    of_roles,
+    of_stroke,
+)
 from hexathermal.learn.check_sums import Separability
 from hexathermal.learn.cleaning import is_lost
 from hexathermal.learn.cleaning_record import NOTED, CleaningStep
@@ -78,12 +86,8 @@ def _of_runs(check: CampaignCheck) -> list[str]:
             largest = max(map(abs, run.drift)) * 1e3
             found.append(f"{name}: the drift reaches {largest:.3g} mm: is a column in another unit, or the zero lost?")
         leg = check.campaign.leg
-        if leg is not None and run.q is not None:
-            low, high = leg.stroke
-            slack = SLACK * (high - low)
-            if run.q[0] < low - slack or run.q[1] > high + slack:
-                seen = f"{run.q[0] * 1e3:.1f} to {run.q[1] * 1e3:.1f}"
-                found.append(f"{name}: q_mm runs from {seen}, outside stroke_mm [{low * 1e3:g}, {high * 1e3:g}]")
+        if leg is not None and (off := of_stroke(run.q, leg.stroke)):
+            found.append(f"{name}: {off}")
         found.extend(
             f"{name}, {step.channel}: {step.step}, {step.count} x; {step.reason}"
             for step in record.steps

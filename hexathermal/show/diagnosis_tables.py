@@ -78,9 +78,9 @@ def joined_words(one: Effect) -> str:
 
 def limits_table(found: Diagnosis, pretty: bool) -> Table:
     """Return how large each effect must be in this campaign to be named, smallest first."""
-    table = framed(pretty, "would be named from", "visible RMS\num>", "whole RMS\num>")
     from hexathermal.learn.diagnosis.words import two_digits
 
+    table = framed(pretty, "would be named from", "visible RMS\num>", "whole RMS\num>")
     for one in sorted(found.limits, key=lambda item: (item.whole, item.cause)):
         table.add_row(one.cause, two_digits(one.visible * 1e6), two_digits(one.whole * 1e6))
     return table

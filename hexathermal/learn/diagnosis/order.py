@@ -16,13 +16,13 @@ MOST, LEAST = 12.0, -40.0
 """Most that the order alone says for an exchange, and against one: profiles need not be smooth."""
 
 UNSURE = 2.5
-"""Where the order says more than that against an exchange, the drift says nothing for it: of 342 exchanges on benches
-looked at meanwhile the order said more than 2.2 against none, and more than 1 against six."""
+"""Where the order says more than that against an exchange, the drift says nothing for it: of 288 exchanges on four
+benches looked at meanwhile the order said more than 2.2 against none, and more than 1.1 against two."""
 
 FEIGNED = 10.0
 """An exchange needs so much more evidence than chance: where thermometers wander, a neighbour's reading fits the drift
-better now and then, and the order confirms some of it. Of 140 clean campaigns of a bench looked at meanwhile five
-showed such an exchange, by 6 to 11; of 48 true ones on four benches all that were found at all showed 18 and more."""
+better now and then, and the order may confirm it. Of 60 clean campaigns of a bench looked at meanwhile four showed such
+an exchange, by 6 to 10; of 48 true ones on four benches all that were found at all showed 18 and more."""
 
 HEAVY = 3.0
 """Degrees of freedom of Student's distribution for a loading off the smooth profile."""

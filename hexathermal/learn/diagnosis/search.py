@@ -305,12 +305,12 @@ def _bumps(step: FloatArray, channel: Channel) -> tuple[list[FloatArray], list[F
     at = int(np.searchsorted(landings, first, "right")) - 1
     begin = int(np.flatnonzero(channel.start[: first + 1])[-1])
     spans = [(first + min(width, 0), first + max(width, 0)) for width in BUMPS]
-    spans += [(landings[max(k, 0)], landings[max(k, 0) + 1]) for k in (at - 1, at)]
     spans.append((begin, landings[landings > begin][0]))
     bumps = [((low <= index) & (index < high)).astype(float) for low, high in spans]
     if channel.tied_offsets:
         bumps[-1] = (channel.run == channel.run[first])[:, None] - bumps[-1]
     after = [_between(index, landings, at + k) for k in range(PAIRS + 1)]
+    bumps += [_between(index, landings, max(at - 1, 0)), after[0]]
     return bumps, [np.column_stack(pair) for pair in pairwise(after)]
 
 

@@ -15,9 +15,6 @@ if TYPE_CHECKING:
     from hexathermal.machine.hexapod import Hexapod
     from hexathermal.machine.thermal import ThermalModel
 
-REFERENCES = (-100.0, 400.0)
-"""Temperatures [degC] at which a machine may have been calibrated: those that campaigns may hold."""
-
 APPLY = """\
 Write a machine whose legs carry an identified law: a copy of a machine's hexapod.toml with the law's sensors,
 coefficients and covariance. Give one law for all six legs, or six laws in the order of the legs.
@@ -62,6 +59,7 @@ def add(commands: Any) -> None:
 
 def run(arguments: argparse.Namespace, progress: Progress) -> Answer:
     """Write a machine that carries laws."""
+    from hexathermal.learn.cleaning_rules import COLDEST_DEGC, HOTTEST_DEGC
     from hexathermal.learn.leg_law_files import read_leg_law
     from hexathermal.machine.writing import write_hexapod
     from hexathermal.show.commands.identify import free
@@ -70,9 +68,9 @@ def run(arguments: argparse.Namespace, progress: Progress) -> Answer:
         raise ArgumentError(f"found {len(arguments.laws)} laws; give one for all legs, or six in the order of the legs")
     if arguments.margin < 0.0:
         raise ArgumentError(f"--margin must be 0 or more, found {arguments.margin:g} K")
-    if arguments.reference is not None and not REFERENCES[0] <= arguments.reference <= REFERENCES[1]:
+    if arguments.reference is not None and not COLDEST_DEGC <= arguments.reference <= HOTTEST_DEGC:
         raise ArgumentError(
-            f"--reference must be {REFERENCES[0]:g} to {REFERENCES[1]:g} degC, found {arguments.reference:g}: the "
+            f"--reference must be {COLDEST_DEGC:g} to {HOTTEST_DEGC:g} degC, found {arguments.reference:g}: the "
             "temperature of the machine when its geometry was calibrated"
         )
     out = arguments.out if arguments.out.suffix == ".toml" else arguments.out / "hexapod.toml"
