@@ -62,8 +62,6 @@ class Channel:
     rows : array, shape (n,)
         That the window is the mean of.
     run : array of int, shape (n,)
-    weight : array, shape (n,)
-        Of the scatter's variance in a window's landing: 1, or more where the scatter has heavy tails.
     has_landings : bool
         Whether landings scatter: a part without a stroke has none.
     tied_offsets : bool
@@ -77,7 +75,6 @@ class Channel:
     step: FloatArray
     rows: FloatArray
     run: npt.NDArray[np.int64]
-    weight: FloatArray
     has_landings: bool = True
     tied_offsets: bool = True
 
@@ -97,7 +94,7 @@ class Channel:
 
         table = np.ascontiguousarray(columns, dtype=np.float64)
         out = np.empty_like(table)
-        white, landing = levels.white**2 / self.rows, levels.landing**2 * self.weight
+        white, landing = levels.white**2 / self.rows, levels.landing**2
         logdet = whiten(table, self.start, self.fresh, self.step, white, landing, levels.slow**2, levels.slow_time,
                         levels.offset**2, out)  # fmt: skip
         return out, float(logdet)
@@ -110,7 +107,7 @@ class Channel:
             own = self.run == k
             time = np.cumsum(np.where(self.start[own], 0.0, self.step[own]))
             V = levels.slow**2 * np.exp(-np.abs(time[:, None] - time) / levels.slow_time) + levels.offset**2
-            V += levels.landing**2 * self.weight[own] * (landing[own][:, None] == landing[own])
+            V += levels.landing**2 * (landing[own][:, None] == landing[own])
             V[np.diag_indices_from(V)] += levels.white**2 / self.rows[own]
             total += G[own].T @ V @ G[own]
         return total
@@ -144,7 +141,7 @@ class Channel:
         share = 1.0 / self.rows
 
         def evidence(levels: Levels) -> float:
-            white, landing = levels.white**2 * share, levels.landing**2 * self.weight
+            white, landing = levels.white**2 * share, levels.landing**2
             value = log_evidence(table, self.start, self.fresh, self.step, white, landing, levels.slow**2,
                                  levels.slow_time, levels.offset**2)  # fmt: skip
             return float(value) + self.prior(levels)

@@ -39,9 +39,9 @@ def worth(stage: Stage, after: Stage, leader: Ranked, *, later: bool) -> tuple[b
 
 def denied(stage: Stage, after: Stage, leader: Ranked) -> bool:
     """Return whether a leader is faint, and runs left out speak against it, or none can tell of it."""
-    if leader.gated >= FAINT or tells_of_one_run(leader):
-        return leader.gated < FAINT
-    return part_saved(stage, after, leader) <= -part_spread(stage, after, leader)
+    if tells_of_one_run(leader):
+        return leader.value < FAINT
+    return leader.gated < FAINT and part_saved(stage, after, leader) <= -part_spread(stage, after, leader)
 
 
 def tells_of_one_run(leader: Ranked) -> bool:

@@ -22,10 +22,21 @@ NOISY = 5.0
 """Noise of a thermometer over the middle one of all from which on it is not trusted to say what moves a part."""
 
 
+NORMAL_MEDIAN = 0.6745
+"""Median of the absolute values of a normal distribution, over its standard deviation."""
+
+
 def row_noise(runs: Iterable[RunRows], sensor: str) -> float:
-    """Return a thermometer's noise from row to row, RMS [K]."""
-    steps = [np.diff(rows.signals.dT[sensor]) for rows in runs]
-    return float(np.sqrt(np.mean(np.concatenate(steps) ** 2) / 2.0))
+    """Return a thermometer's noise from row to row, standard deviation [K].
+
+    By the median of second differences: beside a nut or a motor the temperature itself jumps now and then. A reading in
+    coarse steps mostly stays, and is told by all its differences.
+    """
+    values = [rows.signals.dT[sensor] for rows in runs]
+    bend = float(np.median(np.abs(np.concatenate([np.diff(one, 2) for one in values]))))
+    if bend > 0.0:
+        return bend / (NORMAL_MEDIAN * np.sqrt(6.0))
+    return float(np.sqrt(np.mean(np.concatenate([np.diff(one) for one in values]) ** 2) / 2.0))
 
 
 def noisy_sensors(runs: Sequence[RunRows], sensors: Sequence[str]) -> dict[str, tuple[float, float]]:

@@ -137,7 +137,7 @@ class Search:
         for _again in range(2):
             scored = self._closer(self.scored(levels, trials, terms), levels, null)
             families = _families(scored)
-            leaders = sorted(families, key=lambda name: -families[name][0])[:LEADERS]
+            leaders = sorted(families, key=lambda name: -self._standing(*families[name], scored))[:LEADERS]
             pool = [levels]
             fits = {}
             for name in leaders:
@@ -216,6 +216,15 @@ class Search:
         carried = self.base.extended(trial.columns[:, :first], scored.size[:first])
         alone = max(self.channel.evidence(carried.X, carried.sd, levels) for levels in pool)
         return replace(scored, trial=replace(trial, doubt=max(value - alone, 0.0)))
+
+    def _standing(self, value: float, best: Scored, scored: list[Scored]) -> float:
+        """Return what makes a cause a leader: its evidence in the drift, and what a fault shows in the parity.
+
+        The drift knows little of a fault late in the last run: the null may rather not believe that thermometer.
+        """
+        if best.trial.parity is None or best.trial.least_parity >= 0.0:
+            return value
+        return value + max(self._parity(self._witnessed(best, scored).trial), 0.0)
 
     def _witnessed(self, best: Scored, scored: list[Scored]) -> Scored:
         """Return the trial of a sensor's fault that drift and parity together speak for; others as they are."""

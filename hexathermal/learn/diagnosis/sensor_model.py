@@ -198,7 +198,7 @@ class SensorModel:
         n = len(start)
         told = [p @ self.expected[0] for p in self.profiles]
         y = self.means(self.own) - self.means(told)
-        return Channel(y, start, start, step, np.ones(n), run, np.ones(n), False, self.view.zeroed_by_run)
+        return Channel(y, start, start, step, np.ones(n), run, False, self.view.zeroed_by_run)
 
     @cached_property
     def X(self) -> FloatArray:

@@ -22,7 +22,7 @@ def whiten(C, start, fresh, step, white, landing, slow, tau, offset, out):
     """Whiten the columns C (n, m) into out; return log det V.
 
     `start` marks the first window of a run, `fresh` that of a landing; `step` is the time since the window before.
-    `white` and `landing` (n,) are variances of a window and of its landing; `slow` and `offset` variances of a run.
+    `white` (n,) are variances of windows, `landing` that of landings; `slow` and `offset` variances of a run.
     """
     n, m = C.shape
     x = np.zeros((3, m))
@@ -30,7 +30,7 @@ def whiten(C, start, fresh, step, white, landing, slow, tau, offset, out):
     total, product, last, a = 0.0, 1.0, -1.0, 1.0
     for i in range(n):
         if start[i]:
-            p00, p11, p22 = slow, landing[i], offset
+            p00, p11, p22 = slow, landing, offset
             p01 = p02 = p12 = 0.0
             x[:, :] = 0.0
             a, last = 1.0, -1.0
@@ -42,7 +42,7 @@ def whiten(C, start, fresh, step, white, landing, slow, tau, offset, out):
             p01 *= a
             p02 *= a
             if fresh[i]:
-                p01, p12, p11 = 0.0, 0.0, landing[i]
+                p01, p12, p11 = 0.0, 0.0, landing
                 for c in range(m):
                     x[1, c] = 0.0
         h0, h1, h2 = p00 + p01 + p02, p01 + p11 + p12, p02 + p12 + p22

@@ -22,7 +22,7 @@ def channel_like(rng: np.random.Generator, runs: int = 3, windows: int = 30, *, 
         )
     start, fresh, step, rows, run = (np.concatenate(items) for items in zip(*parts, strict=True))
     n = len(start)
-    return Channel(np.zeros(n), start, fresh, step, rows, run, np.ones(n), True, tied_offsets)
+    return Channel(np.zeros(n), start, fresh, step, rows, run, True, tied_offsets)
 
 
 def dense(channel: Channel, levels: Levels) -> FloatArray:

@@ -67,7 +67,7 @@ def test_the_filter_starts_anew_in_each_run(rng: np.random.Generator) -> None:
     for k in range(3):
         own = channel.run == k
         alone = Channel(*(item[own] for item in (channel.y, channel.start, channel.fresh, channel.step, channel.rows,
-                                                 channel.run, channel.weight)))  # fmt: skip
+                                                 channel.run)))  # fmt: skip
         part, value = alone.whitened(columns[own], LEVELS)
         np.testing.assert_array_equal(part, whole[own])
         total += value

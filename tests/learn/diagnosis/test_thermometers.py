@@ -44,6 +44,24 @@ def test_a_noisy_thermometer_is_not_tried_as_a_missing_one(rng: np.random.Genera
     assert tried == set(view.sensors) - {noisy, *answer.base}
 
 
+def test_quick_heat_is_no_noise(rng: np.random.Generator) -> None:
+    """A thermometer beside a nut, which jumps by a hundred times its noise in one row of eight, is not noisy."""
+    view, answer = viewed("modal", 5, (), 1.0)
+    name = next(name for name in view.sensors if name not in answer.base)
+    before = row_noise(view.runs, name)
+    runs = []
+    for rows in view.runs:
+        count = len(rows.signals.time)
+        jumps = 100.0 * before * rng.standard_normal(count) * (rng.random(count) < 0.125)
+        heat = np.cumsum(jumps) - np.linspace(0.0, jumps.sum(), count)
+        runs.append(
+            replace(rows, signals=replace(rows.signals, dT={**rows.signals.dT, name: rows.signals.dT[name] + heat}))
+        )
+    quick = replace(view, runs=tuple(runs))
+    assert np.std(np.diff(runs[0].signals.dT[name])) > 20.0 * before
+    assert noisy_sensors(quick.runs, quick.sensors) == {}
+
+
 def test_what_smoothing_leaves_of_noise_is_a_parabolas(rng: np.random.Generator) -> None:
     """White noise through the view's smoothing keeps the part of its RMS that is stated."""
     view, _ = viewed("modal", 5, (), 1.0)

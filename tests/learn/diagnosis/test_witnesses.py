@@ -16,6 +16,8 @@ from hexathermal.learn.diagnosis.stage import Stage
 from hexathermal.learn.diagnosis.timing import Timing
 from hexathermal.learn.diagnosis.trials import Trial, Workbench
 from hexathermal.learn.diagnosis.view import View
+from hexathermal.machine.leg_signals import LegSignals
+from hexathermal.poses import FloatArray
 from tests.learn.diagnosis.campaigns import viewed
 
 LEGS = ("modal", "finite_volume")
@@ -84,6 +86,21 @@ def test_a_fault_of_the_law_s_sensor_shows_in_no_bystander(bench: str) -> None:
             hours = model.means([signals.time / 3600.0 for signals in model.view.signals])
             gains.append(model.gain(hours[:, None], np.array([0.2])))
         assert gains[1] == pytest.approx(gains[0], abs=1e-6)
+
+
+def test_the_parity_alone_makes_a_fault_a_leader(view: View) -> None:
+    """A thermometer that comes off near the end of the last run is named, although the drift hardly knows of it."""
+    name = view.base[0]
+
+    def off(k: int, signals: LegSignals) -> FloatArray:
+        assert signals.air is not None  # of every bench
+        late = (k == len(view.runs) - 1) & (signals.time > 0.88 * signals.time[-1])
+        return np.where(late, 0.2 * signals.dT[name] + 0.8 * signals.air, signals.dT[name])
+
+    step = Stage(altered(view, name, off)).step
+    first = next(item for item in step.ranking if item.named)
+    assert (first.cause, first.best.trial.target) == ("sensor-detached", name)
+    assert first.best.value < first.witness
 
 
 @pytest.mark.parametrize("bench", LEGS)
