@@ -27,6 +27,8 @@ class Ranked:
     levels : Levels
     witness : float
         What the parity of a faulty thermometer says beyond that of any other.
+    both : float
+        What the drift and the parity of a faulty thermometer, beyond that of any other, say alike: the lesser of them.
     seconded : float
         What the parity of a faulty thermometer says by itself, whatever others show.
     withheld : float
@@ -38,6 +40,7 @@ class Ranked:
     best: Scored
     levels: Levels
     witness: float = 0.0
+    both: float = 0.0
     seconded: float = 0.0
     withheld: float = 0.0
 
@@ -45,11 +48,12 @@ class Ranked:
     def gated(self) -> float:
         """The evidence against a null that tolerates a small misfit of the same shape in the drift.
 
-        What the parity of this thermometer alone shows beyond `SURE_WITNESS` is no misfit of the drift.
+        What the parity of this thermometer alone shows beyond `SURE_WITNESS` is no misfit of the drift, nor is what
+        drift and parity say alike: chance in one knows nothing of the other.
         """
         small = relevance(self.best.visible, self.levels.rms, self.best.trial.feigned)
         said = self.value - self.best.trial.doubt
-        return min(said, small + max(self.witness - SURE_WITNESS, 0.0))
+        return min(said, small + max(self.witness - SURE_WITNESS, self.both, 0.0))
 
     @property
     def named(self) -> bool:

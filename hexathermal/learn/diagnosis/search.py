@@ -261,7 +261,8 @@ class Search:
             parity = min(parity, max(drift, 0.0))
         fault = trial.least_parity < 0.0
         return replace(ranked, value=drift + trial.advantage + parity, witness=sure * fault,
-                       seconded=self._gain(trial, trial.target) * fault, withheld=whole - drift)  # fmt: skip
+                       both=min(drift, sure) * fault, seconded=self._gain(trial, trial.target) * fault,
+                       withheld=whole - drift)  # fmt: skip
 
     def _parity(self, trial: Trial) -> float:
         """Return the log evidence of the parity for a trial, less what other sensors show of the same by chance."""

@@ -333,6 +333,15 @@ def test_what_another_thermometer_proves_is_no_misfit_of_the_drift() -> None:
     assert replace(small, witness=60.0).gated == pytest.approx(small.gated + 60.0 - SURE_WITNESS)
 
 
+def test_drift_and_parity_that_agree_are_no_chance() -> None:
+    """A small fault of which drift and parity both speak is named: the lesser of them counts, never more than both."""
+    small = ranked("sensor-drift", 20.0, seen=0.1)
+    assert replace(small, witness=12.0, both=8.0).gated == pytest.approx(small.gated + 8.0)
+    assert small.gated + 8.0 > LEAST
+    assert replace(small, witness=12.0, both=-2.0).gated == small.gated < LEAST
+    assert replace(small, witness=99.0, both=50.0).gated == small.value
+
+
 def test_the_null_is_given_every_noise_that_a_leader_is_given(
     channel: Channel, base: Base, rng: np.random.Generator
 ) -> None:

@@ -53,10 +53,14 @@ def test_something_faint_without_a_name_is_denied_alike(
     assert (_not_denied(stage, Decision(leader, 0.9, {}, ())).leader is leader) == stands
 
 
-@pytest.mark.parametrize(("evidence", "given"), [(LEAST + 1.0, False), (FAINT + 1.0, True)])
-def test_a_faint_step_of_one_run_is_not_given(monkeypatch: pytest.MonkeyPatch, evidence: float, given: bool) -> None:
-    """No run left out can tell of a step in one run: it must be clear by itself."""
+@pytest.mark.parametrize(("evidence", "seen", "given"), [
+    (LEAST + 1.0, 10.0, False), (FAINT + 1.0, 10.0, True), (FAINT + 1.0, 0.17, True),
+])  # fmt: skip
+def test_a_faint_step_of_one_run_is_not_given(
+    monkeypatch: pytest.MonkeyPatch, evidence: float, seen: float, given: bool
+) -> None:
+    """No run left out can tell of a step in one run: it must be clear by itself, however small it is over all runs."""
     monkeypatch.setattr(foresight, "part_spread", lambda *_stages: 0.1)
-    best = Scored(Trial("zero-jump", np.zeros((1, 1))), evidence, 10.0 * LEVELS.rms, LEVELS.rms, 0.0, 1.0, np.ones(1))
+    best = Scored(Trial("zero-jump", np.zeros((1, 1))), evidence, seen * LEVELS.rms, LEVELS.rms, 0.0, 1.0, np.ones(1))
     nothing: Any = None
     assert worth(nothing, nothing, Ranked("zero-jump", evidence, best, LEVELS), later=False)[0] == given

@@ -88,19 +88,20 @@ def test_a_fault_of_the_law_s_sensor_shows_in_no_bystander(bench: str) -> None:
         assert gains[1] == pytest.approx(gains[0], abs=1e-6)
 
 
-def test_the_parity_alone_makes_a_fault_a_leader(view: View) -> None:
-    """A thermometer that comes off near the end of the last run is named, although the drift hardly knows of it."""
+def test_the_parity_alone_makes_a_fault_a_leader() -> None:
+    """A thermometer that comes off near the end of the last run leads, although the drift knows nothing of it."""
+    view, _ = viewed("rough", 6, (), 1.0)
     name = view.base[0]
 
     def off(k: int, signals: LegSignals) -> FloatArray:
         assert signals.air is not None  # of every bench
-        late = (k == len(view.runs) - 1) & (signals.time > 0.88 * signals.time[-1])
+        late = (k == len(view.runs) - 1) & (signals.time > 0.94 * signals.time[-1])
         return np.where(late, 0.2 * signals.dT[name] + 0.8 * signals.air, signals.dT[name])
 
     step = Stage(altered(view, name, off)).step
     first = next(item for item in step.ranking if item.named)
     assert (first.cause, first.best.trial.target) == ("sensor-detached", name)
-    assert first.best.value < first.witness
+    assert first.best.value < 0.0
 
 
 @pytest.mark.parametrize("bench", LEGS)
