@@ -44,7 +44,8 @@ def without_missing(sheets: Iterator[Sheet], ledger: Ledger) -> Iterator[Sheet]:
     for sheet in sheets:
         lost = np.isnan(np.concatenate([sheet.beams, sheet.drift], axis=1))
         bad = lost.any(axis=1)
-        reason = "no value of the drift, or not of all beams: missing, or left out above"
+        values = "no value of the drift, or not of all beams" if sheet.beams.shape[1] else "no value of the drift"
+        reason = f"{values}: missing, or left out above"
         ledger.note("no drift", "row", ROW, reason, bad, sheet.time[:, 0])
         kept = sheet.take(~bad)
         if len(kept):
@@ -123,8 +124,13 @@ class BeamRules:
             jump = np.abs(np.diff(level, prepend=level[0])) > ALL_LOST_M
             jump[: own.start] = False
             gone = np.logical_or.accumulate(jump) | self.lost
-            reason = f"the drift jumped by more than {ALL_LOST_M * 1e6:g} um from one row to the next: beams lost count"
-            self.ledger.note("beams lost", "row", ROW, reason, (gone & ~spikes)[own], time[own])
+            name, lost = (
+                ("beams lost", "beams") if len(self.scales.noise) else ("count lost", "the displacement sensor")
+            )
+            jumped = (
+                f"the drift jumped by more than {ALL_LOST_M * 1e6:g} um from one row to the next: {lost} lost count"
+            )
+            self.ledger.note(name, "row", ROW, jumped, (gone & ~spikes)[own], time[own])
             self.lost = bool(gone[own][-1])
             kept = _kept(sheet, own, ~(spikes | gone))
             if len(kept):

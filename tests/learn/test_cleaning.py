@@ -202,6 +202,19 @@ def test_a_component_counts_from_the_first_row_of_the_campaign(tmp_path: Path) -
     assert first.landing.max() == 1
 
 
+def test_a_part_without_beams_is_told_of_none(tmp_path: Path) -> None:
+    """A jump of the drift of a component: its displacement sensor lost count; no word of beams that it has not."""
+    folder = component_campaign(tmp_path)
+    file = folder / "runs" / "a.csv"
+    head, *rows = file.read_text(encoding="utf-8").splitlines()
+    cut = len(rows) * 3 // 4
+    jumped = [",".join([*row.split(",")[:-1], str(float(row.split(",")[-1]) + 5e3)]) for row in rows[cut:]]
+    file.write_text("\n".join([head, *rows[:cut], *jumped]) + "\n", encoding="utf-8")
+    _, record = used_run(load_campaign(folder), "a")
+    assert record.count("count lost") == len(jumped)
+    assert not any("beam" in f"{step.step} {step.reason}" for step in record.steps)
+
+
 def test_beams_that_count_from_each_run_do_not_fit_a_campaign_that_counts_from_the_first(tmp_path: Path) -> None:
     """zero = "campaign" with beams that start at 0 in a run at another q would be a drift of millimetres: refused."""
 
