@@ -124,13 +124,10 @@ class BeamRules:
             jump = np.abs(np.diff(level, prepend=level[0])) > ALL_LOST_M
             jump[: own.start] = False
             gone = np.logical_or.accumulate(jump) | self.lost
-            name, lost = (
-                ("beams lost", "beams") if len(self.scales.noise) else ("count lost", "the displacement sensor")
-            )
-            jumped = (
-                f"the drift jumped by more than {ALL_LOST_M * 1e6:g} um from one row to the next: {lost} lost count"
-            )
-            self.ledger.note(name, "row", ROW, jumped, (gone & ~spikes)[own], time[own])
+            name, sensor = ("beams", "beams") if len(self.scales.noise) else ("count", "the displacement sensor")
+            jumped = f"the drift jumped by more than {ALL_LOST_M * 1e6:g} um from one row to the next"
+            reason = f"{jumped}: {sensor} lost count"
+            self.ledger.note(f"{name} lost", "row", ROW, reason, (gone & ~spikes)[own], time[own])
             self.lost = bool(gone[own][-1])
             kept = _kept(sheet, own, ~(spikes | gone))
             if len(kept):
