@@ -35,7 +35,7 @@ def row_noise(runs: Iterable[RunRows], sensor: str) -> float:
     values = [rows.signals.dT[sensor] for rows in runs]
     bend = float(np.median(np.abs(np.concatenate([np.diff(one, 2) for one in values]))))
     if bend > 0.0:
-        return bend / (NORMAL_MEDIAN * np.sqrt(6.0))
+        return float(bend / (NORMAL_MEDIAN * np.sqrt(6.0)))
     return float(np.sqrt(np.mean(np.concatenate([np.diff(one) for one in values]) ** 2) / 2.0))
 
 
