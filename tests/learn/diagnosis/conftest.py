@@ -9,7 +9,7 @@ import pytest
 from benchmarks.hidden_effects import Outcome, outcome_of, plan
 from tests.learn.shared_draws import fresh_entropy, shared
 
-DRAWS = 60
+DRAWS = 56
 
 
 @pytest.fixture(scope="session")

@@ -18,7 +18,7 @@ from benchmarks.hidden_machines import CAUSES, MachineOutcome, outcome_of, plan,
 from tests.learn.diagnosis.bounds import Bound
 from tests.learn.shared_draws import fresh_entropy, shared
 
-DRAWS = 24
+DRAWS = 20
 VISIBLE = 0.15
 """Strength, with frames of runs put aside, from which an effect counts as plain."""
 
