@@ -8,6 +8,7 @@ from dataclasses import replace
 import numpy as np
 
 from hexathermal.errors import ArgumentError
+from hexathermal.learn.cleaning_rules import TO_SIGMA
 from hexathermal.learn.law import IdentifiedLaw
 from hexathermal.learn.signals import RunRows
 
@@ -22,10 +23,6 @@ NOISY = 5.0
 """Noise of a thermometer over the middle one of all from which on it is not trusted to say what moves a part."""
 
 
-NORMAL_MEDIAN = 0.6745
-"""Median of the absolute values of a normal distribution, over its standard deviation."""
-
-
 def row_noise(runs: Iterable[RunRows], sensor: str) -> float:
     """Return a thermometer's noise from row to row, standard deviation [K].
 
@@ -35,7 +32,7 @@ def row_noise(runs: Iterable[RunRows], sensor: str) -> float:
     values = [rows.signals.dT[sensor] for rows in runs]
     bend = float(np.median(np.abs(np.concatenate([np.diff(one, 2) for one in values]))))
     if bend > 0.0:
-        return float(bend / (NORMAL_MEDIAN * np.sqrt(6.0)))
+        return float(TO_SIGMA * bend / np.sqrt(6.0))
     return float(np.sqrt(np.mean(np.concatenate([np.diff(one) for one in values]) ** 2) / 2.0))
 
 
