@@ -5,11 +5,15 @@ A cause that stands above chance in all runs together must also pay on each that
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 import numpy as np
 
 from hexathermal.learn.diagnosis.ranking import Ranked
-from hexathermal.learn.diagnosis.stage import Stage
 from hexathermal.poses import FloatArray
+
+if TYPE_CHECKING:
+    from hexathermal.learn.diagnosis.stage import Stage
 
 LEAST_SHARE = 0.03
 """Every cause after the first must take away this part of the squared residual of runs left out."""
@@ -25,6 +29,23 @@ FORESEEN, CLEARLY_FORESEEN = 10.0, 30.0
 """Log likelihood of runs left out from which on a first cause, or a later one, joins although their squares do not
 fall: squares of few runs, whose rows share most of their scatter, tell less; they may not rise by more than chance, or
 those about each run's mean must fall."""
+
+REPEATS, BY_CHANCE = 0.1, 3.0
+"""Part of their squares that runs left out must lose for it to count as the same in all of them; and the log evidence
+by which a few runs lose alike by chance."""
+
+
+def repeated(before: Stage, after: Stage, leader: Ranked) -> float:
+    """Return the log evidence that a leader takes from each run left out alike, which wandering thermometers do not.
+
+    Of what n runs lose, mean m and standard deviation s, the likelihood ratio of Student's test against a mean of zero:
+    ``n/2 log(1 + n m^2 / ((n - 1) s^2))``, less what chance says.
+    """
+    old, new = _left(before, after, leader)
+    lost, n = old - new, len(old)
+    if lost.sum() < REPEATS * old.sum():
+        return 0.0
+    return max(0.0, float(0.5 * n * np.log1p(n * lost.mean() ** 2 / ((n - 1) * lost.var(ddof=1)))) - BY_CHANCE)
 
 
 def worth(stage: Stage, after: Stage, leader: Ranked, *, later: bool) -> tuple[bool, bool]:

@@ -33,6 +33,8 @@ class Ranked:
         What the parity of a faulty thermometer says by itself, whatever others show.
     withheld : float
         Evidence in the drift that does not count for a thermometer's fault, since its parity says too little.
+    repeated : float
+        What runs left out say for it, run by run.
     """
 
     cause: str
@@ -43,17 +45,19 @@ class Ranked:
     both: float = 0.0
     seconded: float = 0.0
     withheld: float = 0.0
+    repeated: float = 0.0
 
     @property
     def gated(self) -> float:
         """The evidence against a null that tolerates a small misfit of the same shape in the drift.
 
         What the parity of this thermometer alone shows beyond `SURE_WITNESS` is no misfit of the drift, nor is what
-        drift and parity say alike: chance in one knows nothing of the other.
+        drift and parity say alike: chance in one knows nothing of the other. Nor does a misfit of wandering
+        thermometers repeat from run to run.
         """
         small = relevance(self.best.visible, self.levels.rms, self.best.trial.feigned)
         said = self.value - self.best.trial.doubt
-        return min(said, small + max(self.witness - SURE_WITNESS, self.both, 0.0))
+        return min(said, small + max(self.witness - SURE_WITNESS, self.both, 0.0) + self.repeated)
 
     @property
     def named(self) -> bool:

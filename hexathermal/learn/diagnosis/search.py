@@ -70,6 +70,9 @@ PAIRS = 3
 MENDED = 3
 """Trials of a cause that mends data whose data are mended indeed."""
 
+CLIMBED = ("clock-offset",)
+"""Causes whose trials stand in the order of their parameter: from the best on, neighbours are mended too."""
+
 TRIFLE = 0.3
 """Log evidence by which new noise must help the null for everything to be screened again."""
 
@@ -174,13 +177,27 @@ class Search:
 
         Errors of a thermometer that stand in the null are those of what was recorded under its name.
         """
-        mending = sorted((item for item in scored if item.trial.anew), key=lambda item: -item.value)
+        lines: dict[str, list[Scored]] = {}
+        for item in scored:
+            if item.trial.anew:
+                lines.setdefault(item.trial.cause, []).append(item)
         chosen: dict[int, Scored] = {}
-        for name in {item.trial.cause for item in mending}:
-            for item in [one for one in mending if one.trial.cause == name][:MENDED]:
-                value = min(self._at(item, levels) - null, item.trial.most) + item.trial.advantage
-                chosen[id(item)] = replace(item, value=max(item.value, value))
+        for name, line in lines.items():
+            best = sorted(range(len(line)), key=lambda k: -line[k].value)[:MENDED]
+            made = {k: self._on_mended(line[k], levels, null) for k in best}
+            while name in CLIMBED:
+                top = max(made, key=lambda k: made[k].value)
+                beside = [k for k in (top - 1, top + 1) if 0 <= k < len(line) and k not in made]
+                if not beside:
+                    break
+                made.update({k: self._on_mended(line[k], levels, null) for k in beside})
+            chosen.update({id(line[k]): item for k, item in made.items()})
         return [chosen.get(id(item), item) for item in scored]
+
+    def _on_mended(self, item: Scored, levels: Levels, null: float) -> Scored:
+        """Return a trial that mends data with its evidence on data that are mended, where that is more."""
+        value = min(self._at(item, levels) - null, item.trial.most) + item.trial.advantage
+        return replace(item, value=max(item.value, value))
 
     def system(self, scored: Scored) -> Base:
         """Return the base with the trial in it."""
@@ -295,6 +312,7 @@ def all_trials(bench: Workbench) -> list[Trial]:
 
 def _feigning(trial: Trial, feigned: float) -> Trial:
     """Return a trial with the misfit that errors of the thermometers may feign."""
+    feigned = 0.0 if trial.unfeigned else feigned
     return trial if trial.feigned == feigned else replace(trial, feigned=feigned)
 
 

@@ -12,6 +12,7 @@ import numpy as np
 from hexathermal.learn.campaign import Campaign
 from hexathermal.learn.diagnosis.channels import Channel, Levels
 from hexathermal.learn.diagnosis.evidence import Base, Scored
+from hexathermal.learn.diagnosis.foresight import FAINT, repeated
 from hexathermal.learn.diagnosis.ranking import Ranked, Step
 from hexathermal.learn.diagnosis.recorded import silent_inputs, silent_sensors, without_inputs
 from hexathermal.learn.diagnosis.search import FORETOLD, REPEATED, TWINS, Search, all_trials, base_sizes
@@ -177,8 +178,16 @@ class Stage:
 
     @cached_property
     def step(self) -> Step:
-        """The ranking of all causes that have not joined."""
-        return self.search.step(self.trials_left)
+        """The ranking of all causes that have not joined, with what runs left out say for those that may be feigned."""
+        step = self.search.step(self.trials_left)
+        return replace(step, ranking=tuple(self._asked_of_runs(item) for item in step.ranking))
+
+    def _asked_of_runs(self, item: Ranked) -> Ranked:
+        """Return a cause with what runs left out say for it, where they decide."""
+        trial = item.best.trial
+        if not trial.feigned or trial.repair is not None or not item.gated < FAINT <= item.value:
+            return item
+        return replace(item, repeated=repeated(self, self.with_effect(item.best), item))
 
     def with_effect(self, scored: Scored) -> Stage:
         """Return the stage with a trial joined, or with its repair made."""

@@ -37,6 +37,9 @@ FEIGNED_NOISE, MOST_FEIGNED = 2.0, 1.5
 """Part of their noise, times what it is of all noise, that may look like a cause, and the most: where readings scatter
 as much as the drift does, anything that scatters less and goes alike is preferred."""
 
+QUICKLY = 0.5
+"""Noise of readings over what smoothing takes from them, below which that is warming."""
+
 
 @dataclass(frozen=True)
 class Parameter:
@@ -113,6 +116,8 @@ class Trial:
         So much of its evidence does not count against nothing: errors of the thermometers may say as much.
     feigned : float [m]
         Misfit of this kind that errors of the thermometers may feign.
+    unfeigned : bool
+        Whether they feign none of it, although they do other trials of its cause.
     asked : bool
         Whether the parity is asked in any case, since it led to this trial.
     starts : int
@@ -133,6 +138,7 @@ class Trial:
     most: float = np.inf
     doubt: float = 0.0
     feigned: float = 0.0
+    unfeigned: bool = False
     asked: bool = False
     starts: int = 0
 
@@ -226,6 +232,11 @@ class Workbench:
         whole = float(np.linalg.norm(noises))
         lured = whole * min(MOST_FEIGNED, FEIGNED_NOISE * whole / self.noise)
         return float(np.hypot(np.linalg.norm(parts), lured))
+
+    def warms_quickly(self, sensor: str) -> bool:
+        """Return whether smoothing takes more warming than noise from a sensor's readings."""
+        taken = self.view.quick(sensor)[:, 0]
+        return row_noise(self.view.runs, sensor) < QUICKLY * float(np.sqrt((taken**2).mean()))
 
     def slopes_span(self, sensor: str) -> FloatArray:
         """Return ``q0 + ratio q`` of a sensor of the law in windows [m]."""

@@ -95,6 +95,8 @@ class View:
         Of the thermometers whose places are stated.
     order : tuple of str
         Names of all runs of the campaign, those for validation too, in the order in which they were made.
+    smooths : bool
+        Whether temperatures are smoothed.
     """
 
     runs: tuple[RunRows, ...]
@@ -105,6 +107,12 @@ class View:
     dead_path: float = 0.0
     positions: Mapping[str, float] = field(default_factory=dict)
     order: tuple[str, ...] = ()
+    smooths: bool = True
+
+    @cached_property
+    def as_recorded(self) -> View:
+        """The same runs with temperatures as they were recorded: smoothing takes what is quicker than their noise."""
+        return replace(self, smooths=False)
 
     @cached_property
     def pieces(self) -> tuple[Pieces, ...]:
@@ -114,6 +122,8 @@ class View:
     @cached_property
     def signals(self) -> tuple[LegSignals, ...]:
         """Signals of each run with smoothed temperatures that count from the smoothed first usable row."""
+        if not self.smooths:
+            return tuple(rows.signals for rows in self.runs)
         found = []
         for rows, piece in zip(self.runs, self.pieces, strict=True):
             signals = rows.signals

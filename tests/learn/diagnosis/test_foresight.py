@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from dataclasses import replace
 from types import SimpleNamespace
 from typing import Any
 
@@ -15,7 +17,11 @@ from hexathermal.learn.diagnosis.deciding import Decision
 from hexathermal.learn.diagnosis.evidence import LEAST, Scored
 from hexathermal.learn.diagnosis.foresight import FAINT, worth
 from hexathermal.learn.diagnosis.ranking import Ranked
+from hexathermal.learn.diagnosis.search import all_trials
+from hexathermal.learn.diagnosis.stage import Stage
 from hexathermal.learn.diagnosis.trials import Trial
+from hexathermal.poses import FloatArray
+from tests.learn.diagnosis.campaigns import viewed
 
 LEVELS = Levels(1e-7, 1e-7, 1e-7, 1e-7)
 
@@ -64,3 +70,40 @@ def test_a_faint_step_of_one_run_is_not_given(
     best = Scored(Trial("zero-jump", np.zeros((1, 1))), evidence, seen * LEVELS.rms, LEVELS.rms, 0.0, 1.0, np.ones(1))
     nothing: Any = None
     assert worth(nothing, nothing, Ranked("zero-jump", evidence, best, LEVELS), later=False)[0] == given
+
+
+def left_out(old: list[float], new: list[float]) -> Callable[..., list[FloatArray]]:
+    """Squares of runs left out, before and after."""
+    return lambda *_stages, **_how: [np.array(old), np.array(new)]
+
+
+@pytest.mark.parametrize(("new", "least", "most"), [
+    ([0.7, 0.71, 0.69, 0.7, 0.72, 0.7], 9.0, 30.0),  # each run loses three tenths
+    ([0.0, 1.1, 0.8, 1.2, 1.0, 0.9], 0.0, 0.0),  # one run loses all, the others nothing
+    ([0.95] * 5 + [0.94], 0.0, 0.0),  # all lose little
+    ([1.2] * 5 + [1.3], 0.0, 0.0),  # all gain
+])  # fmt: skip
+def test_what_every_run_loses_alike_is_no_wandering_thermometer(
+    monkeypatch: pytest.MonkeyPatch, new: list[float], least: float, most: float
+) -> None:
+    """Evidence of runs left out is Student's likelihood ratio, where they lose a tenth of their squares or more."""
+    monkeypatch.setattr(foresight, "_left", left_out([1.0] * 6, new))
+    nothing: Any = None
+    assert least <= foresight.repeated(nothing, nothing, nothing) <= most
+
+
+def test_a_small_effect_of_all_runs_is_named_where_thermometers_may_feign_as_much() -> None:
+    """Another thermometer that matters, no more than those of the law may feign, stands: each run left out shows it."""
+    view, answer = viewed("quiet", 7992473788212006, ("missing-sensor",), 1.6)
+    best = Stage(view).step.ranking[0]
+    assert (best.cause, best.best.trial.target) == ("missing-sensor", answer.targets[0])
+    assert replace(best, repeated=0.0).gated < LEAST < best.gated
+
+
+def test_creep_with_the_direction_of_moves_is_feigned_by_no_thermometer() -> None:
+    """Heat of motion, read wrong, follows every move alike: relaxation that knows the direction is none of it."""
+    view, _ = viewed("quiet", 4069649308442949, ("creep",), 0.5)
+    trials = [trial for trial in all_trials(Stage(view).bench) if trial.cause == "creep"]
+    assert {trial.feigned > 0.0 for trial in trials if trial.parameters["kick"] == "move"} == {True}
+    assert {trial.feigned for trial in trials if trial.parameters["kick"] != "move"} == {0.0}
+    assert Stage(view).step.ranking[0].gated > FAINT

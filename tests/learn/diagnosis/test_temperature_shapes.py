@@ -6,8 +6,10 @@ import numpy as np
 import pytest
 
 from hexathermal.learn.diagnosis.deciding import decided
+from hexathermal.learn.diagnosis.evidence import beside
 from hexathermal.learn.diagnosis.search import FORETOLD
 from hexathermal.learn.diagnosis.stage import Stage
+from hexathermal.simulate.hidden.drawing import campaign_of
 from tests.learn.diagnosis.campaigns import viewed
 
 
@@ -44,3 +46,26 @@ def test_a_very_late_thermometer_is_named_and_the_others_speak_for_it(seed: int)
     weights = trial.parameters["weights"]
     assert set(weights) == set(view.sensors) - {trial.target}
     assert np.isfinite(list(weights.values())).all()
+
+
+@pytest.mark.parametrize("seed", [7615319288900384, 3608783798556652, 1989621503300667])
+def test_a_lag_of_half_a_minute_is_no_clock(seed: int) -> None:
+    """What tells a short lag from a shifted clock is as quick as the lag: it is seen in temperatures as recorded."""
+    view, answer = viewed("quiet", seed, ("thermal-lag",), 0.6)
+    assert answer.parameters[0]["delay"] < 60.0
+    best = Stage(view).step.ranking[0]
+    assert (best.cause, best.best.trial.target) == ("thermal-lag", answer.targets[0])
+
+
+def test_smoothing_takes_most_of_what_a_short_lag_does() -> None:
+    """Of a lag of 17 s a low pass of the recorded temperature foretells 0.97 of the drift, of the smoothed one 0.8."""
+    view, answer = viewed("quiet", 7610505900638302, ("thermal-lag",), 0.8)
+    lag = {"sensor": answer.targets[0], "ratio": 0.0, "time_constant_s": 15.0, "order": 1}
+    truth, _ = campaign_of("quiet", 7610505900638302, causes=("thermal-lag",), strength=0.8)
+    effects = [run.effect for run in truth.runs if run.role == "identification"]
+    told = [np.interp(signals.time, run.time, effect) for signals, run, effect in
+            zip(view.signals, truth.runs, effects, strict=False)]  # fmt: skip
+    true = beside(view.windows_zeroed(told)[:, None], view.base_columns)[:, 0]
+    seen = [beside(of.columns("lag", lag), view.base_columns)[:, 0] for of in (view, view.as_recorded)]
+    smooth, recorded = (np.corrcoef(one, true)[0, 1] ** 2 for one in seen)
+    assert recorded > 0.95 > 0.85 > smooth

@@ -174,3 +174,13 @@ def test_motion_speaks_for_no_clock_where_there_is_none() -> None:
     for bench in LEGS:
         timing = Timing(viewed(bench, 3, (), 1.0)[0])
         assert max(timing.advantage(sign * size) for sign in (-1.0, 1.0) for size in (120.0, 300.0, 900.0)) < 3.0
+
+
+@pytest.mark.parametrize(("bench", "seed"), [("quiet", 1378150900011671), ("modal", 4394158916904567)])
+def test_a_clock_is_looked_for_on_mended_data(bench: str, seed: int) -> None:
+    """What the null doubts of a thermometer hides the right shift until it is mended: from the best on, more are."""
+    view, answer = viewed(bench, seed, ("clock-offset",), 0.6)
+    best = Stage(view).step.ranking[0]
+    assert best.cause == "clock-offset"
+    true = abs(float(answer.parameters[0]["offset"]))
+    assert abs(best.best.trial.parameters["offset_s"]) == pytest.approx(true, rel=0.2)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from dataclasses import replace
 
 from hexathermal.learn.diagnosis.trials import Cause, Parameter, Trial, Workbench
 
@@ -30,12 +31,13 @@ BROAD = {1.5: (10.0, 30.0, 100.0, 300.0), 3.0: (20.0, 80.0, 320.0)}
 
 
 def trials(bench: Workbench) -> Iterator[Trial]:
-    """Give decays after moves, with and without their direction, and with their length."""
+    """Give decays after moves, with and without their direction, and with their length.
+
+    Heat of motion, which a thermometer may read wrong, follows every move alike: it knows no direction.
+    """
     if bench.view.moves:
-        for tau in TIMES_S:
+        broad = ({"time_constant_s": tau, "decades": decades} for decades, times in BROAD.items() for tau in times)
+        for times in (*({"time_constant_s": tau} for tau in TIMES_S), *broad):
             for kick in ("direction", "move", "step"):
-                yield bench.term(CAUSE.name, "relaxation", None, time_constant_s=tau, kick=kick)
-        for decades, times in BROAD.items():
-            for tau in times:
-                for kick in ("direction", "move", "step"):
-                    yield bench.term(CAUSE.name, "relaxation", None, time_constant_s=tau, kick=kick, decades=decades)
+                trial = bench.term(CAUSE.name, "relaxation", None, kick=kick, **times)
+                yield replace(trial, unfeigned=kick != "move")

@@ -9,6 +9,7 @@ from functools import partial
 import numpy as np
 
 from hexathermal.learn.diagnosis.sensor_model import SensorModel
+from hexathermal.learn.diagnosis.smoothing import SMOOTHED_S
 from hexathermal.learn.diagnosis.trials import Cause, Parameter, Trial, Workbench
 from hexathermal.machine.leg_signals import Memory
 from hexathermal.poses import FloatArray
@@ -58,11 +59,18 @@ def trials(bench: Workbench) -> Iterator[Trial]:
         own = {"sensor": sensor, "ratio": bench.ratios[sensor]}
         for tau in (one for one in TIMES_S if one >= least):
             for order in (1, 2):
-                yield bench.term(CAUSE.name, "lag", sensor, time_constant_s=tau, order=order, **own)
+                yield from _read(bench, bench.term(CAUSE.name, "lag", sensor, time_constant_s=tau, order=order, **own))
         for tau in (one for one in LEAD_TIMES_S if one >= least):
             trial = bench.term(CAUSE.name, "lead", sensor, time_constant_s=tau, **own)
-            yield replace(trial, parity=partial(_parity, tau), least_parity=0.0)
+            yield from _read(bench, replace(trial, parity=partial(_parity, tau), least_parity=0.0))
         yield from _late(bench, sensor, bench.ratios[sensor])
+
+
+def _read(bench: Workbench, trial: Trial) -> Iterator[Trial]:
+    """Give a trial, and where lag and warming are quick also with temperatures as recorded: smoothing takes that."""
+    yield trial
+    if trial.parameters["time_constant_s"] < SMOOTHED_S and bench.warms_quickly(trial.parameters["sensor"]):
+        yield replace(trial, columns=bench.view.as_recorded.columns(trial.shape, trial.parameters))
 
 
 def _parity(tau: float, model: SensorModel) -> tuple[FloatArray, FloatArray]:
