@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import replace
+from typing import Any
 
 from hexathermal.learn.diagnosis.trials import Cause, Parameter, Trial, Workbench
 
@@ -36,8 +37,9 @@ def trials(bench: Workbench) -> Iterator[Trial]:
     Heat of motion, which a thermometer may read wrong, follows every move alike: it knows no direction.
     """
     if bench.view.moves:
-        broad = ({"time_constant_s": tau, "decades": decades} for decades, times in BROAD.items() for tau in times)
-        for times in (*({"time_constant_s": tau} for tau in TIMES_S), *broad):
+        single: list[dict[str, Any]] = [{"time_constant_s": tau} for tau in TIMES_S]
+        broad = [{"time_constant_s": tau, "decades": decades} for decades, times in BROAD.items() for tau in times]
+        for times in single + broad:
             for kick in ("direction", "move", "step"):
                 trial = bench.term(CAUSE.name, "relaxation", None, kick=kick, **times)
                 yield replace(trial, unfeigned=kick != "move")
