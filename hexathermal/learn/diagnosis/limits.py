@@ -44,7 +44,7 @@ def limits_of(stage: Stage, levels: Levels, threshold: float) -> tuple[tuple[Lim
         s = float(np.median([one[0] for one in usable]))
         share = float(np.median([one[1] for one in usable]))
         need = threshold + np.log(len(trials))
-        tolerated = tolerance(levels.rms, trials[0].feigned)
+        tolerated = tolerance(levels.rms, max(trial.feigned for trial in trials))
         least = max(np.sqrt(2.0 * need / s), np.sqrt(2.0 * threshold) * tolerated)
         limits.append(Limit(name, float(least), float(least / max(share, 1e-3))))
         shapes[name] = (np.column_stack([one[2] for one in usable]), s, least)
