@@ -273,7 +273,9 @@ def _refined(before: Stage, after: Stage, leader: Ranked, threshold: float) -> S
 
     Nature's creep is no single exponential, nor is a lag of one time: a second of the same cause is no other cause.
     """
-    kin = _kin(before, leader)
+    own = leader.best.trial
+    # a shape with temperatures as recorded is the same term of a law as with smoothed ones
+    kin = [trial for trial in _kin(before, leader) if (trial.shape, trial.parameters) != (own.shape, own.parameters)]
     for _more in range(MOST_REFINED):
         scored = screened(after.channel, after.base, leader.levels, kin, before.search.largest) if kin else []
         best = max(scored, key=lambda item: item.value, default=None)
@@ -282,7 +284,8 @@ def _refined(before: Stage, after: Stage, leader: Ranked, threshold: float) -> S
         finer = after.with_effect(best)
         if part_saved(after, finer, leader) < LEAST_SHARE:
             break
-        after = finer
+        after, taken = finer, best.trial
+        kin = [trial for trial in kin if (trial.shape, trial.parameters) != (taken.shape, taken.parameters)]
     return after
 
 
@@ -330,7 +333,7 @@ def _leader(stage: Stage, decision: Decision, threshold: float, *, first: bool) 
     best = max(shares, key=lambda name: shares[name])
     if shares[best] - shares[leader.best.trial.target] < CLEARLY:
         return leader
-    return replace(leader, best=targets[best], value=targets[best].value)
+    return stage.asked_of_runs(replace(leader, best=targets[best], value=targets[best].value, repeated=0.0))
 
 
 def _mopped_up(leader: Ranked, found: Sequence[Found]) -> float:

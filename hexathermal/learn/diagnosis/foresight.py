@@ -34,18 +34,25 @@ REPEATS, BY_CHANCE = 0.1, 3.0
 """Part of their squares that runs left out must lose for it to count as the same in all of them; and the log evidence
 by which a few runs lose alike by chance."""
 
+FEWEST_ALIKE, LEAST_SCATTER = 3, 0.05
+"""Runs that are needed for this, and the least scatter of what they lose over its mean: few runs scatter little by
+chance."""
+
 
 def repeated(before: Stage, after: Stage, leader: Ranked) -> float:
     """Return the log evidence that a leader takes from each run left out alike, which wandering thermometers do not.
 
-    Of what n runs lose, mean m and standard deviation s, the likelihood ratio of Student's test against a mean of zero:
-    ``n/2 log(1 + n m^2 / ((n - 1) s^2))``, less what chance says.
+    Of the mean squares that n runs lose, mean m and standard deviation s, the likelihood ratio of Student's test
+    against a mean of zero, ``n/2 log(1 + n m^2 / ((n - 1) s^2))``, less what chance says; 0 where that is more.
     """
     old, new = _left(before, after, leader)
-    lost, n = old - new, len(old)
-    if lost.sum() < REPEATS * old.sum():
+    if len(old) < FEWEST_ALIKE or (old - new).sum() < REPEATS * old.sum():
         return 0.0
-    return max(0.0, float(0.5 * n * np.log1p(n * lost.mean() ** 2 / ((n - 1) * lost.var(ddof=1)))) - BY_CHANCE)
+    run, rows = before.channel.run, before.channel.rows
+    lost = (old - new) / np.array([rows[run == k].sum() for k in np.unique(run)])
+    n, m = len(lost), float(lost.mean())
+    s = max(float(lost.std(ddof=1)), LEAST_SCATTER * abs(m))
+    return max(0.0, 0.5 * n * float(np.log1p(n * m**2 / ((n - 1) * s**2))) - BY_CHANCE)
 
 
 def worth(stage: Stage, after: Stage, leader: Ranked, *, later: bool) -> tuple[bool, bool]:

@@ -27,8 +27,8 @@ def limits_of(stage: Stage, levels: Levels, threshold: float) -> tuple[tuple[Lim
 
     The evidence that an effect of visible size ``a`` brings on average is ``1/2 a^2 s`` with
     ``s = z' P z / visible(z)^2`` in whitened data; what the search over a cause's parameters costs is added to the
-    threshold, and the null's tolerance sets a floor. Two causes differ by ``1/2 a^2 s (1 - r^2)``, r the correlation
-    of their whitened columns with the law refitted.
+    threshold, and the null's tolerance sets a floor: less is named only where every run left out shows it. Two causes
+    differ by ``1/2 a^2 s (1 - r^2)``, r the correlation of their whitened columns with the law refitted.
     """
     causes: dict[str, list[Trial]] = {}
     for trial in stage.search.trials:

@@ -180,10 +180,10 @@ class Stage:
     def step(self) -> Step:
         """The ranking of all causes that have not joined, with what runs left out say for those that may be feigned."""
         step = self.search.step(self.trials_left)
-        return replace(step, ranking=tuple(self._asked_of_runs(item) for item in step.ranking))
+        return replace(step, ranking=tuple(self.asked_of_runs(item) for item in step.ranking))
 
-    def _asked_of_runs(self, item: Ranked) -> Ranked:
-        """Return a cause with what runs left out say for it, where they decide."""
+    def asked_of_runs(self, item: Ranked) -> Ranked:
+        """Return a term that thermometers may feign with what runs left out say for it, where it is faint without."""
         trial = item.best.trial
         if not trial.feigned or trial.repair is not None or not item.gated < FAINT <= item.value:
             return item

@@ -38,7 +38,8 @@ FEIGNED_NOISE, MOST_FEIGNED = 2.0, 1.5
 as much as the drift does, anything that scatters less and goes alike is preferred."""
 
 QUICKLY = 0.5
-"""Noise of readings over what smoothing takes from them, below which that is warming."""
+"""Errors of readings, noise and steps, over what smoothing takes from means over windows, below which that is
+warming."""
 
 
 @dataclass(frozen=True)
@@ -224,7 +225,7 @@ class Workbench:
         for sensor in self.view.base:
             model = self.model(sensor)
             bias = USUAL_BIAS_K if model is None else min(model.null[0].slow, self.usual_bias)
-            step, noise = self.view.once(("reading", sensor), partial(_reading, self.view, sensor))
+            step, noise = self.reading(sensor)
             error = np.hypot(FEIGNED * bias, step / np.sqrt(12.0))
             span = float(np.sqrt((self.slopes_span(sensor) ** 2).mean()))
             parts.append(self.slopes[sensor] * span * error)
@@ -235,8 +236,12 @@ class Workbench:
 
     def warms_quickly(self, sensor: str) -> bool:
         """Return whether smoothing takes more warming than noise from a sensor's readings."""
-        taken = self.view.quick(sensor)[:, 0]
-        return row_noise(self.view.runs, sensor) < QUICKLY * float(np.sqrt((taken**2).mean()))
+        step, noise = self.reading(sensor)
+        return float(np.hypot(noise, step / np.sqrt(12.0))) < QUICKLY * float(self.view.quick(sensor)[:, 0].std())
+
+    def reading(self, sensor: str) -> tuple[float, float]:
+        """Return a thermometer's resolution, where it is coarser than its noise, and its noise from row to row [K]."""
+        return self.view.once(("reading", sensor), partial(_reading, self.view, sensor))
 
     def slopes_span(self, sensor: str) -> FloatArray:
         """Return ``q0 + ratio q`` of a sensor of the law in windows [m]."""

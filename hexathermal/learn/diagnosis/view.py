@@ -121,7 +121,7 @@ class View:
 
     @cached_property
     def signals(self) -> tuple[LegSignals, ...]:
-        """Signals of each run with smoothed temperatures that count from the smoothed first usable row."""
+        """Signals of each run with temperatures that, where smoothed, count from the smoothed first usable row."""
         if not self.smooths:
             return tuple(rows.signals for rows in self.runs)
         found = []

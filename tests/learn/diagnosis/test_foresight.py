@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import replace
 from types import SimpleNamespace
 from typing import Any
@@ -20,7 +19,6 @@ from hexathermal.learn.diagnosis.ranking import Ranked
 from hexathermal.learn.diagnosis.search import all_trials
 from hexathermal.learn.diagnosis.stage import Stage
 from hexathermal.learn.diagnosis.trials import Trial
-from hexathermal.poses import FloatArray
 from tests.learn.diagnosis.campaigns import viewed
 
 LEVELS = Levels(1e-7, 1e-7, 1e-7, 1e-7)
@@ -72,24 +70,24 @@ def test_a_faint_step_of_one_run_is_not_given(
     assert worth(nothing, nothing, Ranked("zero-jump", evidence, best, LEVELS), later=False)[0] == given
 
 
-def left_out(old: list[float], new: list[float]) -> Callable[..., list[FloatArray]]:
-    """Squares of runs left out, before and after."""
-    return lambda *_stages, **_how: [np.array(old), np.array(new)]
-
-
 @pytest.mark.parametrize(("new", "least", "most"), [
     ([0.7, 0.71, 0.69, 0.7, 0.72, 0.7], 9.0, 30.0),  # each run loses three tenths
+    ([0.7] * 6, 9.0, 30.0),  # exactly
     ([0.0, 1.1, 0.8, 1.2, 1.0, 0.9], 0.0, 0.0),  # one run loses all, the others nothing
     ([0.95] * 5 + [0.94], 0.0, 0.0),  # all lose little
     ([1.2] * 5 + [1.3], 0.0, 0.0),  # all gain
+    ([0.7, 0.71], 0.0, 0.0),  # two runs tell nothing
 ])  # fmt: skip
+@pytest.mark.parametrize("longer", [1, 12])
 def test_what_every_run_loses_alike_is_no_wandering_thermometer(
-    monkeypatch: pytest.MonkeyPatch, new: list[float], least: float, most: float
+    monkeypatch: pytest.MonkeyPatch, new: list[float], least: float, most: float, longer: int
 ) -> None:
-    """Evidence of runs left out is Student's likelihood ratio, where they lose a tenth of their squares or more."""
-    monkeypatch.setattr(foresight, "_left", left_out([1.0] * 6, new))
+    """Evidence of runs left out is Student's likelihood ratio where they lose a tenth or more, however long each is."""
+    rows = np.array([longer] + [1] * (len(new) - 1)) / (len(new) + longer - 1)
+    monkeypatch.setattr(foresight, "_left", lambda *_stages: [rows, rows * np.array(new)])
+    before: Any = SimpleNamespace(channel=SimpleNamespace(run=np.arange(len(new)), rows=rows))
     nothing: Any = None
-    assert least <= foresight.repeated(nothing, nothing, nothing) <= most
+    assert least <= foresight.repeated(before, nothing, nothing) <= most
 
 
 def test_a_small_effect_of_all_runs_is_named_where_thermometers_may_feign_as_much() -> None:
@@ -106,4 +104,16 @@ def test_creep_with_the_direction_of_moves_is_feigned_by_no_thermometer() -> Non
     trials = [trial for trial in all_trials(Stage(view).bench) if trial.cause == "creep"]
     assert {trial.feigned > 0.0 for trial in trials if trial.parameters["kick"] == "move"} == {True}
     assert {trial.feigned for trial in trials if trial.parameters["kick"] != "move"} == {0.0}
-    assert Stage(view).step.ranking[0].gated > FAINT
+    leader = Stage(view).step.ranking[0]
+    assert leader.cause == "creep"
+    assert leader.gated > FAINT
+
+
+def test_creep_of_moves_one_way_may_be_heat() -> None:
+    """Where the rod moves one way only, a decay with the direction is the decay after every move, and feigned alike."""
+    view, _ = viewed("quiet", 4069649308442949, ("creep",), 0.5)
+    way = [np.maximum.accumulate(0.05 * np.arange(len(rows.drift)) // 40) * 1e-3 for rows in view.runs]
+    one = replace(view, runs=tuple(replace(rows, signals=replace(rows.signals, q=q))
+                                   for rows, q in zip(view.runs, way, strict=True)))  # fmt: skip
+    trials = [trial for trial in all_trials(Stage(one).bench) if trial.cause == "creep"]
+    assert all(trial.feigned > 0.0 for trial in trials)
