@@ -273,10 +273,11 @@ def _refined(before: Stage, after: Stage, leader: Ranked, threshold: float) -> S
 
     Nature's creep is no single exponential, nor is a lag of one time: a second of the same cause is no other cause.
     """
-    own = leader.best.trial
-    # a shape with temperatures as recorded is the same term of a law as with smoothed ones
-    kin = [trial for trial in _kin(before, leader) if (trial.shape, trial.parameters) != (own.shape, own.parameters)]
+    kin = _kin(before, leader)
     for _more in range(MOST_REFINED):
+        # a shape with temperatures as recorded is the same term of a law as with smoothed ones
+        joined = [(item.trial.shape, item.trial.parameters) for item in after.joined]
+        kin = [trial for trial in kin if (trial.shape, trial.parameters) not in joined]
         scored = screened(after.channel, after.base, leader.levels, kin, before.search.largest) if kin else []
         best = max(scored, key=lambda item: item.value, default=None)
         if best is None or best.gated < threshold:
@@ -284,8 +285,7 @@ def _refined(before: Stage, after: Stage, leader: Ranked, threshold: float) -> S
         finer = after.with_effect(best)
         if part_saved(after, finer, leader) < LEAST_SHARE:
             break
-        after, taken = finer, best.trial
-        kin = [trial for trial in kin if (trial.shape, trial.parameters) != (taken.shape, taken.parameters)]
+        after = finer
     return after
 
 
