@@ -6,12 +6,15 @@ changes. A name that is gone from the package is an error, so that no row of the
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack, contextmanager
 from dataclasses import replace
 from functools import cached_property
 from typing import Any
 from unittest.mock import patch
+
+from scipy.optimize import minimize_scalar
 
 
 def _constant(value: Any) -> Callable[..., Any]:
@@ -87,14 +90,18 @@ def _no_threshold() -> list[Any]:
 
 def _white_noise() -> list[Any]:
     """Windows are independent: no scatter of landings, no slow process, no offsets."""
-    from hexathermal.learn.diagnosis.channels import Channel
+    from hexathermal.learn.diagnosis.channels import Channel, Levels
 
-    fitted = Channel.levels
+    def fitted(channel: Channel, X: Any, sd: Any, *_begin: Any) -> tuple[Levels, float]:
+        """Return the level of white noise with the largest evidence, and that evidence."""
 
-    def white(channel: Channel, theta: Any, slow_time: float) -> Any:
-        return replace(fitted(channel, theta, slow_time), landing=0.0, slow=0.0, offset=0.0)
+        def white(log: float) -> Levels:
+            return Levels(channel.scale * math.exp(log), 0.0, 0.0, 0.0)
 
-    return [patch.object(Channel, "levels", white)]
+        found = minimize_scalar(lambda log: -channel.evidence(X, sd, white(log)), bounds=(-3.0, 5.0), method="bounded")
+        return white(found.x), -float(found.fun)
+
+    return [patch.object(Channel, "fitted", fitted)]
 
 
 def _no_strangers() -> list[Any]:

@@ -13,7 +13,8 @@ PAGE = Path(__file__).resolve().parents[1] / "docs" / "diagnosis.md"
 CONSTANTS = {
     "view": ("EDGES_S", "LONGEST_S", "LONGER_S", "MOST_WINDOWS"),
     "smoothing": ("SMOOTHED_S",),
-    "channels": ("SLOW_TIMES", "LOWEST", "SPREAD", "OFFSET_SPREAD"),
+    "channels": ("SLOW_TIMES",),
+    "whitening_loops": ("LOWEST", "SPREAD", "OFFSET_SPREAD"),
     "sensor_model": (
         "FEWEST_OTHERS",
         "MOST_PROFILES",

@@ -130,13 +130,15 @@ def _noise(
     windows: WindowSet, X: Sequence[FloatArray], own: SensorErrors, start: FloatArray
 ) -> tuple[ResidualNoise, list[FloatArray]]:
     """Return the residual's noise, and its covariance in each run; the thermometers' part needs a law: twice round."""
-    columns, runs, b = windows.columns, windows.runs, start
-    for _round in range(2):
+    columns, runs = windows.columns, windows.runs
+
+    def fitted(b: FloatArray, near: ResidualNoise | None) -> tuple[ResidualNoise, list[FloatArray]]:
         fixed = [sensor_part(run, own, slopes(b, run, columns.centre, columns.stroke)) for run in runs]
-        noise = estimated_noise(runs, X, fixed, windows.drift_noise)
-        V = [known + noise.covariance(run) for known, run in zip(fixed, runs, strict=True)]
-        b = _estimate(windows, X, V, [_inverse(v) for v in V], own).uncorrected
-    return noise, V
+        noise = estimated_noise(runs, X, fixed, windows.drift_noise, near)
+        return noise, [known + noise.covariance(run) for known, run in zip(fixed, runs, strict=True)]
+
+    first, V = fitted(start, None)
+    return fitted(_estimate(windows, X, V, [_inverse(v) for v in V], own).uncorrected, first)
 
 
 @dataclass(frozen=True, eq=False)

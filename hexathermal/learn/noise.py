@@ -92,8 +92,9 @@ def normal_equations(
 
 
 def estimated_noise(
-    runs: Sequence[Windows], X: Sequence[FloatArray], fixed: Sequence[FloatArray], row: float
-) -> ResidualNoise:
+    runs: Sequence[Windows], X: Sequence[FloatArray], fixed: Sequence[FloatArray], row: float,
+    near: ResidualNoise | None = None,
+) -> ResidualNoise:  # fmt: skip
     """Return the residual's noise by restricted maximum likelihood.
 
     Parameters
@@ -105,34 +106,34 @@ def estimated_noise(
         Covariance that is known already: that of the thermometers.
     row : float [m]
         Noise of single rows, from their differences.
+    near : ResidualNoise, optional
+        Where the search starts.
     """
     from scipy.optimize import minimize
 
-    stacked, y = np.concatenate(list(X)), np.concatenate([run.drift for run in runs])
-    scale = stacked.shape[1]
-    residual = y - stacked @ np.linalg.lstsq(stacked, y, rcond=None)[0]
-    unit = max(float(np.sqrt(residual @ residual / max(len(y) - scale, 1))), 1e-12)
+    unit, p = _residual_rms(runs, X), X[0].shape[1]
 
     def noise(theta: npt.NDArray[np.float64]) -> ResidualNoise:
         landing, slow, offset = unit * np.exp(theta[:3])
         return ResidualNoise(row, float(landing), float(slow), float(USUAL_TIME_S * np.exp(theta[3])), float(offset))
 
     lags = [np.abs(run.time[:, None] - run.time[None, :]) for run in runs]
-    tables = [np.column_stack([x, run.drift / unit]) for run, x in zip(runs, X, strict=True)]
+    tables = [np.asfortranarray(np.column_stack([x, run.drift / unit])) for run, x in zip(runs, X, strict=True)]
     known = [part / unit**2 for part in fixed]
 
     def objective(theta: npt.NDArray[np.float64]) -> tuple[float, FloatArray]:
         """Minus twice the log likelihood, and its slopes ``tr(P dV) - y'P dV P y`` (Searle, 1992, chapter 6)."""
         guess = noise(theta)
         white, landing, slow, offset = (np.array([row, guess.landing, guess.slow, guess.offset]) / unit) ** 2
-        value, parts, total = float(theta[3] ** 2), [], np.zeros((scale + 1, scale + 1))
+        value, parts, total = float(theta[3] ** 2), [], np.zeros((p + 1, p + 1))
         for run, table, part, lag in zip(runs, tables, known, lags, strict=True):
-            likeness = slow * np.exp(lag / -guess.slow_time)
-            V = part + likeness + offset
+            likeness = np.exp(lag / -guess.slow_time)
+            likeness *= slow
+            V = part + likeness
+            V += offset
             V[np.diag_indices_from(V)] += white / run.rows + landing / run.landings
-            W, log_det = _inverse_of(V)
+            W, weighed, log_det = _weighed(V, table)
             value += log_det
-            weighed = W @ table
             total += table.T @ weighed
             parts.append((weighed, W, likeness))
         S, z = total[:-1, :-1], total[:-1, -1]
@@ -140,28 +141,62 @@ def estimated_noise(
         value += float(np.linalg.slogdet(S)[1]) + float(total[-1, -1] - z @ b)
         gradient, inverse = np.array([0.0, 0.0, 0.0, 2.0 * theta[3]]), np.linalg.inv(S)
         for run, lag, (weighed, W, likeness) in zip(runs, lags, parts, strict=True):
-            e = weighed[:, -1] - weighed[:, :-1] @ b
-            P = W - weighed[:, :-1] @ inverse @ weighed[:, :-1].T - np.outer(e, e)
-            likeness *= P
-            gradient += [2.0 * landing * float(np.diagonal(P) @ (1.0 / run.landings)),
-                         2.0 * float(likeness.sum()), 2.0 * offset * float(P.sum()),
-                         float(np.vdot(likeness, lag)) / guess.slow_time]  # fmt: skip
+            A, e = weighed[:, :-1], weighed[:, -1] - weighed[:, :-1] @ b
+            P = _Projector(W, A, A @ inverse, e)
+            gradient += [2.0 * landing * float(P.diagonal @ (1.0 / run.landings)), 2.0 * P.trace(likeness),
+                         2.0 * offset * P.total, P.trace(likeness * lag) / guess.slow_time]  # fmt: skip
         return value, gradient
 
-    shortest, longest = np.log(np.array([SHORTEST_TIME_S, LONGEST_TIME_S]) / USUAL_TIME_S).tolist()
-    bounds = [(-5.0, 2.0), (-5.0, 2.0), (-5.0, 2.0), (shortest, longest)]
+    bounds = [(-5.0, 2.0)] * 3 + [tuple(np.log(np.array([SHORTEST_TIME_S, LONGEST_TIME_S]) / USUAL_TIME_S))]
     start, options = np.array([-0.7, -0.7, -0.7, 0.0]), {"maxiter": 60, "ftol": 1e-7}
+    if near is not None:
+        start = np.log([near.landing / unit, near.slow / unit, near.offset / unit, near.slow_time / USUAL_TIME_S])
     return noise(minimize(objective, start, jac=True, method="L-BFGS-B", bounds=bounds, options=options).x)
 
 
-def _inverse_of(V: FloatArray) -> tuple[FloatArray, float]:
-    """Return the inverse of a covariance and the logarithm of its determinant."""
-    from scipy.linalg import LinAlgError, lapack
+@dataclass(frozen=True, eq=False)
+class _Projector:
+    """``P = W - A S^-1 A' - e e'`` of a run, which no table holds: ``A = W X``, ``B = A S^-1``, ``e = P y``.
 
-    factor, failed = lapack.dpotrf(V, lower=1, clean=0)
+    Of W (w, w) the lower half is given, with zeros above it.
+    """
+
+    W: FloatArray
+    A: FloatArray
+    B: FloatArray
+    e: FloatArray
+
+    @property
+    def diagonal(self) -> FloatArray:
+        """The diagonal of P."""
+        return np.asarray(np.diagonal(self.W) - (self.B * self.A).sum(axis=1) - self.e**2)
+
+    @property
+    def total(self) -> float:
+        """The sum of all numbers of P."""
+        whole = 2.0 * self.W.sum() - np.trace(self.W)
+        return float(whole - self.A.sum(axis=0) @ self.B.sum(axis=0) - self.e.sum() ** 2)
+
+    def trace(self, dV: FloatArray) -> float:
+        """Return ``tr(P dV)``."""
+        whole = 2.0 * np.vdot(self.W.T, dV) - np.diagonal(self.W) @ np.diagonal(dV)
+        return float(whole - np.vdot(self.B, dV @ self.A) - self.e @ dV @ self.e)
+
+
+def _residual_rms(runs: Sequence[Windows], X: Sequence[FloatArray]) -> float:
+    """Return the RMS of what plain least squares leave, at least 1e-12 m."""
+    stacked, y = np.concatenate(list(X)), np.concatenate([run.drift for run in runs])
+    residual = y - stacked @ np.linalg.lstsq(stacked, y, rcond=None)[0]
+    return max(float(np.sqrt(residual @ residual / max(len(y) - stacked.shape[1], 1))), 1e-12)
+
+
+def _weighed(V: FloatArray, table: FloatArray) -> tuple[FloatArray, FloatArray, float]:
+    """Return the lower half of ``W = V^-1`` with zeros above it, ``W table``, and log det V; V is overwritten."""
+    from scipy.linalg import LinAlgError, blas, lapack
+
+    factor, failed = lapack.dpotrf(V.T, lower=1, clean=1, overwrite_a=1)
     if failed:
         raise LinAlgError("the covariance of the windows is not positive definite")
     log_det = 2.0 * float(np.log(np.diagonal(factor)).sum())
-    inverse = np.tril(lapack.dpotri(factor, lower=1)[0])
-    inverse += np.tril(inverse, -1).T
-    return np.asarray(inverse), log_det
+    W = np.asarray(lapack.dpotri(factor, lower=1, overwrite_c=1)[0])
+    return W, np.asarray(blas.dsymm(1.0, W, table, lower=1)), log_det

@@ -9,7 +9,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -22,9 +21,6 @@ SMALLEST_MOVE = 2e-6
 
 WHOLE_ROW = 1e-4
 """A move that goes on by so much in a row has not ended before it [m]."""
-
-LONGEST_DECAY = 30.0
-"""Rows are filtered together while their times sum up to so many time constants, so that no power overflows."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -137,7 +133,7 @@ class Memory:
         carried = np.where(step > 1e-4, 1.0 - (1.0 - np.exp(-step)) / safe, step / 2.0 - step**2 / 6.0)[:, None]
         previous = np.concatenate([u0[None], u[:-1]])
         gained = u * carried + previous * (1.0 - decay - carried)
-        y = _accumulated(decay[:, 0], step, gained, y0)
+        y = _accumulated(decay[:, 0], gained, y0)
         self._kept[key] = (time[-1], u[-1].copy(), y[-1].copy())
         return y if values.ndim == 2 else y[:, 0]
 
@@ -231,22 +227,19 @@ class Memory:
         gone = np.concatenate([[length], lengths[:-1]])
         anew = np.minimum(np.abs(lengths - gone) / WHOLE_ROW, 1.0)
         kicks = sizes - np.where(lengths * gone > 0.0, before * (1.0 + anew * np.expm1(-step)), 0.0)
-        y = _accumulated(np.exp(-step), step, kicks[:, None], y0)
+        y = _accumulated(np.exp(-step), kicks[:, None], y0)
         self._kept[key] = (time[-1], y[-1].copy(), sizes[-1], lengths[-1])
         return np.asarray(y[:, 0])
 
 
-def _accumulated(decay: FloatArray, step: FloatArray, gained: FloatArray, start: FloatArray) -> FloatArray:
-    """Return ``y_i = decay_i y_(i-1) + gained_i``, decay_i = exp(-step_i), as cumulated sums over pieces of rows."""
-    y = np.empty_like(gained)
-    piece = np.floor(np.cumsum(step) / LONGEST_DECAY)
-    edges = np.flatnonzero(np.concatenate([[True], piece[1:] != piece[:-1], [True]]))
-    value = np.asarray(start, dtype=np.float64)
-    for first, stop in pairwise(edges):
-        # the first row of a piece by itself, so that a long gap before it cannot overflow
-        y[first] = decay[first] * value + gained[first]
-        if stop - first > 1:
-            power = np.exp(-np.cumsum(step[first + 1 : stop]))[:, None]
-            y[first + 1 : stop] = power * (y[first] + np.cumsum(gained[first + 1 : stop] / power, axis=0))
-        value = y[stop - 1]
-    return y
+def _accumulated(decay: FloatArray, gained: FloatArray, start: FloatArray) -> FloatArray:
+    """Return ``y_i = decay_i y_(i-1) + gained_i``, shape (n, k): a triangular system with two diagonals."""
+    y = gained.copy()
+    y[0] += decay[0] * start
+    if len(y) == 1:
+        return y
+    from scipy.linalg.blas import dtbsv
+
+    band = np.ones((2, len(y)), order="F")
+    band[1, :-1] = -decay[1:]
+    return np.stack([dtbsv(1, band, column, lower=1, diag=1) for column in y.T], axis=1)

@@ -8,7 +8,7 @@ slow process is of first order (Ornstein-Uhlenbeck). A Kalman filter of three st
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 
@@ -20,16 +20,6 @@ from hexathermal.poses import FloatArray
 
 SLOW_TIMES = (900.0, 2400.0, 7200.0)
 """Correlation times that the slow process may have [s]."""
-
-LOWEST = 1e-3
-LOG_LOWEST = math.log(LOWEST)
-"""Least level of a part of the noise, as a part of the whole, and its logarithm."""
-
-OFFSET_SPREAD = 0.3
-"""Standard deviation of the logarithm of a run's offset over the noise of its first row, which it is."""
-
-SPREAD = 1.5
-"""Standard deviation of the prior of a level's logarithm about the channel's own scale: loose."""
 
 
 @dataclass(frozen=True)
@@ -118,35 +108,32 @@ class Channel:
 
     def levels(self, theta: Sequence[float], slow_time: float) -> Levels:
         """Return the levels of log ratios to `scale`."""
-        white, landing, slow, ratio = (math.exp(min(max(value, LOG_LOWEST), -LOG_LOWEST)) for value in theta)
-        white, landing, slow = white * self.scale, landing * self.scale * self.has_landings, slow * self.scale
-        offset = ratio * math.hypot(white, landing, slow)
+        from hexathermal.learn.diagnosis.whitening_loops import levels_at
+
+        white, landing, slow, offset = levels_at(np.asarray(theta), self.scale, self.has_landings)
         return Levels(white, landing, slow, offset, slow_time)
 
     def theta(self, levels: Levels) -> tuple[float, ...]:
         """Return the logarithms of levels over `scale`, and of the offset's over what the first row's should be."""
-        parts = levels.white / self.scale, levels.landing / self.scale, levels.slow / self.scale
-        ratio = levels.offset / max(levels.rms, 1e-30)
-        return tuple(math.log(max(value, LOWEST)) for value in (*parts, ratio))
+        from hexathermal.learn.diagnosis.whitening_loops import logarithms
+
+        return tuple(logarithms(levels.white, levels.landing, levels.slow, levels.offset, self.scale).tolist())
 
     def evidence(self, X: FloatArray, sd: FloatArray, levels: Levels) -> float:
         """Return log p(y) with coefficients of columns X integrated over N(0, sd^2), constants left out."""
-        return self._evidence_of(X, sd)(levels)
-
-    def _evidence_of(self, X: FloatArray, sd: FloatArray) -> Callable[[Levels], float]:
-        """Return `evidence` as a function of the levels."""
         from hexathermal.learn.diagnosis.whitening_loops import log_evidence
 
-        table = np.ascontiguousarray(np.column_stack([self.y, X * sd]))
-        share = 1.0 / self.rows
+        white, landing = levels.white**2 / self.rows, levels.landing**2
+        value = log_evidence(self._scaled(X, sd), self.start, self.fresh, self.step, white, landing, levels.slow**2,
+                             levels.slow_time, levels.offset**2)  # fmt: skip
+        return float(value) + self.prior(levels)
 
-        def evidence(levels: Levels) -> float:
-            white, landing = levels.white**2 * share, levels.landing**2
-            value = log_evidence(table, self.start, self.fresh, self.step, white, landing, levels.slow**2,
-                                 levels.slow_time, levels.offset**2)  # fmt: skip
-            return float(value) + self.prior(levels)
-
-        return evidence
+    def _scaled(self, X: FloatArray, sd: FloatArray) -> FloatArray:
+        """Return y and the columns times the sizes of their priors, row by row."""
+        table = np.empty((len(self.y), 1 + X.shape[1]))
+        table[:, 0] = self.y
+        np.multiply(X, sd, out=table[:, 1:])
+        return table
 
     def solved(self, X: FloatArray, sd: FloatArray, levels: Levels) -> tuple[float, FloatArray, FloatArray]:
         """Return `marginal` of the whitened channel with columns X: evidence without log det V, means, covariance."""
@@ -172,12 +159,10 @@ class Channel:
 
     def prior(self, levels: Levels) -> float:
         """Return the log prior of levels: loose about the channel's own scale; an offset is the first row's noise."""
-        *theta, ratio = self.theta(levels)
-        loose = sum(
-            (value / SPREAD) ** 2 for value, free in zip(theta, (True, self.has_landings, True), strict=True) if free
-        )
-        offset = 0.5 * (ratio / OFFSET_SPREAD) ** 2 if self.tied_offsets else 0.125 * (ratio / SPREAD) ** 2
-        return float(-0.125 * loose - offset)
+        from hexathermal.learn.diagnosis.whitening_loops import log_prior
+
+        parts = levels.white, levels.landing, levels.slow, levels.offset
+        return float(log_prior(*parts, self.scale, self.has_landings, self.tied_offsets))
 
     def fitted(
         self, X: FloatArray, sd: FloatArray, begin: Levels | None = None, most: int = 90
@@ -205,19 +190,24 @@ class Channel:
         self, X: FloatArray, sd: FloatArray, theta: Sequence[float], slow_time: float, most: int, spread: float
     ) -> tuple[Levels, float]:
         """Return the best levels near a start for one slow time."""
-        evidence = self._evidence_of(X, sd)
+        from hexathermal.learn.diagnosis.whitening_loops import log_posterior
+
+        table, share = self._scaled(X, sd), 1.0 / self.rows
         whole = np.array(theta)
         free = np.flatnonzero([True, self.has_landings, True, True])
 
-        def levels(point: FloatArray) -> Levels:
+        def objective(point: FloatArray) -> float:
             whole[free] = point
-            return self.levels(whole.tolist(), slow_time)
+            value = log_posterior(whole, slow_time, table, self.start, self.fresh, self.step, share, self.scale,
+                                  self.has_landings, self.tied_offsets)  # fmt: skip
+            return -float(value)
 
         start = whole[free]
         simplex = np.vstack([start, start + spread * np.eye(len(free))])
         options = {"maxfev": most, "xatol": 0.02, "fatol": 0.02, "initial_simplex": simplex}
-        found = optimize.minimize(lambda point: -evidence(levels(point)), start, method="Nelder-Mead", options=options)
-        return levels(found.x), -float(found.fun)
+        found = optimize.minimize(objective, start, method="Nelder-Mead", options=options)
+        whole[free] = found.x
+        return self.levels(whole.tolist(), slow_time), -float(found.fun)
 
 
 def sums_without(parts: Sequence[FloatArray]) -> FloatArray:

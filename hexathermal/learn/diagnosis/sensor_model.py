@@ -11,6 +11,7 @@ from dataclasses import dataclass
 from functools import cached_property, partial
 
 import numpy as np
+import numpy.typing as npt
 
 from hexathermal.learn.diagnosis.along_leg import smooth_along
 from hexathermal.learn.diagnosis.channels import Channel, Levels
@@ -124,6 +125,8 @@ class SensorModel:
         profiles = self.profiles if behind is None else behind
         M, z = np.zeros((len(prior), len(prior))), np.zeros(len(prior))
         for run, part in enumerate(chosen):
+            if part.stop == 0:
+                continue
             if part == slice(None) and nuisance is None and behind is None:
                 own = self._products[run]
             else:
@@ -132,11 +135,14 @@ class SensorModel:
                                 self.own[run][part])  # fmt: skip
             M += own[0]
             z += own[1]
-        # neighbouring rows share the slow bias: so many of them count as one
-        step = float(np.median(np.diff(self.view.signals[0].time)))
-        together = max(1.0, PARITY_WINDOW_S / step) * BIAS_K**2
-        z = z - M[:, :k] @ centre
+        z, together = z - M[:, :k] @ centre, self._together
         return np.asarray(centre + np.linalg.solve(M / together + np.diag(1.0 / prior**2), z / together)[:k])
+
+    @cached_property
+    def _together(self) -> float:
+        """Variance of what rows tell of weights: neighbours share the slow bias, so many of them count as one."""
+        step = float(np.median(np.diff(self.view.signals[0].time)))
+        return max(1.0, PARITY_WINDOW_S / step) * BIAS_K**2
 
     def behind(self, late: tuple[float, ...]) -> list[FloatArray]:
         """Return the profiles in all rows of each run behind low passes of these time constants [s]."""
@@ -182,11 +188,16 @@ class SensorModel:
 
     def means(self, values: list[FloatArray]) -> FloatArray:
         """Return means over the parity's windows, run after run."""
-        parts = []
-        for edges, value in zip(self.windows, values, strict=True):
-            count = np.diff(np.append(edges, len(value))).reshape((-1,) + (1,) * (value.ndim - 1))
-            parts.append(np.add.reduceat(value, edges, axis=0) / count)
+        parts = [
+            np.add.reduceat(value, edges, axis=0) / (count if value.ndim == 1 else count[:, None])
+            for edges, count, value in zip(self.windows, self._rows, values, strict=True)
+        ]
         return np.asarray(np.concatenate(parts))
+
+    @cached_property
+    def _rows(self) -> list[npt.NDArray[np.int64]]:
+        """Rows of each window of the parity, for each run."""
+        return [np.diff(np.append(edges, len(own))) for edges, own in zip(self.windows, self.own, strict=True)]
 
     @cached_property
     def channel(self) -> Channel:

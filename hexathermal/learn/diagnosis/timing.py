@@ -10,7 +10,6 @@ from __future__ import annotations
 from functools import cached_property
 
 import numpy as np
-from scipy import special
 
 from hexathermal.learn.diagnosis.smoothing import leading_profiles, smoothed
 from hexathermal.learn.diagnosis.view import View
@@ -93,7 +92,7 @@ class Timing:
         """Return the log of the likelihood averaged over the errors that heat's way may make."""
         offsets, values = self._curve
         weight = -0.5 * ((offsets - offset) / TOLERANCE_S) ** 2
-        return float(special.logsumexp(values + weight) - special.logsumexp(weight))
+        return float(np.logaddexp.reduce(values + weight) - np.logaddexp.reduce(weight))
 
     def advantage(self, offset: float) -> float:
         """Return the log evidence that temperatures are to be read `offset` seconds later, against now."""

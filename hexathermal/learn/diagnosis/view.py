@@ -48,7 +48,7 @@ class Pieces:
     edges: npt.NDArray[np.int64]
     landing: npt.NDArray[np.int64]
 
-    @property
+    @cached_property
     def rows(self) -> FloatArray:
         """Rows of each window."""
         return np.diff(np.append(self.edges, len(self.used))).astype(np.float64)

@@ -13,6 +13,15 @@ import numpy as np
 
 from hexathermal.kinematics.compiled import loop
 
+LOWEST = 1e-3
+"""Least level of a part of the noise, as a part of the whole."""
+
+SPREAD = 1.5
+"""Standard deviation of the prior of a level's logarithm about the channel's own scale: loose."""
+
+OFFSET_SPREAD = 0.3
+"""Standard deviation of the logarithm of a run's offset over the noise of its first row, which it is."""
+
 LOGARITHM_EVERY = 8
 """Variances that are multiplied before their logarithm is taken: a logarithm takes as long as a window's algebra."""
 
@@ -103,3 +112,37 @@ def log_evidence(C, start, fresh, step, white, landing, slow, tau, offset):
     logdet = whiten(C, start, fresh, step, white, landing, slow, tau, offset, out)
     value, _L, _z = integrated(out.T @ out)
     return value - 0.5 * logdet
+
+
+@loop
+def levels_at(theta, scale, has_landings):
+    """Return white, landing, slow and offset of their logarithms: of a ratio to `scale`, the offset's to the others."""
+    part = np.exp(np.minimum(np.maximum(theta, np.log(LOWEST)), -np.log(LOWEST)))
+    white, landing, slow = scale * part[0], scale * part[1] * has_landings, scale * part[2]
+    return white, landing, slow, part[3] * np.sqrt(white * white + landing * landing + slow * slow)
+
+
+@loop
+def logarithms(white, landing, slow, offset, scale):
+    """Return the logarithms that `levels_at` takes, shape (4,)."""
+    rms = np.sqrt(white * white + landing * landing + slow * slow)
+    ratios = np.array([white / scale, landing / scale, slow / scale, offset / max(rms, 1e-30)])
+    return np.log(np.maximum(ratios, LOWEST))
+
+
+@loop
+def log_prior(white, landing, slow, offset, scale, has_landings, tied):
+    """Return the log prior of levels: normal in their logarithms; an offset that is `tied` is the first row's noise."""
+    theta = logarithms(white, landing, slow, offset, scale) / SPREAD
+    loose = theta[0] ** 2 + theta[2] ** 2 + (theta[1] ** 2 if has_landings else 0.0)
+    if tied:
+        return -0.125 * loose - 0.5 * (theta[3] * SPREAD / OFFSET_SPREAD) ** 2
+    return -0.125 * loose - 0.125 * theta[3] ** 2
+
+
+@loop
+def log_posterior(theta, tau, C, start, fresh, step, share, scale, has_landings, tied):
+    """Return `log_evidence` and `log_prior` at the levels of logarithms; `share` (n,) is 1 / rows of windows."""
+    white, landing, slow, offset = levels_at(theta, scale, has_landings)
+    evidence = log_evidence(C, start, fresh, step, white**2 * share, landing**2, slow**2, tau, offset**2)
+    return evidence + log_prior(white, landing, slow, offset, scale, has_landings, tied)
