@@ -183,9 +183,9 @@ class Stage:
         return replace(step, ranking=tuple(self.asked_of_runs(item) for item in step.ranking))
 
     def asked_of_runs(self, item: Ranked) -> Ranked:
-        """Return a term that thermometers may feign with what runs left out say for it, where it is faint without."""
+        """Return a cause that thermometers may feign with what runs left out say for it, where it is faint without."""
         trial = item.best.trial
-        if not trial.feigned or trial.repair is not None or not item.gated < FAINT <= item.value:
+        if not trial.feigned or not item.gated < FAINT <= item.value:
             return item
         return replace(item, repeated=repeated(self, self.with_effect(item.best), item))
 
