@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 
 from hexathermal.errors import ArgumentError, UnknownNameError
 from hexathermal.machine.leg_repairs import SensorRepair
-from hexathermal.machine.leg_signals import LegSignals
+from hexathermal.machine.leg_signals import LegSignals, Memory
 from hexathermal.machine.leg_states import of_bench, sensors_of, solved_length
 from hexathermal.machine.leg_term_files import COUNTS, PARAMETERS, UNITS
 from hexathermal.machine.leg_terms import SHAPES, LegTerm, term_columns
@@ -47,6 +47,24 @@ def test_a_lag_solves_its_differential_equation(seed: int, tau: float) -> None:
     assert abs(twice[0]) < 1e-15
     steady = LegSignals(signals.time, {"T01": np.full(8, 3.0)}, signals.q, 0.6)
     assert np.abs(term_columns("lag", steady, parameters | {"order": 2})).max() < 1e-12
+
+
+def test_a_low_pass_of_many_rows_is_its_recursion_over_any_gap(rng: np.random.Generator) -> None:
+    """3000 rows at uneven steps, gaps of a day among them: each row is the step of a linear piece from the last one."""
+    steps = rng.uniform(1.0, 30.0, 3000)
+    steps[[400, 401, 2500]] = 86400.0
+    time, values, tau = np.cumsum(steps), np.cumsum(rng.standard_normal((3000, 2)), axis=0), 25.0
+    wanted = np.empty_like(values)
+    wanted[0] = values[0]
+    for i in range(1, len(time)):
+        step, slope = steps[i], (values[i] - values[i - 1]) / steps[i]
+        held = wanted[i - 1] - values[i - 1] + tau * slope
+        wanted[i] = values[i] - tau * slope + held * np.exp(-step / tau)
+    found = Memory().low_pass("one", time, values, tau)
+    np.testing.assert_allclose(found, wanted, rtol=0.0, atol=1e-10)
+    memory = Memory()
+    blocks = [memory.low_pass("one", time[part], values[part], tau) for part in np.split(np.arange(3000), [1, 2, 700])]
+    np.testing.assert_allclose(np.concatenate(blocks), found, rtol=0.0, atol=1e-12)
 
 
 def test_what_others_foretell_is_their_sum_less_that_sum_late() -> None:

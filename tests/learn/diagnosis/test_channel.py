@@ -134,6 +134,20 @@ def test_fitted_levels_are_as_likely_as_those_of_the_draw(rng: np.random.Generat
         assert drawn.fitted(X, sd)[1] > drawn.evidence(X, sd, LEVELS) - 1.0
 
 
+@pytest.mark.parametrize("tied", [True, False])
+@pytest.mark.parametrize("landings", [True, False])
+def test_what_a_fit_maximises_is_the_evidence(tied: bool, landings: bool, rng: np.random.Generator) -> None:
+    """The value of a fit is the evidence at its levels, and no level a tenth off has more by 0.05."""
+    channel = replace(noisy(channel_like(rng, runs=6), LEVELS, rng), tied_offsets=tied, has_landings=landings)
+    X, sd = rng.standard_normal((len(channel), 2)), np.ones(2)
+    levels, value = channel.fitted(X, sd)
+    assert value == pytest.approx(channel.evidence(X, sd, levels), abs=1e-9)
+    for name in ("white", "slow", "offset", *(["landing"] if landings else [])):
+        for times in (0.9, 1.1):
+            other = replace(levels, **{name: times * getattr(levels, name)})
+            assert channel.evidence(X, sd, other) < value + 0.05
+
+
 def test_landings_of_a_component_are_not_fitted(rng: np.random.Generator) -> None:
     """A component has no landings: their level stays 0."""
     base = noisy(channel_like(rng), LEVELS, rng)
