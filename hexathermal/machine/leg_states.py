@@ -20,8 +20,8 @@ from hexathermal.poses import FloatArray
 STATELESS = ("temperature", "expansion", "square", "bend", "position", "periodic")
 """Shapes that follow from the displacement and temperatures of one row alone."""
 
-OWN_ZERO = ("position", "periodic")
-"""Shapes that count from the run's first displacement; on a machine from the retracted leg."""
+OWN_ZERO = ("position", "periodic", "square", "bend")
+"""Shapes that may count from the run's first displacement; on a machine from the retracted leg."""
 
 BENCH_SHAPES = ("room", "air-index", "tilt", "time")
 BENCH_CAUSES = ("frame-expansion", "air-refraction", "abbe-tilt", "zero-drift", "zero-jump")

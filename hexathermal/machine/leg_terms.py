@@ -183,22 +183,37 @@ def heat_left(signals: LegSignals, heat: FloatArray, parameters: Mapping[str, An
 def square(signals: LegSignals, parameters: Mapping[str, Any], memory: Memory) -> FloatArray:
     """Return ``(q0 + ratio q) (u^2 - u0^2)``, u the temperature from ``reference_degC``, u0 that of the zero [m K^2].
 
-    Without a reference it is the zero itself: ``(q0 + ratio q) dT^2``.
+    Without a reference it is the zero itself: ``(q0 + ratio q) dT^2``. See `_calibrated` for ``calibration_degC``.
     """
     dT, reference = signals.temperature(parameters["sensor"]), parameters.get("reference_degC")
     u0 = 0.0 if reference is None else signals.zero_of(parameters["sensor"]) - reference
-    return signals.span(parameters["ratio"]) * dT * (dT + 2.0 * u0)
+    found = signals.span(parameters["ratio"]) * dT * (dT + 2.0 * u0)
+    if "calibration_degC" not in parameters:
+        return np.asarray(found)
+    since = parameters["calibration_degC"] - signals.zero_of(parameters["sensor"]) + u0
+    return np.asarray(found + _calibrated(signals, parameters, memory, u0**2 - since**2))
 
 
 def bend(signals: LegSignals, parameters: Mapping[str, Any], memory: Memory) -> FloatArray:
     """Return ``2 w^2 (q0 + ratio q) (ln cosh(u / w) - ln cosh(u0 / w))``: a square near its middle, straight far off.
 
-    u is the temperature from ``middle_degC``, u0 that of the zero, w ``width_K``; its unit is m K^2.
+    u is the temperature from ``middle_degC``, u0 that of the zero, w ``width_K``; its unit is m K^2. See `_calibrated`
+    for ``calibration_degC``.
     """
-    u0 = signals.zero_of(parameters["sensor"]) - parameters["middle_degC"]
-    x = np.append(signals.temperature(parameters["sensor"]) + u0, u0) / parameters["width_K"]
-    curve = np.logaddexp(x, -x)
-    return np.asarray(2.0 * parameters["width_K"] ** 2 * signals.span(parameters["ratio"]) * (curve[:-1] - curve[-1]))
+    width, middle = parameters["width_K"], parameters["middle_degC"]
+    u0 = signals.zero_of(parameters["sensor"]) - middle
+    x = np.append(signals.temperature(parameters["sensor"]) + u0, [parameters.get("calibration_degC", middle) - middle,
+                                                                 u0]) / width  # fmt: skip
+    curve = 2.0 * width**2 * np.logaddexp(x, -x)
+    found = signals.span(parameters["ratio"]) * (curve[:-2] - curve[-1])
+    if "calibration_degC" not in parameters:
+        return np.asarray(found)
+    return np.asarray(found + _calibrated(signals, parameters, memory, float(curve[-1] - curve[-2])))
+
+
+def _calibrated(signals: LegSignals, parameters: Mapping[str, Any], memory: Memory, strain: float) -> FloatArray:
+    """Return ``ratio (q - q_0) strain``: a stroke right at ``calibration_degC`` is wrong already at the zero."""
+    return np.asarray(parameters["ratio"] * (signals.q - memory.first("q", signals.q)) * strain)
 
 
 def room(signals: LegSignals, parameters: Mapping[str, Any], memory: Memory) -> FloatArray:

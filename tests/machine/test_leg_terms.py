@@ -160,6 +160,28 @@ def test_a_square_counts_from_its_middle_and_a_bend_is_one_there(seed: int, midd
     assert np.allclose(narrow, 2e-4 * span * (np.abs(T - middle) - np.abs(T0 - middle)), atol=2e-8)
 
 
+@pytest.mark.parametrize(("shape", "own"), [
+    ("square", {"reference_degC": 20.0}),
+    ("square", {"reference_degC": 23.0}),
+    ("bend", {"middle_degC": 22.0, "width_K": 1.5}),
+])  # fmt: skip
+def test_a_stroke_right_at_its_calibration_is_wrong_at_the_zero(shape: str, own: dict[str, float]) -> None:
+    """A leg right at 20 degC has grown by ``(q0 + r q) (f(T) - f(20))``, which less that of the zero is the term."""
+    signals = drawn_signals(7, 60)
+    signals = dataclasses.replace(signals, dT={"T01": signals.dT["T01"] - signals.dT["T01"][0]})
+
+    def grown(T: np.ndarray) -> np.ndarray:
+        if shape == "square":
+            return np.asarray((T - own["reference_degC"]) ** 2)
+        return np.asarray(2.0 * 1.5**2 * np.log(np.cosh((T - 22.0) / 1.5)))
+
+    T = 21.3 + signals.dT["T01"]
+    length = (0.6 + 0.4 * signals.q) * (grown(T) - grown(np.array(20.0)))
+    parameters = {"sensor": "T01", "ratio": 0.4, "calibration_degC": 20.0} | own
+    found = term_columns(shape, signals, parameters)[:, 0]
+    np.testing.assert_allclose(found, length - length[0], rtol=0.0, atol=1e-12)
+
+
 def test_a_square_from_a_middle_needs_the_zero() -> None:
     """Without the temperature of the zero it is refused, by the sensor's name; counted from the zero it is not."""
     signals = LegSignals(np.zeros(2), {"T01": np.array([0.0, 2.0])}, np.zeros(2), 0.5)

@@ -23,6 +23,19 @@ def test_runs_that_begin_at_other_temperatures_share_one_curve() -> None:
     assert stage.search.scored(stage.step.levels, [blind])[0].value < best.best.value - 3.0
 
 
+def test_a_leg_calibrated_at_twenty_degrees_has_no_wrong_scale() -> None:
+    """Where the bench's zero is warmer, a bend takes the stroke's scale along: no scale-error, which says it alone."""
+    view, answer = viewed("rough", 0, ("nonlinear-expansion",), 1.5)
+    stage = Stage(view)
+    ranked = {item.cause: item for item in stage.step.ranking}
+    best = stage.step.ranking[0]
+    assert (best.cause, best.best.trial.target) == ("nonlinear-expansion", answer.targets[0])
+    blind = [trial for trial in stage.search.trials
+             if trial.cause == best.cause and "calibration_degC" not in trial.parameters]  # fmt: skip
+    scored = stage.search.scored(stage.step.levels, blind)
+    assert max(item.value for item in scored) < ranked["scale-error"].value < best.value - 10.0
+
+
 @pytest.mark.parametrize("seed", [733, 735])
 def test_a_kink_in_temperature_has_no_name(seed: int) -> None:
     """What begins at once above a temperature explains more than any bend does: it follows T, and stays nameless."""

@@ -12,7 +12,8 @@ from hexathermal.learn.diagnosis.trials import Cause, Parameter, Trial, Workbenc
 CAUSE = Cause(
     name="nonlinear-expansion",
     physics=(
-        "The coefficient of expansion changes with the temperature (Invar, polymers), or the thermometer is not linear."
+        "The coefficient of expansion changes with the temperature (Invar, polymers), or the thermometer is not "
+        "linear; a stroke that was right at 20 degC is then wrong already at the zero."
     ),
     signature="The residual bends smoothly with the temperature in degC; heating and cooling look alike.",
     parameters=(Parameter("curvature", "1/K^2", "visible effect of 0.25 to 4 times the noise"),),
@@ -24,6 +25,9 @@ CAUSE = Cause(
     words="the expansion is not proportional to the temperature at {target}",
     thermal=True,
 )
+
+STANDARD_DEGC = 20.0
+"""Temperature at which lengths are stated (ISO 1): a stroke that was calibrated there is wrong by now."""
 
 MIDDLES, WIDTHS = (0.15, 0.4, 0.65), (0.3, 0.7)
 """Middles of bends, quantiles of the temperature, and their widths over its range."""
@@ -39,10 +43,15 @@ def trials(bench: Workbench) -> Iterator[Trial]:
         # the retracted length, the law's own mixture, or the whole length
         for ratio in sorted({0.0, bench.ratios[sensor], *([1.0] if view.kind == "leg" else [])}):
             yield bench.term(CAUSE.name, "square", sensor, quick=True, sensor=sensor, ratio=ratio, **own)
+            if ratio > 0.0 and view.moves and told is not None:
+                yield bench.term(CAUSE.name, "square", sensor, quick=True, sensor=sensor, ratio=ratio,
+                                 reference_degC=STANDARD_DEGC, calibration_degC=STANDARD_DEGC)  # fmt: skip
         for place, width in product(MIDDLES, WIDTHS):
             if told is None or span <= 0.0:
                 break
             middle = float(np.quantile(told[0], place))
             for ratio in sorted({0.0, bench.ratios[sensor]}):
-                yield bench.term(CAUSE.name, "bend", sensor, quick=True, sensor=sensor, ratio=ratio,
-                                 middle_degC=middle, width_K=width * span)  # fmt: skip
+                bent = {"sensor": sensor, "ratio": ratio, "middle_degC": middle, "width_K": width * span}
+                yield bench.term(CAUSE.name, "bend", sensor, quick=True, **bent)
+                if ratio > 0.0 and view.moves:
+                    yield bench.term(CAUSE.name, "bend", sensor, quick=True, calibration_degC=STANDARD_DEGC, **bent)
