@@ -50,7 +50,8 @@ SPOKEN = {
 }  # fmt: skip
 """Words of parameters that a sentence tells."""
 
-HIDDEN = ("ratio", "path_m", "stroke_share", "decay_runs", "order", "power", "reference_degC", "weights")
+HIDDEN = ("ratio", "path_m", "stroke_share", "decay_runs", "order", "power", "reference_degC", "calibration_degC",
+          "weights")  # fmt: skip
 """Settings of shapes that say nothing to a reader."""
 
 LONG_S = 120.0
@@ -68,7 +69,7 @@ WORKSHOP: dict[str, tuple[str, float]] = {
 """Unit in which people measure, for a unit of a parameter, and its factor; others stay."""
 
 UNITS = {"time_constant_s": "s", "pitch_m": "m", "time_s": "s", "offset_s": "s", "rate_K_per_h": "K/h",
-         "middle_degC": "degC", "width_K": "K", "calibration_degC": "degC"}  # fmt: skip
+         "middle_degC": "degC", "width_K": "K"}  # fmt: skip
 
 
 def effect_of(found: Found, stage: Stage, final: Stage, covariance: FloatArray, mean: FloatArray) -> Effect:
