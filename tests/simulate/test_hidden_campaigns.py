@@ -105,14 +105,19 @@ def test_the_oracle_gains_what_the_effect_costs(seed: int) -> None:
 
 
 def test_without_noise_the_runs_for_validation_read_the_drift_itself(leg: CampaignTruth) -> None:
-    """Noise of the runs for identification stays; a law's error on the others falls to what it gets wrong."""
+    """Noise of the runs for identification stays; where that is none too, the law of a clean leg errs nowhere."""
     exact = without_noise(leg)
     assert [run.noise.any() for run in exact.runs] == [run.role == "identification" for run in leg.runs]
     pairs = zip(exact.runs, leg.runs, strict=True)
     assert all(one.noise is two.noise for one, two in pairs if one.role == "identification")
     judged = oracle(leg, leg, [])
     assert judged.base_without_noise == pytest.approx(oracle(exact, exact, []).base, rel=1e-9)
-    assert judged.base_without_noise < 0.7 * judged.base
+    fitted_without = leg.changed(
+        runs=tuple(run.changed(noise=run.noise * (run.role == "validation")) for run in leg.runs)
+    )
+    judged = oracle(fitted_without, fitted_without, [])
+    assert judged.base == pytest.approx(judged.noise, rel=1e-9)
+    assert judged.base_without_noise < 1e-9 * judged.base
 
 
 def test_spikes_do_not_count(seed: int) -> None:
