@@ -22,19 +22,19 @@ def _constant(value: Any) -> Callable[..., Any]:
     return lambda *_arguments, **_named: value
 
 
-def _without_parity(search: Any) -> list[Any]:
+def _without_parity() -> list[Any]:
     """The drift alone speaks, with order and clocks."""
+    from hexathermal.learn.diagnosis.witnesses import Witnesses
 
-    def drift_alone(_search: Any, ranked: Any) -> Any:
+    def drift_alone(_witnesses: Any, ranked: Any) -> Any:
         return replace(ranked, value=ranked.value + ranked.best.trial.advantage)
 
-    return [patch.object(search, "_parity", _constant(0.0)), patch.object(search, "_with_witness", drift_alone)]
+    return [patch.object(Witnesses, "parity", _constant(0.0)), patch.object(Witnesses, "heard", drift_alone)]
 
 
 def _exact_thermometers() -> list[Any]:
     """The law's thermometers without errors, and no sensor's parity."""
     from hexathermal.learn.diagnosis.evidence import Base
-    from hexathermal.learn.diagnosis.search import Search
     from hexathermal.learn.diagnosis.stage import Stage
 
     def plain(stage: Stage) -> Base:
@@ -43,14 +43,12 @@ def _exact_thermometers() -> list[Any]:
 
     law_alone = cached_property(plain)
     law_alone.__set_name__(Stage, "base")
-    return [patch.object(Stage, "base", law_alone), *_without_parity(Search)]
+    return [patch.object(Stage, "base", law_alone), *_without_parity()]
 
 
 def _no_parity() -> list[Any]:
     """What the other thermometers say of one is not asked."""
-    from hexathermal.learn.diagnosis.search import Search
-
-    return _without_parity(Search)
+    return _without_parity()
 
 
 def _noise_of_the_null() -> list[Any]:

@@ -119,9 +119,11 @@ def test_switches_replace_what_is_there_and_put_it_back(name: str) -> None:
     from hexathermal.learn.diagnosis import course, deciding, evidence, search, stage, timing
     from hexathermal.learn.diagnosis.channels import Channel
     from hexathermal.learn.diagnosis.order import Order
+    from hexathermal.learn.diagnosis.witnesses import Witnesses
 
     def state() -> list[object]:
-        places = (course, deciding, evidence, search, search.Search, stage.Stage, timing.Timing, Order, Channel)
+        searching = (search, search.Search, Witnesses, Order, Channel)
+        places = (course, deciding, evidence, stage.Stage, timing.Timing, *searching)
         return [dict(vars(place)) for place in places]
 
     before = state()

@@ -9,6 +9,9 @@ from hexathermal.poses import FloatArray
 
 NEAREST = 5
 
+NEIGHBOURS, LEAST_PART = 6, 0.1
+"""Places nearby whose misfit is the spread at a place, and the least part of the usual misfit that counts."""
+
 
 def smooth_along(
     x: FloatArray, values: FloatArray, rest: npt.NDArray[np.int64], at: FloatArray
@@ -28,8 +31,8 @@ def smooth_along(
     Returns
     -------
     told : array, shape (m, c)
-    spread : array, shape (c,)
-        Of the rest, each foretold by the others.
+    spread : array, shape (m, c)
+        RMS misfit of the places nearby, each foretold by the others: smooth along a body, not where two meet.
     """
 
     def told(place: float, among: npt.NDArray[np.int64]) -> FloatArray:
@@ -39,5 +42,7 @@ def smooth_along(
         return np.asarray(np.linalg.lstsq(design, values[near], rcond=None)[0][0])
 
     left = np.array([values[k] - told(x[k], rest[rest != k]) for k in rest])
-    spread = 1.48 * np.median(np.abs(left), axis=0) + 1e-3 * np.ptp(values, axis=0) + 1e-12
+    usual = 1.48 * np.median(np.abs(left), axis=0) + 1e-3 * np.ptp(values, axis=0) + 1e-12
+    near = [np.argsort(np.abs(x[rest] - place))[:NEIGHBOURS] for place in at]
+    spread = np.array([np.sqrt((left[own] ** 2).mean(axis=0)) for own in near]) + LEAST_PART * usual
     return np.array([told(place, rest) for place in at]), spread

@@ -132,12 +132,14 @@ def _handed(standing: Sequence[Ranked], probabilities: dict[str, float]) -> Deci
 def _as_good(best: Ranked, named: Sequence[Ranked]) -> dict[str, float]:
     """Return faults of a thermometer that the drift alone speaks for as it does for the best, and their odds.
 
-    Its parity speaks for them too, but no more than that of sound ones may: too little for a name of their own.
+    Its parity speaks for them too, but no more than that of sound ones may, or is too uncertain to deny them: too
+    little for a name of their own.
     """
     found = {}
     for item in named:
         lead = item.value + item.withheld - best.value
-        if item is not best and item.seconded > SECONDED and item.withheld > 0.0 and lead > np.log(EQUIVALENT):
+        may_be = item.seconded > SECONDED or item.agreed >= 0.0
+        if item is not best and may_be and item.withheld > 0.0 and lead > np.log(EQUIVALENT):
             found[item.cause] = float(np.exp(min(lead, 0.0)))
     return found
 

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+import numpy as np
+
 from hexathermal.learn.diagnosis.channels import Levels
 from hexathermal.learn.diagnosis.evidence import Scored, relevance
 
@@ -31,6 +33,8 @@ class Ranked:
         What the drift and the parity of a faulty thermometer, beyond that of any other, say alike: the lesser of them.
     seconded : float
         What the parity of a faulty thermometer says by itself, whatever others show.
+    agreed : float
+        What it says for as large a fault as the drift does, against none; minus infinity where that is not asked.
     withheld : float
         Evidence in the drift that does not count for a thermometer's fault, since its parity says too little.
     repeated : float
@@ -44,6 +48,7 @@ class Ranked:
     witness: float = 0.0
     both: float = 0.0
     seconded: float = 0.0
+    agreed: float = -np.inf
     withheld: float = 0.0
     repeated: float = 0.0
 

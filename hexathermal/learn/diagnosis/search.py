@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 from itertools import pairwise
 
 import numpy as np
@@ -25,6 +26,7 @@ from hexathermal.learn.diagnosis.ranking import Ranked, Step
 from hexathermal.learn.diagnosis.rivals import nameless_bounded, with_a_misfit
 from hexathermal.learn.diagnosis.trials import PREFIX, Trial, Workbench
 from hexathermal.learn.diagnosis.unexplained import THERMAL, flexible_trials
+from hexathermal.learn.diagnosis.witnesses import Witnesses
 from hexathermal.poses import FloatArray
 
 LEADERS = 7
@@ -43,18 +45,6 @@ REPEATED = "missing-sensor"
 
 FORETOLD = "foretold"
 """The shape in which other thermometers tell what one lacks: an error of their weights looks like `REPEATED`."""
-
-BYSTANDERS = 8
-"""Sensors outside the law whose parity is asked for the same fault: what they show of it is chance."""
-
-USUAL, UNUSUAL = 0.8, 2.0
-"""Quantile of the bystanders, or their mean and so many of their standard deviations, that counts as chance."""
-
-MOST_PARITY = 150.0
-"""Most that the parity says for or against a fault."""
-
-FOLLOWED, LEAST_WITNESS = 5.0, 2.0
-"""What the drift says for a sensor's fault counts up to so many times what the parity says beyond so much."""
 
 MOST_WITNESSED = 16
 """Trials of a sensor's fault whose parity is asked."""
@@ -99,6 +89,11 @@ class Search:
     repaired: Callable[[Trial], Base] | None = None
     trials: list[Trial] = field(default_factory=list)
     _bases: dict[int, Base] = field(default_factory=dict)
+
+    @cached_property
+    def witnesses(self) -> Witnesses:
+        """The parities of the thermometers."""
+        return Witnesses(self.bench, self.channel, self.system)
 
     def scored(self, levels: Levels, trials: list[Trial], terms: list[Terms] | None = None) -> list[Scored]:
         """Return trials with their evidence at one noise; `terms` are those of them, where they were made before."""
@@ -157,7 +152,7 @@ class Search:
                 if name in fits:
                     own, at = max(((self._at(best, item), item) for item in pool), key=lambda pair: pair[0])
                     drift = own + grid - np.log(len(RHO)) * bool(best.rho) - max(nulls)
-                    ranked[name] = self._with_witness(Ranked(name, drift, self._doubted(best, own, pool), at))
+                    ranked[name] = self.witnesses.heard(Ranked(name, drift, self._doubted(best, own, pool), at))
                 else:
                     ranked[name] = Ranked(
                         name, min(value, 0.0) if name not in ranked else ranked[name].value, best, levels
@@ -241,7 +236,7 @@ class Search:
         """
         if best.trial.parity is None or best.trial.least_parity >= 0.0:
             return value
-        return value + max(self._parity(self._witnessed(best, scored).trial), 0.0)
+        return value + max(self.witnesses.parity(self._witnessed(best, scored).trial), 0.0)
 
     def _witnessed(self, best: Scored, scored: list[Scored]) -> Scored:
         """Return the trial of a sensor's fault that drift and parity together speak for; others as they are."""
@@ -249,55 +244,7 @@ class Search:
         if all(item.trial.parity is None for item in own):
             return best
         top = sorted(own, key=lambda item: (not item.trial.asked, -item.value))[:MOST_WITNESSED]
-        return max(top, key=lambda item: item.value + self._spoken(item.trial))
-
-    def _spoken(self, trial: Trial) -> float:
-        """Return what the parity says for a trial: where it need not show there, beyond what others show."""
-        return self._parity(trial) if trial.least_parity >= 0.0 else self._gain(trial, trial.target)
-
-    def _gain(self, trial: Trial, sensor: str | None) -> float:
-        """Return the log evidence of one sensor's parity for a trial."""
-        model = None if sensor is None else self.bench.model(sensor)
-        if sensor is None or model is None or trial.parity is None:
-            return 0.0
-        return model.gain_of(trial.parity)
-
-    def _with_witness(self, ranked: Ranked) -> Ranked:
-        """Return a cause whose value is the evidence in the drift with that of other witnesses.
-
-        A fault of a thermometer must show against the other thermometers too: what the drift says for it counts up to
-        `FOLLOWED` times what they say beyond `LEAST_WITNESS`.
-        """
-        trial, whole = ranked.best.trial, min(ranked.value, ranked.best.trial.most)
-        parity, sure = self._parities(trial)
-        drift = whole
-        if trial.parity is not None and trial.least_parity < 0.0:
-            drift = min(drift, FOLLOWED * max(parity - LEAST_WITNESS, 0.0))
-        elif trial.parity is not None:
-            # every thermometer is late against some other: the parity only seconds what the drift says
-            parity = min(parity, max(drift, 0.0))
-        fault = trial.least_parity < 0.0
-        return replace(ranked, value=drift + trial.advantage + parity, witness=sure * fault,
-                       both=min(drift, sure) * fault, seconded=self._gain(trial, trial.target) * fault,
-                       withheld=whole - drift)  # fmt: skip
-
-    def _parity(self, trial: Trial) -> float:
-        """Return the log evidence of the parity for a trial, less what other sensors show of the same by chance."""
-        return self._parities(trial)[0]
-
-    def _parities(self, trial: Trial) -> tuple[float, float]:
-        """Return the log evidence of the parity less what others usually show, and less the most that one shows."""
-        if trial.parity is None or trial.target is None:
-            return 0.0, 0.0
-        own = self._gain(trial, trial.target)
-        others = [self._gain(trial, sensor) for sensor in self.bench.bystanders(BYSTANDERS)]
-        usual = most = 0.0
-        if others:
-            usual = max(float(np.quantile(others, USUAL)), float(np.mean(others) + UNUSUAL * np.std(others)))
-            most = max(others)
-        least = max(trial.least_parity, -MOST_PARITY)
-        beyond, sure = np.clip(own - np.maximum([usual, most], 0.0), least, MOST_PARITY).tolist()
-        return beyond, sure
+        return max(top, key=lambda item: item.value + self.witnesses.spoken(item.trial))
 
 
 def all_trials(bench: Workbench) -> list[Trial]:

@@ -23,12 +23,14 @@ from hexathermal.poses import FloatArray
 FEWEST_OTHERS = 5
 """Other thermometers that are needed to foretell one."""
 
-MOST_PROFILES = 6
+MOST_PROFILES, MOST_LOOSE = 10, 6
+"""Profiles of the others where places along the leg foretell their weights, and where nothing does."""
+
 LOOSE = 10.0
 """Prior spread of a weight of which nothing is known."""
 
-WIDER = 2.0
-"""Weights may be so much farther from the smooth profile than those of the other thermometers are."""
+WIDER = 1.2
+"""Weights may be so much farther from the smooth profile than those of the thermometers nearby are."""
 
 BIAS_K = 0.05
 """Slow bias of a thermometer that weights are learnt beside [K]."""
@@ -43,6 +45,23 @@ FEWEST_ROWS = 10
 PARITY_WINDOW_S = 600.0
 SLOW_PARITY_S = 1800.0
 """The parity that goes with the law is smoothed over so long: what is quicker is noise of readings."""
+
+
+@dataclass(frozen=True)
+class Shown:
+    """What the parity of a thermometer shows of a fault.
+
+    Attributes
+    ----------
+    gain : float
+        Log evidence less that without the fault.
+    amplitude, uncertainty : float
+        Of the fault's last column, and its standard uncertainty.
+    """
+
+    gain: float
+    amplitude: float
+    uncertainty: float
 
 
 @dataclass(frozen=True, eq=False)
@@ -79,7 +98,16 @@ class SensorModel:
     @cached_property
     def basis(self) -> FloatArray:
         """Weights of the others in each leading profile, shape (s, k)."""
-        return leading_profiles(self.view.tables(self.others), min(MOST_PROFILES, max(1, len(self.others) // 2)))
+        count = len(self.others)
+        most = min(MOST_PROFILES, count - 1) if self._placed else min(MOST_LOOSE, max(1, count // 2))
+        return leading_profiles(self.view.tables(self.others), most)
+
+    @cached_property
+    def _placed(self) -> tuple[str, ...]:
+        """The others whose places are stated; none where there are too few, or this sensor's own is not."""
+        places = self.view.positions
+        known = tuple(name for name in self.others if name in places)
+        return known if self.sensor in places and len(known) >= FEWEST_OTHERS else ()
 
     @cached_property
     def expected(self) -> tuple[FloatArray, FloatArray]:
@@ -87,21 +115,19 @@ class SensorModel:
 
         Without stated places nothing is expected: zero, with a spread of all that weights may be.
         """
-        V, placed = self.basis, self.view.positions
-        known = [name for name in self.others if name in placed]
-        if self.sensor not in placed or len(known) < FEWEST_OTHERS:
+        V, known, places = self.basis, self._placed, self.view.positions
+        if not known:
             return np.zeros(V.shape[1]), np.full(V.shape[1], LOOSE)
-        x = np.array([placed[name] for name in known])
+        x = np.array([places[name] for name in known])
         rest = np.arange(len(known))
         rows = [self.others.index(name) for name in known]
-        at = np.array([placed[self.sensor]])
+        at = np.array([places[self.sensor]])
         told, spread = smooth_along(x, V[rows], rest, at)
-        return told[0], WIDER * spread
+        return told[0], WIDER * spread[0]
 
     def weights(
         self,
         rows: list[slice] | None = None,
-        nuisance: list[FloatArray] | None = None,
         behind: list[FloatArray] | None = None,
     ) -> FloatArray:
         """Return the weights of the leading profiles that foretell the sensor, shape (k,).
@@ -110,8 +136,6 @@ class SensorModel:
         ----------
         rows : list of slice, optional
             Of each run, to learn from; by default all.
-        nuisance : list of array, optional
-            Columns in all rows of each run that the sensor may follow besides.
         behind : list of array, optional
             Profiles late, see `behind`, where the sensor follows what the weights foretell late.
         """
@@ -120,23 +144,19 @@ class SensorModel:
         centre, spread = self.expected
         if count < FEWEST_ROWS:
             return centre if np.all(spread < LOOSE) else self.weights(behind=behind)
-        k = len(centre)
-        prior = spread if nuisance is None else np.append(spread, np.full(nuisance[0].shape[1], LOOSE))
         profiles = self.profiles if behind is None else behind
-        M, z = np.zeros((len(prior), len(prior))), np.zeros(len(prior))
+        M, z = np.zeros((len(centre), len(centre))), np.zeros(len(centre))
         for run, part in enumerate(chosen):
             if part.stop == 0:
                 continue
-            if part == slice(None) and nuisance is None and behind is None:
+            if part == slice(None) and behind is None:
                 own = self._products[run]
             else:
-                P = profiles[run][part]
-                own = _products(P if nuisance is None else np.column_stack([P, nuisance[run][part]]),
-                                self.own[run][part])  # fmt: skip
+                own = _products(profiles[run][part], self.own[run][part])
             M += own[0]
             z += own[1]
-        z, together = z - M[:, :k] @ centre, self._together
-        return np.asarray(centre + np.linalg.solve(M / together + np.diag(1.0 / prior**2), z / together)[:k])
+        z, together = z - M @ centre, self._together
+        return np.asarray(centre + np.linalg.solve(M / together + np.diag(1.0 / spread**2), z / together))
 
     @cached_property
     def _together(self) -> float:
@@ -163,9 +183,9 @@ class SensorModel:
         """Return what weights of the profiles are for each other sensor."""
         return dict(zip(self.others, (self.basis @ weights).tolist(), strict=True))
 
-    def foretold(self, rows: list[slice] | None = None, nuisance: list[FloatArray] | None = None) -> list[FloatArray]:
+    def foretold(self, rows: list[slice] | None = None) -> list[FloatArray]:
         """Return what the others foretell in all rows of each run; learnt from some rows of each, or from all."""
-        weights = self.weights(rows, nuisance)
+        weights = self.weights(rows)
         return [p @ weights for p in self.profiles]
 
     @cached_property
@@ -235,19 +255,36 @@ class SensorModel:
         spread = np.where(np.arange(len(self.sd)) < len(self.expected[1]), LOOSE, self.sd)
         return self.channel.fitted(self.X, spread, self.null[0], 30)[1]
 
-    def gain_of(self, parity: Parity) -> float:
-        """Return `gain` of the columns that a trial makes of this model; trials of other stages make the same."""
-        return self.view.once(("gain", self.sensor, self.unasked, _sameness(parity)), lambda: self.gain(*parity(self)))
+    def shown_of(self, parity: Parity) -> Shown:
+        """Return `shown` of the columns that a trial makes of this model; trials of other stages make the same."""
+        return self.view.once(
+            ("shown", self.sensor, self.unasked, _sameness(parity)), lambda: self.shown(*parity(self))
+        )
 
-    def gain(self, columns: FloatArray, sizes: FloatArray) -> float:
-        """Return by how much columns, shape (n, k), of prior sizes (k,), raise the log evidence of the parity.
+    def shown(self, columns: FloatArray, sizes: FloatArray) -> Shown:
+        """Return what the parity shows of columns, shape (n, k), of prior sizes (k,).
 
         A sensor that is elsewhere from the beginning is no fault that begins.
         """
+        levels, value, mean, covariance = self._beside(columns, sizes)
+        # the same noise must be open to both
+        gain = value - max(self.null[1], self._displaced, self.channel.evidence(self.X, self.sd, levels))
+        return Shown(gain, float(mean[-1]), float(np.sqrt(covariance[-1, -1])))
+
+    def weights_beside(self, columns: FloatArray, sizes: FloatArray) -> FloatArray:
+        """Return the weights of the leading profiles that foretell the sensor beside columns in its parity, shape (k,).
+
+        Here the parity is weighed by its noise, of which much is slow where a fault is not quite as the columns say:
+        that spoils weights less than least squares.
+        """
+        centre = self.expected[0]
+        return np.asarray(centre + self._beside(columns, sizes)[2][: len(centre)])
+
+    def _beside(self, columns: FloatArray, sizes: FloatArray) -> tuple[Levels, float, FloatArray, FloatArray]:
+        """Return the noise of the parity with columns in it, the evidence, coefficients and their covariance."""
         X, sd = np.column_stack([self.X, columns]), np.concatenate([self.sd, sizes])
         levels, value = self.channel.fitted(X, sd, self.null[0], 30)
-        # the same noise must be open to both
-        return value - max(self.null[1], self._displaced, self.channel.evidence(self.X, self.sd, levels))
+        return levels, value, *self.channel.solved(X, sd, levels)[1:]
 
 
 def _sameness(parity: Parity) -> Hashable:

@@ -107,6 +107,9 @@ class Trial:
         From the model of a sensor to columns in its parity, shape (m, k), and their sizes, shape (k,).
     least_parity : float
         Least log evidence of the parity: 0 where the cause need not show there.
+    in_parity : float
+        Amplitude in the parity's last column where that in the drift's is the law's own A; 0 where they are no one
+        number.
     anew : bool
         Whether errors of the thermometers are to be made anew of the mended data: all sensors are mended alike.
     advantage : float
@@ -134,6 +137,7 @@ class Trial:
     repair: Callable[[], SensorRepair] | None = None
     parity: Parity | None = None
     least_parity: float = -np.inf
+    in_parity: float = 0.0
     anew: bool = False
     advantage: float = 0.0
     most: float = np.inf

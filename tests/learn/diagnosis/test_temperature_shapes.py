@@ -61,7 +61,7 @@ def test_a_very_late_thermometer_is_named_and_the_others_speak_for_it(seed: int)
     assert np.isfinite(list(weights.values())).all()
 
 
-@pytest.mark.parametrize("seed", [3608783798556652, 1989621503300667])
+@pytest.mark.parametrize("seed", [911528681664114, 2979200033723610])
 def test_a_lag_of_half_a_minute_is_no_clock(seed: int) -> None:
     """What tells a short lag from a shifted clock is as quick as the lag: it is seen in temperatures as recorded."""
     view, answer = viewed("quiet", seed, ("thermal-lag",), 0.6)

@@ -7,6 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from hexathermal.learn.diagnosis.along_leg import smooth_along
 from hexathermal.learn.diagnosis.channels import Levels
 from hexathermal.learn.diagnosis.evidence import LEAST, Scored
 from hexathermal.learn.diagnosis.order import FEIGNED, UNSURE, Order
@@ -64,10 +65,43 @@ def test_a_drift_shows_in_its_own_parity_only(view: View) -> None:
     def gain(of: View) -> float:
         model = SensorModel(of, name)
         hours = model.means([signals.time / 3600.0 for signals in of.signals])
-        return model.gain(hours[:, None], np.array([0.2]))
+        return model.shown(hours[:, None], np.array([0.2])).gain
 
     assert gain(drifted) > 10.0
     assert gain(drifted) > gain(view) + 10.0
+
+
+def test_weights_beside_a_drift_are_not_those_of_the_fault(view: View) -> None:
+    """Others foretell a reading that walks away as it was before, three times closer than weights that follow it."""
+    name = view.base[0]
+    drifted = altered(view, name, lambda _k, s: s.dT[name] + 0.3 * s.time / 3600.0)
+    model = SensorModel(drifted, name)
+    hours = model.means([signals.time / 3600.0 for signals in drifted.signals])[:, None]
+    sound = [signals.dT[name] for signals in view.signals]
+
+    def off(weights: FloatArray) -> float:
+        pairs = zip(model.profiles, sound, strict=True)
+        return float(np.sqrt(np.mean(np.concatenate([profiles @ weights - own for profiles, own in pairs]) ** 2)))
+
+    assert off(model.weights_beside(hours, np.array([0.2]))) < off(model.weights()) / 3.0
+    shown = model.shown(hours, np.array([0.2]))
+    assert abs(shown.amplitude - 0.3) < 4.0 * shown.uncertainty < 0.15
+
+
+@pytest.mark.parametrize("bench", LEGS)
+def test_drift_and_parity_tell_of_one_error(bench: str) -> None:
+    """A thermometer that drifts errs in its parity as in the law's drift; where the zero drifts it does not."""
+    faulty, answer = viewed(bench, 11, ("sensor-drift",), 1.5)
+    zero, _ = viewed(bench, 11, ("zero-drift",), 1.5)
+    fault = drift_of_a_reading(faulty)
+    assert fault.best.trial.target == answer.targets[0]
+    assert fault.agreed > 5.0
+    assert drift_of_a_reading(zero).agreed < -1.0
+
+
+def drift_of_a_reading(view: View) -> Ranked:
+    """The sensor drift of a ranking."""
+    return next(item for item in Stage(view).step.ranking if item.cause == "sensor-drift")
 
 
 @pytest.mark.parametrize("bench", LEGS)
@@ -84,7 +118,7 @@ def test_a_fault_of_the_law_s_sensor_shows_in_no_bystander(bench: str) -> None:
             assert model is not None
             assert not set(model.others) & set(view.base)
             hours = model.means([signals.time / 3600.0 for signals in model.view.signals])
-            gains.append(model.gain(hours[:, None], np.array([0.2])))
+            gains.append(model.shown(hours[:, None], np.array([0.2])).gain)
         assert gains[1] == pytest.approx(gains[0], abs=1e-6)
 
 
@@ -102,6 +136,18 @@ def test_the_parity_alone_makes_a_fault_a_leader() -> None:
     first = next(item for item in step.ranking if item.named)
     assert (first.cause, first.best.trial.target) == ("sensor-detached", name)
     assert first.best.value < 0.0
+
+
+def test_values_are_less_sure_where_they_jump() -> None:
+    """Beside a step, as between two bodies, the spread is ten times that of places on a smooth part, and holds it."""
+    x = np.linspace(0.0, 1.0, 17)
+    values = (0.3 * x**3 + 0.5 * (x > 0.8))[:, None]
+    rest = np.flatnonzero(np.arange(17) % 4 != 1)
+    at = np.flatnonzero(np.arange(17) % 4 == 1)
+    told, spread = smooth_along(x, values, rest, x[at])
+    near = np.abs(x[at] - 0.8) < 0.1
+    assert spread[near].min() > 10.0 * spread[~near].min()
+    assert (np.abs(told - values[at]) < 3.0 * spread).all()
 
 
 @pytest.mark.parametrize("bench", LEGS)

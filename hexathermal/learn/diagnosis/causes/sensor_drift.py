@@ -50,36 +50,34 @@ def trials(bench: Workbench) -> Iterator[Trial]:
         for decay in DECAYS:
             fade = np.exp(-view.channel.run / decay)
             yield Trial(CAUSE.name, -(span * view.time / 3600.0 * fade)[:, None], sensor, "", {"decay_runs": decay},
-                        parity=partial(_parity, decay), repair=partial(_repair, model))  # fmt: skip
+                        parity=partial(_parity, decay), in_parity=1.0, repair=partial(_repair, model))  # fmt: skip
         hours = view.time / 3600.0
         for lost in view.once((CAUSE.name, sensor), partial(_lost, model)).T:
-            settings = {"decay_runs": DECAYS[0], "rate_K_per_h": -float(hours @ lost / (hours @ hours))}
+            rate = -float(hours @ lost / (hours @ hours))
+            settings = {"decay_runs": DECAYS[0], "rate_K_per_h": rate}
             yield Trial(CAUSE.name, (span * lost)[:, None], sensor, "", settings,
-                        parity=partial(_parity, DECAYS[0]), repair=partial(_repair, model))  # fmt: skip
+                        parity=partial(_parity, DECAYS[0]), in_parity=rate, repair=partial(_repair, model))  # fmt: skip
 
 
 def _lost(model: SensorModel) -> FloatArray:
-    """Return what the other sensors foretell less what is read, at once and behind a low pass, in windows, (n, 2) [K].
-
-    What they foretell is learnt beside a slope in time for each run.
-    """
-    view, at_once, late = model.view, [], []
-    for signals, told in zip(view.signals, model.foretold(nuisance=_slopes(model)), strict=True):
-        lost = told - signals.dT[model.sensor]
+    """Return what the others foretell less what is read, at once and behind a low pass, in windows, (n, 2) [K]."""
+    view, weights, at_once, late = model.view, _weights(model), [], []
+    for signals, profiles in zip(view.signals, model.profiles, strict=True):
+        lost = profiles @ weights - signals.dT[model.sensor]
         at_once.append(lost)
         late.append(Memory().low_pass("lost", signals.time, lost, SLOW_S))
     return np.column_stack([view.windows_zeroed(at_once), view.windows_zeroed(late)])
 
 
-def _slopes(model: SensorModel) -> list[FloatArray]:
-    """Return a slope in time for each run, in all rows."""
-    runs = range(len(model.view.runs))
-    return [np.outer(s.time / 3600.0, [float(i == k) for i in runs]) for k, s in enumerate(model.view.signals)]
+def _weights(model: SensorModel) -> FloatArray:
+    """Return the weights of the others' profiles, learnt beside a drift."""
+    learnt = (CAUSE.name, "weights", model.sensor)
+    return model.view.once(learnt, lambda: model.weights_beside(*_parity(DECAYS[0], model)))
 
 
 def _repair(model: SensorModel) -> SensorRepair:
     """Return the repair: the others speak for the sensor."""
-    weights = model.sensor_weights(model.weights(nuisance=_slopes(model)))
+    weights = model.sensor_weights(_weights(model))
     return SensorRepair(CAUSE.name, "detached", {"sensor": model.sensor, "weights": weights})
 
 

@@ -1,0 +1,127 @@
+"""What thermometers say of a fault of one of them, beside what the drift says."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from hexathermal.learn.diagnosis.channels import Channel, Levels
+from hexathermal.learn.diagnosis.evidence import Base, Scored
+from hexathermal.learn.diagnosis.ranking import Ranked
+from hexathermal.learn.diagnosis.sensor_model import Shown
+from hexathermal.learn.diagnosis.trials import Trial, Workbench
+
+BYSTANDERS = 8
+"""Sensors outside the law whose parity is asked for the same fault: what they show of it is chance."""
+
+USUAL, UNUSUAL = 0.8, 2.0
+"""Quantile of the bystanders, or their mean and so many of their standard deviations, that counts as chance."""
+
+MOST_PARITY = 150.0
+"""Most that the parity says for or against a fault."""
+
+FOLLOWED, LEAST_WITNESS = 5.0, 2.0
+"""What the drift says for a sensor's fault counts up to so many times what the parity says beyond so much."""
+
+AGREED = 10.0
+"""It counts up to so many times the evidence that both tell of the same error, where that is more."""
+
+
+@dataclass(frozen=True, eq=False)
+class Witnesses:
+    """The parities of thermometers, asked for what trials say of them.
+
+    Attributes
+    ----------
+    bench : Workbench
+    channel : Channel
+        The drift in windows.
+    system : function
+        From a trial to the base with it.
+    """
+
+    bench: Workbench
+    channel: Channel
+    system: Callable[[Scored], Base]
+
+    def spoken(self, trial: Trial) -> float:
+        """Return what the parity says for a trial: where it need not show there, beyond what others show."""
+        return self.parity(trial) if trial.least_parity >= 0.0 else self._gain(trial, trial.target)
+
+    def heard(self, ranked: Ranked) -> Ranked:
+        """Return a cause whose value is the evidence in the drift with that of other witnesses.
+
+        A fault of a thermometer must show against the other thermometers too: what the drift says for it counts up to
+        `FOLLOWED` times what they say beyond `LEAST_WITNESS`, or up to `AGREED` times what both say alike.
+        """
+        trial, whole = ranked.best.trial, min(ranked.value, ranked.best.trial.most)
+        parity, sure = self._parities(trial)
+        drift, agreed = whole, -np.inf
+        if trial.parity is not None and trial.least_parity < 0.0:
+            agreed = self._agreed(ranked.best, ranked.levels)
+            parity, sure = max(parity, agreed), max(sure, agreed)
+            drift = min(drift, max(FOLLOWED * (parity - LEAST_WITNESS), AGREED * agreed, 0.0))
+        elif trial.parity is not None:
+            # every thermometer is late against some other: the parity only seconds what the drift says
+            parity = min(parity, max(drift, 0.0))
+        fault = trial.least_parity < 0.0
+        return replace(ranked, value=drift + trial.advantage + parity, witness=sure * fault,
+                       both=min(drift, sure) * fault, seconded=self._gain(trial, trial.target) * fault,
+                       agreed=agreed, withheld=whole - drift)  # fmt: skip
+
+    def parity(self, trial: Trial) -> float:
+        """Return the log evidence of the parity for a trial, less what other sensors show of the same by chance."""
+        return self._parities(trial)[0]
+
+    def _parities(self, trial: Trial) -> tuple[float, float]:
+        """Return the log evidence of the parity less what others usually show, and less the most that one shows."""
+        if trial.parity is None or trial.target is None:
+            return 0.0, 0.0
+        own = self._gain(trial, trial.target)
+        others = [self._gain(trial, sensor) for sensor in self.bench.bystanders(BYSTANDERS)]
+        usual = most = 0.0
+        if others:
+            usual = max(float(np.quantile(others, USUAL)), float(np.mean(others) + UNUSUAL * np.std(others)))
+            most = max(others)
+        least = max(trial.least_parity, -MOST_PARITY)
+        beyond, sure = np.clip(own - np.maximum([usual, most], 0.0), least, MOST_PARITY).tolist()
+        return beyond, sure
+
+    def _gain(self, trial: Trial, sensor: str | None) -> float:
+        """Return the log evidence of one sensor's parity for a trial."""
+        shown = self._shown(trial, sensor)
+        return 0.0 if shown is None else shown.gain
+
+    def _shown(self, trial: Trial, sensor: str | None) -> Shown | None:
+        """Return what one sensor's parity shows of a trial."""
+        model = None if sensor is None else self.bench.model(sensor)
+        return None if model is None or trial.parity is None else model.shown_of(trial.parity)
+
+    def _agreed(self, best: Scored, levels: Levels) -> float:
+        """Return the log evidence of the parity for as large an error of a sensor as the drift says, against none.
+
+        With d +- s the error by the drift, p +- r that in the parity, and t the RMS of what the parities of bystanders
+        show of the same, ``log N(p; d, s^2 + r^2 + t^2) - log N(p; 0, r^2 + t^2)``. Minus infinity where an error in
+        the drift and one in the parity are no one number.
+        """
+        trial = best.trial
+        shown = self._shown(trial, trial.target)
+        if trial.target is None or shown is None or not trial.in_parity:
+            return -np.inf
+        base = self.system(best)
+        _, mean, covariance = self.channel.solved(base.X, base.sd, levels)
+        own = [self.bench.view.base.index(trial.target), len(mean) - 1]
+        A, fault = mean[own].tolist()
+        if not A:
+            return -np.inf
+        error = fault / A * trial.in_parity
+        slope = np.array([-error / A, trial.in_parity / A])
+        others = [self._shown(trial, sensor) for sensor in self.bench.bystanders(BYSTANDERS)]
+        scatter = [one.amplitude**2 for one in others if one is not None]
+        chance = shown.uncertainty**2 + (float(np.mean(scatter)) if scatter else 0.0)
+        both = chance + float(slope @ covariance[np.ix_(own, own)] @ slope)
+        p = shown.amplitude
+        said = 0.5 * (p**2 / chance - (p - error) ** 2 / both - np.log(both / chance))
+        return float(np.clip(said, -MOST_PARITY, MOST_PARITY))
