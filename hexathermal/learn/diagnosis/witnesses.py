@@ -25,8 +25,9 @@ MOST_PARITY = 150.0
 FOLLOWED, LEAST_WITNESS = 5.0, 2.0
 """What the drift says for a sensor's fault counts up to so many times what the parity says beyond so much."""
 
-AGREED = 10.0
-"""It counts up to so many times the evidence that both tell of the same error, where that is more."""
+AGREED, LEAST_AGREED = 10.0, 1.0
+"""Where both tell of one error, it counts up to so many times the evidence for that beyond so much: sound thermometers
+wander a little."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -54,19 +55,21 @@ class Witnesses:
         """Return a cause whose value is the evidence in the drift with that of other witnesses.
 
         A fault of a thermometer must show against the other thermometers too: what the drift says for it counts up to
-        `FOLLOWED` times what they say beyond `LEAST_WITNESS`, or up to `AGREED` times what both say alike.
+        `FOLLOWED` times what they say beyond `LEAST_WITNESS`; where both tell of one number, `AGREED` times what they say
+        alike beyond `LEAST_AGREED`.
         """
         trial, whole = ranked.best.trial, min(ranked.value, ranked.best.trial.most)
         parity, sure = self._parities(trial)
-        drift, agreed = whole, -np.inf
-        if trial.parity is not None and trial.least_parity < 0.0:
-            agreed = self._agreed(ranked.best, ranked.levels)
-            parity, sure = max(parity, agreed), max(sure, agreed)
-            drift = min(drift, max(FOLLOWED * (parity - LEAST_WITNESS), AGREED * agreed, 0.0))
+        drift, agreed = whole, self._agreed(ranked.best, ranked.levels)
+        fault = trial.parity is not None and trial.least_parity < 0.0
+        if np.isfinite(agreed):
+            parity = sure = agreed
+            drift = min(drift, AGREED * max(agreed - LEAST_AGREED, 0.0))
+        elif fault:
+            drift = min(drift, FOLLOWED * max(parity - LEAST_WITNESS, 0.0))
         elif trial.parity is not None:
             # every thermometer is late against some other: the parity only seconds what the drift says
             parity = min(parity, max(drift, 0.0))
-        fault = trial.least_parity < 0.0
         return replace(ranked, value=drift + trial.advantage + parity, witness=sure * fault,
                        both=min(drift, sure) * fault, seconded=self._gain(trial, trial.target) * fault,
                        agreed=agreed, withheld=whole - drift)  # fmt: skip

@@ -204,7 +204,7 @@ def test_probabilities_sum_to_one_and_equivalents_are_close() -> None:
 
 
 def test_a_fault_that_the_drift_alone_speaks_for_as_well_is_stated() -> None:
-    """A thermometer's fault is as good as the name given where its parity seconds it, or is too uncertain to deny it."""
+    """A thermometer's fault is as good as the name where its parity seconds it, or is too uncertain to deny it."""
     fault = ranked("sensor-drift", 18.0)
     certain = decided(step(ranked("zero-drift", 40.0), fault), LEAST)
     stated = [
