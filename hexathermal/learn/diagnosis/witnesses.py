@@ -55,8 +55,8 @@ class Witnesses:
         """Return a cause whose value is the evidence in the drift with that of other witnesses.
 
         A fault of a thermometer must show against the other thermometers too: what the drift says for it counts up to
-        `FOLLOWED` times what they say beyond `LEAST_WITNESS`; where both tell of one number, `AGREED` times what they say
-        alike beyond `LEAST_AGREED`.
+        `FOLLOWED` times what they say beyond `LEAST_WITNESS`; where both tell of one number, `AGREED` times what they
+        say alike beyond `LEAST_AGREED`.
         """
         trial, whole = ranked.best.trial, min(ranked.value, ranked.best.trial.most)
         parity, sure = self._parities(trial)
