@@ -121,7 +121,7 @@ def draw_poses(hexapod: Hexapod, count: int, share: float, way: str, generator: 
     ArgumentError
         The machine hardly reaches anything.
     """
-    width = share * ranges(hexapod)
+    width, unit = share * ranges(hexapod), np.repeat([1e-3, np.pi / 180.0], 3)
     found, left = np.zeros((count, 6)), np.arange(count)
     walk = np.zeros((count, 6))
     for k in range(1, count):
@@ -132,12 +132,12 @@ def draw_poses(hexapod: Hexapod, count: int, share: float, way: str, generator: 
             there = np.where(np.arange(6) == left[:, None] % 6, there, 0.15 * there)
         elif way == "small steps":  # what is out of reach comes nearer to home
             there = NEARER**round_ * walk[left]
-        good = reachable(hexapod, width * there)
-        found[left[good]] = width * there[good]
+        told = np.round(width * there / unit, DECIMALS) * unit
+        good = reachable(hexapod, told)
+        found[left[good]] = told[good]
         left = left[~good]
         if not left.size:
-            unit = np.repeat([1e-3, np.pi / 180.0], 3)
-            return np.asarray(np.round(found / unit, DECIMALS) * unit)
+            return found
     raise ArgumentError(f"machine {hexapod.name!r} reaches hardly anything about home")
 
 
