@@ -23,7 +23,7 @@ def _constant(value: Any) -> Callable[..., Any]:
 
 
 def _without_parity() -> list[Any]:
-    """The drift alone speaks, with order and clocks."""
+    """What the other thermometers say of one is not asked: the drift alone speaks, with order and clocks."""
     from hexathermal.learn.diagnosis.witnesses import Witnesses
 
     def drift_alone(_witnesses: Any, ranked: Any) -> Any:
@@ -44,11 +44,6 @@ def _exact_thermometers() -> list[Any]:
     law_alone = cached_property(plain)
     law_alone.__set_name__(Stage, "base")
     return [patch.object(Stage, "base", law_alone), *_without_parity()]
-
-
-def _no_parity() -> list[Any]:
-    """What the other thermometers say of one is not asked."""
-    return _without_parity()
 
 
 def _noise_of_the_null() -> list[Any]:
@@ -119,7 +114,7 @@ def _no_gain_gate() -> list[Any]:
 SWITCHES: dict[str, Callable[[], list[Any]]] = {
     "the whole method": list,
     "thermometers taken as exact": _exact_thermometers,
-    "no parity of the sensors": _no_parity,
+    "no parity of the sensors": _without_parity,
     "noise not fitted again for leaders": _noise_of_the_null,
     "null without tolerance": _no_tolerance,
     "no clocks against motion": _no_timing,
