@@ -230,9 +230,13 @@ def _asked_again(course: Course) -> Course:
 
 
 def _tolerant(stage: Stage, threshold: float) -> Stage:
-    """Return a stage whose null tolerates what leads but may be feigned by thermometers, where less leads behind it."""
+    """Return a stage whose null tolerates what leads but may be feigned by thermometers, where less leads behind it.
+
+    What leads only by columns of single runs, which a slow noise imitates, is not among what leads.
+    """
     for _turn in range(MOST_TOLERATED):
-        ranking = stage.step.ranking
+        ranking = [item for item in stage.step.ranking
+                   if not item.best.trial.starts or item.value - item.best.trial.doubt >= threshold]  # fmt: skip
         top = ranking[0]
         feigned = top.gated < threshold <= top.value and top.best.trial.columns.shape[1] > 0
         if not feigned or all(item.gated < threshold for item in ranking):
