@@ -192,23 +192,30 @@ def _standing_off(values: FloatArray, noise: FloatArray, burst: Flags, strict: F
         usual = np.median(np.delete(steps[:, HALF_WINDOW - 5 : HALF_WINDOW + 5], [4, 5], axis=1), axis=1)
         size = off[rows, columns]
         sharp = (size > SPIKE_STEPS * usual) | (one_row > SPIKE_LEAP * size) | burst[rows, columns]
-        there_and_back = _one_row_each(around, np.sign(over[rows, columns]))
-        # at the ends what is mirrored would always leap back
-        inside = (rows >= 3) & (rows < n - 3)
-        returned = ((there_and_back > SPIKE_RETURN * size) & inside) | ~strict[rows, columns]
+        back = _part_in_one_row_each(around, np.sign(over[rows, columns]), size, rows, n - 1 - rows)
+        returned = (back > SPIKE_RETURN) | ~strict[rows, columns]
         found[rows, columns] = (size > allowed) & (one_row > SPIKE_ABRUPT * size) & sharp & returned
     return np.asarray(found)
 
 
-def _one_row_each(around: FloatArray, sign: FloatArray) -> FloatArray:
+def _part_in_one_row_each(
+    around: FloatArray, sign: FloatArray, size: FloatArray, before: npt.NDArray[np.int64], behind: npt.NDArray[np.int64]
+) -> FloatArray:
     """Return the smaller of the largest steps out to the middle column's value and back, three rows on either side.
 
-    0 where the row before or behind stands off farther: a flank.
+    As a part of what it stands off; 0 where the row before or behind stands off farther: a flank. So many rows before
+    and behind are real: what is mirrored at an end would always leap back, and stands off too little. The first and
+    the last row have one side, which speaks alone.
     """
     rise = sign[:, None] * np.diff(around, axis=1)
     out, back = rise[:, HALF_WINDOW - 3 : HALF_WINDOW], -rise[:, HALF_WINDOW : HALF_WINDOW + 3]
     top = (out[:, -1] >= 0.0) & (back[:, 0] >= 0.0)
-    return np.asarray(np.where(top, np.minimum(out.max(axis=1), back.max(axis=1)), 0.0))
+    away = np.arange(1, 4)
+    sides = np.array([np.where(away[::-1] <= before[:, None], out, -np.inf).max(axis=1),
+                      np.where(away <= behind[:, None], back, -np.inf).max(axis=1)])  # fmt: skip
+    smaller, larger = np.where((before > 0) & (behind > 0), sides.min(axis=0), sides.max(axis=0)), sides.max(axis=0)
+    whole = np.where(np.minimum(before, behind) < len(away), np.maximum(size, larger), size)
+    return np.asarray(np.where(top, smaller, 0.0) / whole)
 
 
 def jumping_ahead(time: FloatArray, latest: float) -> Flags:

@@ -12,6 +12,7 @@ from hexathermal.learn.campaign import joined
 from hexathermal.learn.campaign_faults import CampaignError
 from hexathermal.learn.campaign_files import load_campaign
 from hexathermal.learn.cleaning import usable_blocks, used_run
+from hexathermal.learn.cleaning_rules import noise_of, spikes_in
 
 from .campaign_folders import (
     A_PER_K,
@@ -336,6 +337,20 @@ def test_heat_that_leaps_and_fades_where_the_rod_moves_is_no_spike(tmp_path: Pat
     _, record = cleaned(tmp_path, edit)
     assert record.count("spike", "T02_degC") == 0
     assert record.count("spike") == record.count("spike", "T03_degC") == 1
+
+
+@pytest.mark.parametrize("row", [0, 1, 2, -3, -2, -1])
+def test_spikes_of_the_first_and_last_rows_are_found_where_the_rod_moves(row: int) -> None:
+    """A spike in one of a run's first or last three rows goes, where the rod moves there as elsewhere: of the outermost
+    row nobody sees whether it comes back. Heat that leaps in the last row but two and fades by half a row stays.
+    """
+    noise = 0.04 * np.random.default_rng(7).standard_normal((200, 1))
+    values, moving = 22.0 + noise, np.ones((200, 1), dtype=bool)
+    values[row] += 3.0
+    assert np.flatnonzero(spikes_in(values, noise_of(values), moving)).tolist() == [row % 200]
+    heated = 22.0 + noise
+    heated[-3:, 0] += [3.0, 1.5, 0.75]
+    assert not spikes_in(heated, noise_of(heated), moving).any()
 
 
 @pytest.mark.parametrize(("step", "noise_K"), [(0.1, 0.01), (0.1, 0.03), (1e-3, 0.0)])
