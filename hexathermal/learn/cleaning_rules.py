@@ -31,14 +31,15 @@ SPIKE_LOCAL = 4.0
 """by more than so many noises of the 21 rows around it, where these are restless,"""
 
 SPIKE_ROWS_OF_SLOPE = 4.0
-"""and, beyond that, by what the steeper slope before or behind makes in so many rows: corners are no spikes;"""
+"""and, beyond that, by what the slope before makes in so many rows: corners are no spikes;"""
 
 SPIKE_ABRUPT = 0.5
 """and at least this share of it is made in one row: bumps are no spikes;"""
 
 SPIKE_RETURN = 0.7
 """Where the rod moves, and of weather, this share of it both on the way out and on the way back, each in one row: what
-leaps and then fades, as beside a nut that comes to rest there, is heat."""
+leaps and then fades, as beside a nut that comes to rest there, is heat. Of the last row only the way out is seen; the
+first row, from which all others count, stays."""
 
 SPIKE_STEPS = 5.4
 """It stands off by more than so many median steps from row to row of the ten rows around it: where a value swings, as a
@@ -59,8 +60,8 @@ MARGIN = 64
 SPIKE_RULE = (
     "off the medians of 5 rows before and of 5 rows behind, on the same side and abruptly, by more than "
     f"{SPIKE_NOISES:g} noises of the channel ({SPIKE_LOCAL:g} of the {2 * HALF_WINDOW + 1} rows around) and "
-    f"{SPIKE_ROWS_OF_SLOPE:g} rows of the slope, and {SPIKE_STEPS:g} steps from row to row; where the rod moves, "
-    "and of weather, out and back in one row each"
+    f"{SPIKE_ROWS_OF_SLOPE:g} rows of the slope before, and {SPIKE_STEPS:g} steps from row to row; where the rod "
+    "moves, and of weather, out and back in one row each"
 )
 WEATHER_RULE = "outside the range of any air (-40 to 100 degC, 100 to 1400 hPa, 0 to 100 %), or 9999 and the like"
 CODE_RULE = f"below {COLDEST_DEGC:g} degC or above {HOTTEST_DEGC:g} degC, or 9999 and the like: a logger's missing code"
@@ -181,11 +182,10 @@ def _standing_off(values: FloatArray, noise: FloatArray, burst: Flags, strict: F
     rows, columns = np.nonzero(found)
     if rows.size:
         around = padded[rows[:, None] + np.arange(2 * HALF_WINDOW + 1), columns[:, None]]
-        slopes = [fives[rows, columns] - before[rows, columns], fives[rows + 11, columns] - behind[rows, columns]]
-        steeper = np.max(np.abs(slopes), axis=0) / 5.0
+        slope = np.abs(fives[rows, columns] - before[rows, columns]) / 5.0
         bend = around[:, 1:-1] - 0.5 * (around[:, :-2] + around[:, 2:])
         local = TO_SIGMA * np.median(np.abs(bend), axis=1) / np.sqrt(1.5)
-        allowed = np.maximum(SPIKE_NOISES * noise[columns], SPIKE_LOCAL * local) + SPIKE_ROWS_OF_SLOPE * steeper
+        allowed = np.maximum(SPIKE_NOISES * noise[columns], SPIKE_LOCAL * local) + SPIKE_ROWS_OF_SLOPE * slope
         allowed *= np.where((rows < EDGE_ROWS) | (rows >= n - EDGE_ROWS), EDGE_FACTOR, 1.0)
         steps = np.abs(np.diff(around, axis=1))
         one_row = steps[:, HALF_WINDOW - 1 : HALF_WINDOW + 1].max(axis=1)
@@ -204,8 +204,8 @@ def _part_in_one_row_each(
     """Return the smaller of the largest steps out to the middle column's value and back, three rows on either side.
 
     As a part of what it stands off; 0 where the row before or behind stands off farther: a flank. So many rows before
-    and behind are real: what is mirrored at an end would always leap back, and stands off too little. The first and
-    the last row have one side, which speaks alone.
+    and behind are real: what is mirrored at an end would always leap back, and stands off too little. For the last row
+    the way out speaks alone, since nobody sees whether it comes back; the first may be cold before heat that stays: 0.
     """
     rise = sign[:, None] * np.diff(around, axis=1)
     out, back = rise[:, HALF_WINDOW - 3 : HALF_WINDOW], -rise[:, HALF_WINDOW : HALF_WINDOW + 3]
@@ -213,9 +213,9 @@ def _part_in_one_row_each(
     away = np.arange(1, 4)
     sides = np.array([np.where(away[::-1] <= before[:, None], out, -np.inf).max(axis=1),
                       np.where(away <= behind[:, None], back, -np.inf).max(axis=1)])  # fmt: skip
-    smaller, larger = np.where((before > 0) & (behind > 0), sides.min(axis=0), sides.max(axis=0)), sides.max(axis=0)
-    whole = np.where(np.minimum(before, behind) < len(away), np.maximum(size, larger), size)
-    return np.asarray(np.where(top, smaller, 0.0) / whole)
+    smaller = np.where(behind > 0, sides.min(axis=0), sides[0])
+    whole = np.where(np.minimum(before, behind) < len(away), np.maximum(size, sides.max(axis=0)), size)
+    return np.asarray(np.where(top & (before > 0), smaller, 0.0) / whole)
 
 
 def jumping_ahead(time: FloatArray, latest: float) -> Flags:

@@ -232,7 +232,7 @@ def _asked_again(course: Course) -> Course:
 def _tolerant(stage: Stage, threshold: float) -> Stage:
     """Return a stage whose null tolerates what leads but may be feigned by thermometers, where less leads behind it.
 
-    What leads only by columns of single runs, which a slow noise imitates, is not among what leads.
+    What leads only by its own starts of each run, which a slow noise imitates, is not among what leads.
     """
     for _turn in range(MOST_TOLERATED):
         ranking = [item for item in stage.step.ranking
