@@ -16,6 +16,7 @@ from hexathermal.learn.diagnosis.causes import catalogue
 from hexathermal.learn.diagnosis.chance import chance_threshold
 from hexathermal.learn.diagnosis.deciding import Decision, decided, together
 from hexathermal.learn.diagnosis.evidence import LEAST, Scored, beside, screened, stacked_columns
+from hexathermal.learn.diagnosis.exchange import rival_beside
 from hexathermal.learn.diagnosis.foresight import LEAST_SHARE, denied, part_saved, tells_of_one_run, worth
 from hexathermal.learn.diagnosis.pruning import pruned
 from hexathermal.learn.diagnosis.ranking import Ranked, Step
@@ -159,21 +160,17 @@ def searched(
     said(1, MOST_EFFECTS + 2, "trying causes")
     threshold = _threshold(first)
     stage = _tolerant(stage, threshold)
-    step = stage.step
-    steps, found, stages, refused = [step], list[Found](), list[Stage](), list[Ranked]()
-    alone = decided(step, threshold)
+    steps, found, stages, refused = [stage.step], list[Found](), list[Stage](), list[Ranked]()
+    alone = decided(steps[0], threshold)
     decision = _two_for(stage, alone, threshold)
     given_for_two = decision is not alone
+    other: Decision | None = None
     while len(found) < MOST_EFFECTS:
         leader = _leader(stage, decision, threshold + LATER * bool(found), first=not found)
-        if leader is None or (found and decision.probability < LATER_SURE):
-            break
-        if found and tells_of_one_run(leader) and leader.gated < threshold + UNSEEN:
-            break
-        if found and leader.value < threshold + LATER + _mopped_up(leader, found):
+        if leader is None or (found and (decision.probability < LATER_SURE or _too_faint(leader, found, threshold))):
             break
         after = stage.with_effect(leader.best)
-        pays, joins = worth(stage, after, leader, later=bool(found))
+        pays, joins = (True, True) if decision is other else worth(stage, after, leader, later=bool(found))
         if not pays and (found or leader.witness < PROVEN):
             if found:
                 break
@@ -182,23 +179,34 @@ def searched(
                 break
             refused.append(leader)
             stage = _tolerant(stage.without(leader.best), threshold)
-            steps[0] = step = stage.step
-            decision = decided(step, threshold)
+            steps[0] = stage.step
+            decision = decided(steps[0], threshold)
             continue
         stages.append(stage)
         found.append(Found(leader, decision, joins, *stage.amplitudes(leader)))
         if not joins:
             break
+        if len(found) == 2 and other is None:
+            other = rival_beside(stages[0], found[0].ranked, leader.best, threshold)
+            if other is not None:  # the first name is another one: once more from there
+                stage, decision = stages[0], other
+                steps, stages, found = steps[:1], [], []
+                continue
         stage = _tolerant(_with_kin(_refined(stage, after, leader, threshold), stage, leader), threshold + LATER)
         said(1 + len(found), MOST_EFFECTS + 2, f"{leader.cause} named; trying what is left")
-        step = stage.step
-        steps.append(step)
-        decision = decided(step, threshold + LATER)
+        steps.append(stage.step)
+        decision = decided(steps[-1], threshold + LATER)
     if given_for_two and len(found) == 1:  # the other one did not stand: something nameless led
         stage, steps, stages, found, decision = stages[0], steps[:1], [], [], alone
     end = _not_denied(stage, decision)
-    course = Course(first, stage, tuple(stages), tuple(steps), tuple(found), end, threshold, tuple(refused))
-    return _asked_again(course)
+    return _asked_again(Course(first, stage, tuple(stages), tuple(steps), tuple(found), end, threshold, tuple(refused)))
+
+
+def _too_faint(leader: Ranked, found: Sequence[Found], threshold: float) -> bool:
+    """Return whether a later cause says too little."""
+    if tells_of_one_run(leader) and leader.gated < threshold + UNSEEN:
+        return True
+    return leader.value < threshold + LATER + _mopped_up(leader, found)
 
 
 def _not_denied(stage: Stage, decision: Decision) -> Decision:
