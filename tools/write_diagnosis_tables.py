@@ -77,6 +77,7 @@ CONSTANTS = {
         "FEWEST_ALIKE",
         "LEAST_SCATTER",
     ),
+    "exchange": ("RIVAL", "AHEAD"),
     "pruning": ("LEAST_HARM",),
     "stage": ("LARGEST", "TAKEN_BACK"),
     "limits": ("CLOSE",),
