@@ -6,38 +6,45 @@ whitened data a draw is a vector of independent normal numbers, so that hundreds
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from hexathermal.learn.diagnosis.channels import Channel, Levels
-from hexathermal.learn.diagnosis.evidence import RHO, Base, mean_log, null_of, stacked, terms_of
+from hexathermal.learn.diagnosis.evidence import RHO, Base, Terms, mean_log, null_of, stacked, terms_of
 from hexathermal.learn.diagnosis.trials import Trial
 from hexathermal.poses import FloatArray
 
 DRAWS = 120
+MOST_COLUMNS = 2
+"""Trials of more columns are few, and chance says less for each."""
+
 FALSE_ALARMS = 0.01
 """Part of the campaigns with nothing in them in which chance may reach the threshold."""
 
 
 def chance_threshold(
-    channel: Channel, base: Base, levels: Levels, trials: list[Trial], largest: float, seed: int
-) -> float:
+    channel: Channel, base: Base, levels: Levels, trials: list[Trial], largest: float, seed: int,
+    terms: Sequence[Terms] | None = None,
+) -> float:  # fmt: skip
     """Return the log evidence that the best of all trials passes in `FALSE_ALARMS` of campaigns with nothing in them.
 
     The maxima of the draws follow Gumbel's law; its quantile is taken, since draws are few.
 
     Parameters
     ----------
-    channel, base, levels, trials, largest
+    channel, base, levels, trials, largest, terms
         As `hexathermal.learn.diagnosis.evidence.screened`.
     seed : int
     """
-    terms = terms_of(base, [trial for trial in trials if trial.columns.shape[1] <= 2])
-    if not terms:
+    found = terms_of(base, trials) if terms is None else terms
+    few = [own for own in found if own.rms.shape[1] <= MOST_COLUMNS]
+    if not few:
         return 0.0
     null = null_of(channel, base, levels)
     left = null.left(np.random.default_rng(seed).standard_normal((len(channel), DRAWS)))
     families: dict[str, list[FloatArray]] = {}
-    for own in terms:
+    for own in few:
         stack = stacked(channel, null, own, left, levels, largest)
         values = mean_log(np.array([stack.log_bayes(rho) for rho in RHO]))
         for trial, drawn in zip(own.trials, values, strict=True):

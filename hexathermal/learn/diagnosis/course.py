@@ -221,7 +221,8 @@ def _threshold(first: Stage) -> float:
     """Return the log evidence that a name needs in a campaign: what chance says of its noise now and then, or more."""
     channel, search = first.channel, first.search
     seed = int.from_bytes(hashlib.sha256(channel.y.tobytes()).digest()[:4], "little")
-    return max(LEAST, chance_threshold(channel, first.base, first.step.levels, search.trials, search.largest, seed))
+    levels, terms = first.step.levels, search.terms
+    return max(LEAST, chance_threshold(channel, first.base, levels, search.trials, search.largest, seed, terms))
 
 
 def _asked_again(course: Course) -> Course:
@@ -334,9 +335,10 @@ def _leader(stage: Stage, decision: Decision, threshold: float, *, first: bool) 
         leader = others[0] if others else None
     if leader is None or leader.cause != REPEATED:
         return leader
+    again = [trial for trial in stage.trials_left if trial.cause == REPEATED]
     scored = [
-        item for item in stage.search.scored(stage.step.levels, stage.trials_left)
-        if item.trial.cause == REPEATED and item.gated >= threshold and item.value >= STANDING * leader.value
+        item for item in stage.search.scored(stage.step.levels, again)
+        if item.gated >= threshold and item.value >= STANDING * leader.value
     ]  # fmt: skip
     targets: dict[str | None, Scored] = {leader.best.trial.target: leader.best}
     for item in sorted(scored, key=lambda item: -item.value):

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from itertools import pairwise
@@ -24,7 +24,7 @@ from hexathermal.learn.diagnosis.evidence import (
 )
 from hexathermal.learn.diagnosis.ranking import Ranked, Step
 from hexathermal.learn.diagnosis.rivals import nameless_bounded, with_a_misfit
-from hexathermal.learn.diagnosis.trials import PREFIX, Trial, Workbench
+from hexathermal.learn.diagnosis.trials import PREFIX, Item, Trial, Workbench
 from hexathermal.learn.diagnosis.unexplained import THERMAL, flexible_trials
 from hexathermal.learn.diagnosis.witnesses import Witnesses
 from hexathermal.poses import FloatArray
@@ -95,6 +95,11 @@ class Search:
         """The parities of the thermometers."""
         return Witnesses(self.bench, self.channel, self.system)
 
+    @cached_property
+    def terms(self) -> list[Terms]:
+        """All trials that add columns, as every noise meets them."""
+        return terms_of(self.base, self.trials)
+
     def scored(self, levels: Levels, trials: list[Trial], terms: list[Terms] | None = None) -> list[Scored]:
         """Return trials with their evidence at one noise; `terms` are those of them, where they were made before."""
         return self._borne_out(screened(self.channel, self.base, levels, trials, self.largest, terms), levels)
@@ -131,7 +136,7 @@ class Search:
         """Return the ranking of trials over the present base."""
         levels, null = self.channel.fitted(self.base.X, self.base.sd, begin)
         ranked: dict[str, Ranked] = {}
-        terms = terms_of(self.base, trials)
+        terms = self.terms if trials == self.trials else terms_of(self.base, trials)
         for _again in range(2):
             scored = self._closer(self.scored(levels, trials, terms), levels, null)
             families = _families(scored)
@@ -244,7 +249,31 @@ class Search:
         if all(item.trial.parity is None for item in own):
             return best
         top = sorted(own, key=lambda item: (not item.trial.asked, -item.value))[:MOST_WITNESSED]
-        return max(top, key=lambda item: item.value + self.witnesses.spoken(item.trial))
+        return most_valued(top, lambda item: item.value + self.witnesses.most_spoken(item.trial),
+                           lambda item: item.value + self.witnesses.spoken(item.trial))  # fmt: skip
+
+
+def most_valued(items: Sequence[Item], most: Callable[[Item], float], value: Callable[[Item], float]) -> Item:
+    """Return the first item of the largest value; where what it is worth at most is less, it is not asked its value.
+
+    Parameters
+    ----------
+    items : sequence
+        One or more.
+    most : function
+        From an item to a bound of its value from above, which is cheap.
+    value : function
+    """
+    bounds = [most(item) for item in items]
+    order = sorted(range(len(items)), key=lambda k: -bounds[k])
+    best, found = order[0], value(items[order[0]])
+    for k in order[1:]:
+        if bounds[k] < found:
+            break
+        own = value(items[k])
+        if own > found or (own == found and k < best):
+            best, found = k, own
+    return items[best]
 
 
 def all_trials(bench: Workbench) -> list[Trial]:

@@ -191,11 +191,16 @@ class SensorModel:
     @cached_property
     def innovation(self) -> FloatArray:
         """The parity and its slow part in windows of the drift, shape (n, 2) [K]: the law may believe them or not."""
+        return self.view.windows_zeroed(self.doubted)
+
+    @cached_property
+    def doubted(self) -> list[FloatArray]:
+        """The parity and its slow part in all rows of each run, shape (n, 2) [K]."""
         found = []
         for signals, own, told in zip(self.view.signals, self.own, self.foretold(), strict=True):
             slow = smoothed(signals.time, (own - told)[:, None], SLOW_PARITY_S)[:, 0]
             found.append(np.column_stack([own - told, slow]))
-        return np.column_stack([self.view.windows_zeroed([both[:, k] for both in found]) for k in range(2)])
+        return found
 
     @cached_property
     def windows(self) -> list[np.ndarray]:

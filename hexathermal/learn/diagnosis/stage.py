@@ -14,6 +14,7 @@ from hexathermal.learn.diagnosis.channels import Channel, Levels
 from hexathermal.learn.diagnosis.evidence import Base, Scored
 from hexathermal.learn.diagnosis.foresight import FAINT, repeated
 from hexathermal.learn.diagnosis.ranking import Ranked, Step
+from hexathermal.learn.diagnosis.read_later import read_later
 from hexathermal.learn.diagnosis.recorded import silent_inputs, silent_sensors, without_inputs
 from hexathermal.learn.diagnosis.search import FORETOLD, REPEATED, TWINS, Search, all_trials, base_sizes
 from hexathermal.learn.diagnosis.sensor_model import SensorModel, sensor_model
@@ -153,7 +154,7 @@ class Stage:
         assert trial.repair is not None  # of trials that mend data alone
         repair = trial.repair()
         same = ("told", repair.kind, repr(sorted(repair.parameters.items())))
-        told = self.view.once(same, lambda: _told_after(self.view, repair))
+        told = self.view.once(same, lambda: _told_after(self.view, repair, self.bench.model))
         X, sizes = self._with_joined(told.law)
         _, mean, _ = self.channel.solved(X, sizes, self.levels)
         bench = Workbench(self.view, mean[: told.law.shape[1]], self.levels.rms, self.models)
@@ -311,10 +312,23 @@ def told_by(view: View, model: Callable[[str], SensorModel | None]) -> Told:
     return Told(view.base_columns, tuple(np.column_stack(both) for both in zip(parity, quick, strict=True)))
 
 
-def _told_after(view: View, repair: SensorRepair) -> Told:
-    """Return what the thermometers tell once data are mended; the mended data themselves are not kept."""
-    after = _mended(view, repair)
-    return told_by(after, lambda sensor: sensor_model(after, sensor))
+def _told_after(view: View, repair: SensorRepair, model: Callable[[str], SensorModel | None]) -> Told:
+    """Return what the thermometers tell once data are mended; the mended data themselves are not kept.
+
+    Where all of them are read at another time, so is what the law may rather not believe of each.
+    """
+    if repair.kind != "clock":
+        after = _mended(view, repair)
+        return told_by(after, lambda sensor: sensor_model(after, sensor))
+    temperatures, doubts = [], []
+    for sensor in view.base:
+        one = model(sensor)
+        parts = [view.tables([sensor]), *([] if one is None else [one.doubted]), view.bands(sensor)]
+        rows = [np.column_stack(own) for own in zip(*parts, strict=True)]
+        later = read_later(view, rows, float(repair.parameters["offset_s"]))
+        temperatures.append(later[:, 0])
+        doubts.append(later[:, 1:])
+    return Told(view.base_of(temperatures), tuple(doubts))
 
 
 def _mended(view: View, repair: SensorRepair) -> View:

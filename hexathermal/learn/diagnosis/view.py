@@ -315,19 +315,15 @@ class View:
 
     def recorded(self, sensor: str) -> FloatArray:
         """Return a sensor's temperature as recorded, in windows [K]."""
-        return self.windows_zeroed([rows.signals.dT[sensor] for rows in self.runs])
+        return self.windows_zeroed([rows.signals.dT[sensor] for rows in self.runs])[:, 0]
 
     def span(self, ratio: float) -> FloatArray:
         """Return ``q0 + ratio q`` in windows [m]; 1 for a component."""
         return np.asarray(self.length + ratio * self.q)
 
     def windows_zeroed(self, values: Sequence[FloatArray]) -> FloatArray:
-        """Return means over windows of rows' values less those of the zero, shape (n,)."""
-        return self.windows(self._zeroed(values))[:, 0]
-
-    def shifted(self, sensor: str, offset: float) -> FloatArray:
-        """Return a sensor's temperature read `offset` seconds later, in windows [K]."""
-        return self.windows_zeroed([np.interp(s.time + offset, s.time, s.dT[sensor]) for s in self.signals])
+        """Return means over windows of rows' values, run after run, less those of the zero, shape (n, k)."""
+        return self.windows(self._zeroed(values))
 
     @cached_property
     def base_columns(self) -> FloatArray:
@@ -339,16 +335,20 @@ class View:
 
         It is noise of readings and quick warming; smoothing is symmetric in time and knows no lag.
         """
-        return self.once(("quick", sensor), lambda: self._quick(sensor))
+        return self.once(("quick", sensor), lambda: self.windows_zeroed(self.bands(sensor)))
 
-    def _quick(self, sensor: str) -> FloatArray:
-        """Return what `quick` keeps."""
-        bands = []
+    def bands(self, sensor: str) -> list[FloatArray]:
+        """Return what `quick` takes the means of, in all rows of each run, shape (n, 3) [K]."""
+        return self.once(("bands", sensor), lambda: self._bands(sensor))
+
+    def _bands(self, sensor: str) -> list[FloatArray]:
+        """Return what `bands` keeps."""
+        found = []
         for rows, signals in zip(self.runs, self.signals, strict=True):
             raw, once = rows.signals.dT[sensor], signals.dT[sensor]
             longer = [smoothed(signals.time, raw[:, None], over)[:, 0] for over in LONGER_S]
-            bands.append([raw - once, once - longer[0], longer[0] - longer[1]])
-        return np.column_stack([self.windows_zeroed([band[k] for band in bands]) for k in range(3)])
+            found.append(np.column_stack([raw - once, once - longer[0], longer[0] - longer[1]]))
+        return found
 
     @cached_property
     def taken_back(self) -> FloatArray:

@@ -51,6 +51,11 @@ class Witnesses:
         """Return what the parity says for a trial: where it need not show there, beyond what others show."""
         return self.parity(trial) if trial.least_parity >= 0.0 else self._gain(trial, trial.target)
 
+    def most_spoken(self, trial: Trial) -> float:
+        """Return the most that `spoken` may be, without asking other thermometers."""
+        own = self._gain(trial, trial.target)
+        return own if trial.least_parity < 0.0 else float(np.clip(own, trial.least_parity, MOST_PARITY))
+
     def heard(self, ranked: Ranked) -> Ranked:
         """Return a cause whose value is the evidence in the drift with that of other witnesses.
 
@@ -83,6 +88,8 @@ class Witnesses:
         if trial.parity is None or trial.target is None:
             return 0.0, 0.0
         own = self._gain(trial, trial.target)
+        if own <= trial.least_parity == 0.0:  # whatever others show
+            return 0.0, 0.0
         others = [self._gain(trial, sensor) for sensor in self.bench.bystanders(BYSTANDERS)]
         usual = most = 0.0
         if others:

@@ -77,7 +77,7 @@ def test_smoothing_takes_most_of_what_a_short_lag_does() -> None:
     truth, _ = campaign_of("quiet", 7610505900638302, causes=("thermal-lag",), strength=0.8)
     runs = [run for run in truth.runs if run.role == "identification"]
     told = [np.interp(signals.time, run.time, run.effect) for signals, run in zip(view.signals, runs, strict=True)]
-    true = beside(view.windows_zeroed(told)[:, None], view.base_columns)[:, 0]
+    true = beside(view.windows_zeroed(told), view.base_columns)[:, 0]
     seen = [beside(of.columns("lag", lag), view.base_columns)[:, 0] for of in (view, view.as_recorded)]
     smooth, recorded = (np.corrcoef(one, true)[0, 1] ** 2 for one in seen)
     assert recorded > 0.97

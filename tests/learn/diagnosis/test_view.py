@@ -7,9 +7,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from hexathermal.learn.diagnosis.read_later import read_later
 from hexathermal.learn.diagnosis.smoothing import smoothed
-from hexathermal.learn.diagnosis.stage import Stage
+from hexathermal.learn.diagnosis.stage import Stage, mended
 from hexathermal.learn.diagnosis.view import EDGES_S, LONGEST_S, View, pieces_of
+from hexathermal.machine.leg_repairs import SensorRepair
 from hexathermal.machine.leg_terms import term_columns
 from tests.learn.diagnosis.campaigns import viewed
 
@@ -157,8 +159,9 @@ def test_temperatures_count_from_the_zero(view: View) -> None:
 def test_reading_later_is_a_shift(view: View) -> None:
     """A sensor read 0 s later is itself; two minutes later, what comes then, less the same at the zero."""
     name, at = view.base[0], 0
-    np.testing.assert_allclose(view.shifted(name, 0.0), view.temperatures(name), atol=1e-9)
-    moved = view.shifted(name, 120.0)
+    rows = view.tables([name])
+    np.testing.assert_allclose(read_later(view, rows, 0.0)[:, 0], view.temperatures(name), atol=1e-9)
+    moved = read_later(view, rows, 120.0)[:, 0]
     for signals, piece in zip(view.signals, view.pieces, strict=True):
         time = signals.time
         later = piece.means(np.interp(time + 120.0, time, signals.dT[name]))
@@ -168,13 +171,37 @@ def test_reading_later_is_a_shift(view: View) -> None:
         assert np.ptp(own) > 0.0
 
 
+@pytest.mark.parametrize("offset", [-400.0, -45.0, 7.0, 150.0])
+def test_reading_later_is_what_the_repair_of_a_clock_reads(view: View, offset: float) -> None:
+    """Smoothed temperatures shifted are the smoothed ones of mended data, but for errors of reading at ends of runs."""
+    repair = SensorRepair("clock-offset", "clock", {"offset_s": offset})
+    mended_view = replace(view, runs=tuple(mended(rows, repair) for rows in view.runs))
+    for name in view.sensors:
+        found = read_later(view, view.tables([name]), offset)[:, 0]
+        told = mended_view.temperatures(name)
+        apart = found - told
+        # a zero is one row, and its error stays in the run
+        apart -= np.array([apart[view.channel.run == k].mean() for k in range(len(view.runs))])[view.channel.run]
+        assert np.sqrt((apart**2).mean()) < 0.03 * told.std(), name
+
+
+def test_temperatures_of_a_campaign_with_one_zero_are_read_later_from_there(view: View) -> None:
+    """Where all runs count from one zero, that one is read later too: 0 s later is now, and steady warming stays."""
+    one = replace(view, zeroed_by_run=False)
+    for offset in (0.0, 300.0):
+        warming = [signals.time[:, None] * 1e-4 + 3.0 for signals in one.signals]
+        np.testing.assert_allclose(
+            read_later(one, warming, offset)[:10], one.windows_zeroed(warming)[:10], rtol=0, atol=1e-9
+        )
+
+
 def test_what_had_not_come_to_rest_decays_in_its_own_run(view: View) -> None:
     """One column for each run, ``exp(-t / tau)`` less what it was at the zero, and nothing in any other run."""
     tau = 3600.0
     starts = view.starts(tau)
     run = view.channel.run
     assert starts.shape == (len(run), len(view.runs))
-    decays = view.windows_zeroed([np.exp(-rows.signals.time / tau) for rows in view.runs])
+    decays = view.windows_zeroed([np.exp(-rows.signals.time / tau) for rows in view.runs])[:, 0]
     assert starts[np.arange(len(run)), run] == pytest.approx(decays, abs=0.02)
     assert np.abs(starts).sum() == pytest.approx(np.abs(starts[np.arange(len(run)), run]).sum())
 

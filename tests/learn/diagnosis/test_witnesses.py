@@ -6,12 +6,15 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 
 from hexathermal.learn.diagnosis.along_leg import smooth_along
 from hexathermal.learn.diagnosis.channels import Levels
 from hexathermal.learn.diagnosis.evidence import LEAST, Scored
 from hexathermal.learn.diagnosis.order import FEIGNED, UNSURE, Order
 from hexathermal.learn.diagnosis.ranking import Ranked
+from hexathermal.learn.diagnosis.search import most_valued
 from hexathermal.learn.diagnosis.sensor_model import FEWEST_OTHERS, SensorModel, sensor_model
 from hexathermal.learn.diagnosis.stage import Stage
 from hexathermal.learn.diagnosis.timing import Timing
@@ -230,3 +233,29 @@ def test_a_clock_is_looked_for_on_mended_data(bench: str, seed: int) -> None:
     assert best.cause == "clock-offset"
     # the generator reads a clock later by its offset, the repair reads it earlier again
     assert best.best.trial.parameters["offset_s"] == pytest.approx(-answer.parameters[0]["offset"], rel=0.2)
+
+
+@settings(deadline=None)
+@given(st.lists(st.tuples(st.floats(-9, 9), st.floats(0, 9)), min_size=1, max_size=12))
+def test_the_most_valued_is_found_without_asking_all(pairs: list[tuple[float, float]]) -> None:
+    """Of items whose bounds are above their values the first of the largest is found, and none is asked in vain."""
+    asked: list[int] = []
+
+    def value(k: int) -> float:
+        asked.append(k)
+        return pairs[k][0]
+
+    found = most_valued(range(len(pairs)), lambda k: pairs[k][0] + pairs[k][1], value)
+    values = [own for own, _more in pairs]
+    assert found == values.index(max(values))
+    assert all(sum(pairs[k]) >= max(values) for k in asked)
+
+
+def test_what_the_parity_says_at_most_is_a_bound(view: View) -> None:
+    """Nothing that drift and parity say together for a late sensor passes what its own parity allows."""
+    stage = Stage(view)
+    late = [trial for trial in stage.search.trials if trial.cause == "thermal-lag" and trial.parity is not None]
+    assert late
+    for trial in late[::7]:
+        spoken, most = stage.search.witnesses.spoken(trial), stage.search.witnesses.most_spoken(trial)
+        assert 0.0 <= spoken <= most

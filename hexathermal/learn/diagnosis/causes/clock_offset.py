@@ -7,6 +7,7 @@ from functools import partial
 
 import numpy as np
 
+from hexathermal.learn.diagnosis.read_later import read_later
 from hexathermal.learn.diagnosis.timing import Timing
 from hexathermal.learn.diagnosis.trials import Cause, Parameter, Trial, Workbench
 from hexathermal.learn.diagnosis.view import View
@@ -35,9 +36,9 @@ def trials(bench: Workbench) -> Iterator[Trial]:
 
 def _shifted(view: View) -> Iterator[Trial]:
     """Give the trials, which no stage of a diagnosis changes."""
-    timing = Timing(view)
+    timing, tables = Timing(view), view.tables(view.base)
     for offset in (*(-value for value in OFFSETS_S[::-1]), *OFFSETS_S):
-        base = view.base_of([view.shifted(name, offset) for name in view.base])
+        base = view.base_of(list(read_later(view, tables, offset).T))
         yield Trial(CAUSE.name, np.zeros((len(view.q), 0)), None, "", {"offset_s": float(offset)}, base=base,
                     repair=partial(SensorRepair, CAUSE.name, "clock", {"offset_s": float(offset)}),
                     anew=True, advantage=timing.advantage(offset))  # fmt: skip

@@ -119,7 +119,7 @@ def _repair(model: SensorModel, run: int, moment: float) -> SensorRepair:
 
 def _told(model: SensorModel, run: int, moment: float) -> FloatArray:
     """Return what the other sensors foretell in windows, learnt before the moment in run `run`."""
-    return model.view.windows_zeroed(model.foretold(_before(model, run, moment)))
+    return model.view.windows_zeroed(model.foretold(_before(model, run, moment)))[:, 0]
 
 
 def _before(model: SensorModel, run: int, moment: float) -> list[slice]:
