@@ -19,7 +19,6 @@ from hexathermal.poses import FloatArray
 TIMES_S = (60.0, 240.0, 960.0, 3840.0)
 """Low passes that heat takes on its way to the thermometers."""
 
-GRID_S = 60.0
 PROFILES = 2
 FEWEST = 10
 """Points of the grid that a run must have to bear witness."""
@@ -31,6 +30,9 @@ TOLERANCE_S = 30.0
 """Heat may take so much longer, or less, than the low passes can say."""
 
 REACH_S, STEP_S = 1300.0, 20.0
+GRID_STEPS = 3
+"""Steps of the offset from one point of the grid to the next."""
+
 MOST = 150.0
 
 
@@ -41,34 +43,38 @@ class Timing:
         self.view = view
 
     @cached_property
-    def _grids(self) -> list[tuple[FloatArray, FloatArray, FloatArray, FloatArray]]:
-        """Of each run: times, leading profiles, the grid, and the motion's columns on it."""
+    def _grids(self) -> list[tuple[FloatArray, FloatArray]]:
+        """Of each run: leading profiles every `STEP_S`, and on the grid within `REACH_S` the motion's columns."""
         view = self.view
         tables = view.tables(view.sensors)
         chosen = leading_profiles(tables, PROFILES)
         found = []
         for signals, table in zip(view.signals, tables, strict=True):
             time = signals.time
-            grid = np.arange(time[0] + REACH_S, time[-1] - REACH_S, GRID_S)
+            grid = np.arange(time[0] + REACH_S, time[-1] - REACH_S, GRID_STEPS * STEP_S)
             if len(grid) < FEWEST:
                 continue
             memory = Memory()
             speed = memory.speed(time, signals.q)
             passed = np.column_stack([speed, *(memory.low_pass(f"{tau}", time, speed, tau) for tau in TIMES_S)])
             # the temperatures were smoothed: so is the motion, or it would seem late
-            columns = smoothed(time, passed)
-            at = np.column_stack([np.interp(grid, time, column) for column in columns.T])
+            at = _interpolated(grid, time, smoothed(time, passed))
             rows = np.column_stack([at[1:], np.diff(at, axis=0), np.ones(len(at) - 1)])
-            found.append((time, table @ chosen, grid, rows))
+            fine = np.arange(time[0], time[-1] + STEP_S, STEP_S)
+            found.append((_interpolated(fine, time, table @ chosen), rows))
         return found
 
-    def _misfit(self, offset: float) -> float:
-        """Return the log likelihood of the innovations, -n / 2 log(sum of squares), of every profile."""
+    def _misfit(self, steps: int) -> float:
+        """Return the log likelihood of the innovations, -n / 2 log(sum of squares), of every profile.
+
+        Profiles are read so many times `STEP_S` later.
+        """
         response, design = [], []
-        for time, profile, grid, rows in self._grids:
-            shifted = np.column_stack([np.interp(grid + offset, time, own) for own in profile.T])
+        first = round(REACH_S / STEP_S) + steps
+        for fine, rows in self._grids:
+            shifted = fine[first::GRID_STEPS][: len(rows) + 1]
             # rates of change, so that slow weather does not count as noise that is correlated
-            response.append(np.diff(shifted, axis=0))
+            response.append(shifted[1:] - shifted[:-1])
             design.append(np.column_stack([rows, shifted[:-1]]))
         if not response:
             return 0.0
@@ -85,8 +91,9 @@ class Timing:
     @cached_property
     def _curve(self) -> tuple[FloatArray, FloatArray]:
         """Offsets [s], and the log likelihood that is believed at each."""
-        offsets = np.arange(-REACH_S, REACH_S + 1.0, STEP_S)
-        return offsets, SHARE * np.array([self._misfit(float(offset)) for offset in offsets])
+        most = round(REACH_S / STEP_S)
+        steps = range(-most, most + 1)
+        return STEP_S * np.array(steps), SHARE * np.array([self._misfit(one) for one in steps])
 
     def _believed(self, offset: float) -> float:
         """Return the log of the likelihood averaged over the errors that heat's way may make."""
@@ -99,3 +106,8 @@ class Timing:
         if not self.view.moves:
             return 0.0
         return float(np.clip(self._believed(offset) - self._believed(0.0), -MOST, MOST))
+
+
+def _interpolated(at: FloatArray, time: FloatArray, table: FloatArray) -> FloatArray:
+    """Return the rows of a table, shape (n, k), at other times, linear between rows."""
+    return np.column_stack([np.interp(at, time, column) for column in table.T])
