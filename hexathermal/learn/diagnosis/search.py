@@ -63,6 +63,10 @@ MENDED = 3
 CLIMBED = ("clock-offset",)
 """Causes whose trials stand in the order of their parameter: from the best on, neighbours are mended too."""
 
+SURE = 3.0
+"""Standard deviations by which log likelihoods of data mended and as recorded must differ over all windows if the drift
+is to speak for a clock that is off: neither law contains the other, and either reads errors of thermometers."""
+
 TRIFLE = 0.3
 """Log evidence by which new noise must help the null for everything to be screened again."""
 
@@ -157,7 +161,8 @@ class Search:
                 if name in fits:
                     own, at = max(((self._at(best, item), item) for item in pool), key=lambda pair: pair[0])
                     drift = own + grid - np.log(len(RHO)) * bool(best.rho) - max(nulls)
-                    ranked[name] = self.witnesses.heard(Ranked(name, drift, self._doubted(best, own, pool), at))
+                    doubted = self._unsure(self._doubted(best, own, pool), drift, at)
+                    ranked[name] = self.witnesses.heard(Ranked(name, drift, doubted, at))
                 else:
                     ranked[name] = Ranked(
                         name, min(value, 0.0) if name not in ranked else ranked[name].value, best, levels
@@ -233,6 +238,27 @@ class Search:
         carried = self.base.extended(trial.columns[:, :first], scored.size[:first])
         alone = max(self.channel.evidence(carried.X, carried.sd, levels) for levels in pool)
         return replace(scored, trial=replace(trial, doubt=max(value - alone, 0.0)))
+
+    def _unsure(self, scored: Scored, drift: float, levels: Levels) -> Scored:
+        """Return a trial whose evidence in the drift does not count against nothing where it may be chance.
+
+        Laws that do not contain one another differ by chance in each window, although neither is better: with d the
+        windows' differences of log likelihood, ``sum(d) / sqrt(sum(d^2))`` is standard normal then (Vuong, Econometrica
+        57 (1989) 307).
+        """
+        if scored.trial.cause not in CLIMBED:
+            return scored
+        before, after = (self._whitened_left(base, levels) for base in (self.base, self.system(scored)))
+        d = 0.5 * (before**2 - after**2)
+        if d.sum() >= SURE * np.sqrt((d**2).sum()):
+            return scored
+        return replace(scored, trial=replace(scored.trial, doubt=max(drift, 0.0)))
+
+    def _whitened_left(self, base: Base, levels: Levels) -> FloatArray:
+        """Return what a base leaves of the channel, whitened, shape (n,)."""
+        _, mean, _ = self.channel.solved(base.X, base.sd, levels)
+        left, _ = self.channel.whitened((self.channel.y - base.X @ mean)[:, None], levels)
+        return left[:, 0]
 
     def _standing(self, value: float, best: Scored, scored: list[Scored]) -> float:
         """Return what makes a cause a leader: its evidence in the drift, and what a fault shows in the parity.

@@ -235,6 +235,24 @@ def test_a_clock_is_looked_for_on_mended_data(bench: str, seed: int) -> None:
     assert best.best.trial.parameters["offset_s"] == pytest.approx(-answer.parameters[0]["offset"], rel=0.2)
 
 
+def test_a_clock_that_helps_some_windows_and_harms_others_is_chance() -> None:
+    """Temperatures read later fit a clean leg better by 14, here for the better and there for the worse: no name."""
+    clocks = [item for item in Stage(viewed("rough", 1165592194120917, (), 1.0)[0]).step.ranking
+              if item.cause == "clock-offset"]  # fmt: skip
+    assert clocks[0].value > 2.0 * LEAST
+    assert clocks[0].best.trial.doubt > 0.0
+    assert clocks[0].gated < LEAST
+
+
+@pytest.mark.parametrize(("bench", "seed"), [("rough", 1666761403684286), ("finite_volume", 3896934736012042)])
+def test_a_clock_that_helps_everywhere_counts(bench: str, seed: int) -> None:
+    """Of a true one nothing is doubted, although it is a third of the noise."""
+    best = Stage(viewed(bench, seed, ("clock-offset",), 0.35)[0]).step.ranking[0]
+    assert best.cause == "clock-offset"
+    assert best.best.trial.doubt == 0.0
+    assert best.gated > LEAST
+
+
 @settings(deadline=None)
 @given(st.lists(st.tuples(st.floats(-9, 9), st.floats(0, 9)), min_size=1, max_size=12))
 def test_the_most_valued_is_found_without_asking_all(pairs: list[tuple[float, float]]) -> None:
