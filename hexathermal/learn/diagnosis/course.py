@@ -192,7 +192,11 @@ def searched(
                 stage, decision = stages[0], other
                 steps, stages, found = steps[:1], [], []
                 continue
-        stage = _tolerant(_with_kin(_refined(stage, after, leader, threshold), stage, leader), threshold + LATER)
+        stage = _with_kin(_refined(stage, after, leader, threshold), stage, leader)
+        if leader.best.trial.repair is not None:  # other data: what was tolerated of causes named before is made anew
+            for one in found[:-1]:
+                stage = _with_kin(stage, stage, one.ranked)
+        stage = _tolerant(stage, threshold + LATER)
         said(1 + len(found), MOST_EFFECTS + 2, f"{leader.cause} named; trying what is left")
         steps.append(stage.step)
         decision = decided(steps[-1], threshold + LATER)

@@ -27,6 +27,9 @@ from hexathermal.poses import FloatArray
 TAKEN_BACK = 0.5e-6
 """What a step of a beam that cleaning took back may be wrong by in the mean of the beams [m]."""
 
+READS = {"sensor", "weights"}
+"""Parameters of terms that read thermometers."""
+
 LARGEST = 3.0
 """RMS of the largest effect thought possible, over that of the drift."""
 
@@ -196,7 +199,9 @@ class Stage:
         if trial.repair is None:
             return replace(self, joined=(*self.joined, scored))
         repair = trial.repair()
-        return replace(self, view=_mended(self.view, repair), repairs=(*self.repairs, repair), tolerated=(), models={})
+        view = _mended(self.view, repair)
+        joined = tuple(_remade(item, self.view, view) for item in self.joined)
+        return replace(self, view=view, joined=joined, repairs=(*self.repairs, repair), tolerated=(), models={})
 
     def amplitudes(self, leader: Ranked) -> tuple[FloatArray, FloatArray]:
         """Return the amplitudes of a leader's columns beside the base, and their standard uncertainties.
@@ -329,6 +334,18 @@ def _told_after(view: View, repair: SensorRepair, model: Callable[[str], SensorM
         temperatures.append(later[:, 0])
         doubts.append(later[:, 1:])
     return Told(view.base_of(temperatures), tuple(doubts))
+
+
+def _remade(scored: Scored, before: View, view: View) -> Scored:
+    """Return a term that joined, its columns made of mended data; what knows no temperature stays as it is."""
+    trial = scored.trial
+    if not READS.intersection(trial.parameters):
+        return scored
+    carried, starts = trial.columns[:, : trial.carried], trial.columns[:, trial.carried :]
+    kept = [(view, before), (view.as_recorded, before.as_recorded)]  # some read temperatures that are not smoothed
+    apart = [float(np.abs(one.columns(trial.shape, trial.parameters) - carried).max()) for _after, one in kept]
+    own = kept[int(np.argmin(apart))][0].columns(trial.shape, trial.parameters)
+    return replace(scored, trial=replace(trial, columns=np.column_stack([own, starts])))
 
 
 def _mended(view: View, repair: SensorRepair) -> View:
