@@ -1,0 +1,64 @@
+"""A repair that is found after a term: what joined before it reads mended data too."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from hexathermal.learn.diagnosis.evidence import Scored
+from hexathermal.learn.diagnosis.stage import Stage
+from hexathermal.learn.diagnosis.trials import Trial
+from tests.learn.diagnosis.campaigns import viewed
+
+
+def scored(trial: Trial) -> Scored:
+    """A trial as it stands once it was scored."""
+    return Scored(trial, 50.0, 1e-7, 1e-7, 1e-8, 1.0, np.ones(trial.columns.shape[1]))
+
+
+@pytest.fixture(scope="module")
+def stage() -> Stage:
+    """A leg with nothing hidden."""
+    return Stage(viewed("finite_volume", 17, (), 1.0)[0])
+
+
+def a_repair(stage: Stage, cause: str) -> Scored:
+    """The trial of a repair that concerns the law's first sensor, or all."""
+    base = stage.view.base[0]
+    return scored(next(trial for trial in stage.search.trials
+                       if trial.cause == cause and trial.target in (base, None)))  # fmt: skip
+
+
+@pytest.mark.parametrize("repair", ["swapped-sensors", "clock-offset", "sensor-drift"])
+@pytest.mark.parametrize("shape", ["lag", "square", "temperature"])
+def test_a_term_that_joined_before_a_repair_reads_mended_data(stage: Stage, repair: str, shape: str) -> None:
+    """Its columns are those of the mended view: of smoothed temperatures, or of those as recorded, as they were."""
+    sensor = stage.view.base[0]
+    own = {"lag": {"time_constant_s": 120.0, "order": 1}, "square": {}, "temperature": {}}[shape]
+    parameters = {"sensor": sensor, "ratio": 0.5, **own}
+    for which in (lambda view: view, lambda view: view.as_recorded):
+        term = scored(Trial("a cause", which(stage.view).columns(shape, parameters), sensor, shape, parameters))
+        after = stage.with_effect(term).with_effect(a_repair(stage, repair))
+        found = after.joined[0].trial.columns
+        np.testing.assert_array_equal(found, which(after.view).columns(shape, parameters))
+        assert np.abs(found - term.trial.columns).max() > 1e-4 * np.abs(found).max()
+
+
+def test_starts_and_what_reads_no_thermometer_stay(stage: Stage) -> None:
+    """A step of the zero, and a frame's own start in each run, are the same in mended data."""
+    frame = next(trial for trial in stage.search.trials if trial.cause == "frame-expansion" and trial.starts)
+    step = next(trial for trial in stage.search.trials if trial.cause == "zero-jump")
+    before = stage.with_effect(scored(frame)).with_effect(scored(step))
+    after = before.with_effect(a_repair(stage, "swapped-sensors"))
+    for one, other in zip(before.joined, after.joined, strict=True):
+        np.testing.assert_array_equal(one.trial.columns, other.trial.columns)
+    # with starts beside a term that reads a thermometer only the term is made anew
+    sensor = stage.view.base[0]
+    parameters = {"sensor": sensor, "ratio": 0.5}
+    columns = np.column_stack([stage.view.columns("square", parameters), stage.view.starts(600.0)])
+    mixed = scored(replace(frame, columns=columns, shape="square", parameters=parameters, starts=columns.shape[1] - 1))
+    found = stage.with_effect(mixed).with_effect(a_repair(stage, "swapped-sensors")).joined[0].trial.columns
+    np.testing.assert_array_equal(found[:, 1:], columns[:, 1:])
+    assert np.abs(found[:, 0] - columns[:, 0]).max() > 0.0
