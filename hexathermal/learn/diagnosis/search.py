@@ -33,9 +33,8 @@ LEADERS = 7
 """Causes whose noise is fitted anew."""
 
 TWINS = {
-    "missing-sensor": ("swapped-sensors",), "swapped-sensors": ("missing-sensor",),
     "sensor-drift": ("sensor-detached", "swapped-sensors", "missing-sensor"),
-    "sensor-detached": ("sensor-drift", "swapped-sensors", "missing-sensor", "zero-jump"),
+    "sensor-detached": ("sensor-drift", "swapped-sensors", "zero-jump"),
     "thermal-lag": ("swapped-sensors",),
 }  # fmt: skip
 """Causes that explain what another one has left of itself."""

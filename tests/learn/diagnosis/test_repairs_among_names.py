@@ -1,15 +1,21 @@
-"""A repair that is found after a term: what joined before it reads mended data too."""
+"""Repairs of thermometers beside other causes: what joined before reads mended data, what they hid is found."""
 
 from __future__ import annotations
 
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
 
+from hexathermal.learn.campaign_files import load_campaign
+from hexathermal.learn.diagnosis.course import base_law, searched
 from hexathermal.learn.diagnosis.evidence import Scored
 from hexathermal.learn.diagnosis.stage import Stage
 from hexathermal.learn.diagnosis.trials import Trial
+from hexathermal.learn.signals import campaign_rows
+from hexathermal.simulate.hidden.drawing import campaign_of
+from hexathermal.simulate.hidden.writing import write_campaign
 from tests.learn.diagnosis.campaigns import viewed
 
 
@@ -62,3 +68,18 @@ def test_starts_and_what_reads_no_thermometer_stay(stage: Stage) -> None:
     found = stage.with_effect(mixed).with_effect(a_repair(stage, "swapped-sensors")).joined[0].trial.columns
     np.testing.assert_array_equal(found[:, 1:], columns[:, 1:])
     assert np.abs(found[:, 0] - columns[:, 0]).max() > 0.0
+
+
+@pytest.mark.parametrize(("bench", "seed", "other"), [
+    ("quiet", 584939767724572, "sensor-detached"), ("quiet", 3211856173960671, "sensor-detached"),
+    ("modal", 673151215775648, "swapped-sensors"),
+])  # fmt: skip
+def test_another_thermometer_is_found_beside_a_mended_one(tmp_path: Path, bench: str, seed: int, other: str) -> None:
+    """A detached or exchanged thermometer hid that one outside the law matters: once it is mended that is named too."""
+    causes = ("missing-sensor", other)
+    truth, answer = campaign_of(bench, seed, causes=causes, strength=1.2)
+    write_campaign(tmp_path / "campaign", truth, answer)
+    campaign = load_campaign(tmp_path / "campaign")
+    rows = campaign_rows(campaign, "identification")
+    found = searched(campaign, base_law(campaign, rows, answer.base, None), rows).found
+    assert {one.ranked.cause for one in found} == set(causes)
