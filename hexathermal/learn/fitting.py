@@ -27,9 +27,6 @@ LEAST_RELIABILITY = 0.6
 DOUBT_OF_CORRECTION = 0.2
 """Standard uncertainty of that correction, as a part of it: the slow bias is an upper estimate."""
 
-ROUGHLY, CLOSELY = 1e-5, 1e-7
-"""Change of the likelihood at which the first search for the noise ends, whose law is replaced, and the second."""
-
 HUBER = 1.345
 """Residuals beyond so many standard deviations count less; 95 % efficient where they are normal (Huber 1981)."""
 
@@ -135,13 +132,13 @@ def _noise(
     """Return the residual's noise, and its covariance in each run; the thermometers' part needs a law: twice round."""
     columns, runs = windows.columns, windows.runs
 
-    def fitted(b: FloatArray, near: ResidualNoise | None, tolerance: float) -> tuple[ResidualNoise, list[FloatArray]]:
+    def fitted(b: FloatArray, near: ResidualNoise | None) -> tuple[ResidualNoise, list[FloatArray]]:
         fixed = [sensor_part(run, own, slopes(b, run, columns.centre, columns.stroke)) for run in runs]
-        noise = estimated_noise(runs, X, fixed, windows.drift_noise, near, tolerance)
+        noise = estimated_noise(runs, X, fixed, windows.drift_noise, near)
         return noise, [known + noise.covariance(run) for known, run in zip(fixed, runs, strict=True)]
 
-    first, V = fitted(start, None, ROUGHLY)
-    return fitted(_estimate(windows, X, V, [_inverse(v) for v in V], own).uncorrected, first, CLOSELY)
+    first, V = fitted(start, None)
+    return fitted(_estimate(windows, X, V, [_inverse(v) for v in V], own).uncorrected, first)
 
 
 @dataclass(frozen=True, eq=False)

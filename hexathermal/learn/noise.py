@@ -93,7 +93,7 @@ def normal_equations(
 
 def estimated_noise(
     runs: Sequence[Windows], X: Sequence[FloatArray], fixed: Sequence[FloatArray], row: float,
-    near: ResidualNoise | None = None, tolerance: float = 1e-7,
+    near: ResidualNoise | None = None,
 ) -> ResidualNoise:  # fmt: skip
     """Return the residual's noise by restricted maximum likelihood.
 
@@ -108,8 +108,6 @@ def estimated_noise(
         Noise of single rows, from their differences.
     near : ResidualNoise, optional
         Where the search starts.
-    tolerance : float
-        Relative change of the likelihood at which it ends.
     """
     from scipy.optimize import minimize
 
@@ -150,7 +148,7 @@ def estimated_noise(
         return value, gradient
 
     bounds = [(-5.0, 2.0)] * 3 + [tuple(np.log(np.array([SHORTEST_TIME_S, LONGEST_TIME_S]) / USUAL_TIME_S))]
-    start, options = np.array([-0.7, -0.7, -0.7, 0.0]), {"maxiter": 60, "ftol": tolerance}
+    start, options = np.array([-0.7, -0.7, -0.7, 0.0]), {"maxiter": 60, "ftol": 1e-7}
     if near is not None:
         start = np.log([near.landing / unit, near.slow / unit, near.offset / unit, near.slow_time / USUAL_TIME_S])
     return noise(minimize(objective, start, jac=True, method="L-BFGS-B", bounds=bounds, options=options).x)
