@@ -26,7 +26,7 @@ CONSTANTS = {
         "SLOW_PARITY_S",
     ),
     "along_leg": ("NEAREST", "NEIGHBOURS", "LEAST_PART"),
-    "search": ("LEADERS", "MOST_WITNESSED"),
+    "search": ("LEADERS", "SURE", "MOST_WITNESSED"),
     "witnesses": (
         "BYSTANDERS",
         "USUAL",
@@ -43,7 +43,7 @@ CONSTANTS = {
     "evidence": ("LEAST", "RHO", "TOLERATED", "START"),
     "rivals": ("SHAPE_ERROR", "LITTLE"),
     "order": ("PROFILES", "FEWEST", "HEAVY", "MOST", "UNSURE", "FEIGNED"),
-    "timing": ("TIMES_S", "GRID_S", "PROFILES", "SHARE", "TOLERANCE_S", "MOST"),
+    "timing": ("TIMES_S", "STEP_S", "GRID_STEPS", "PROFILES", "SHARE", "TOLERANCE_S", "MOST"),
     "chance": ("DRAWS", "FALSE_ALARMS"),
     "deciding": (
         "NAMED_PRIOR",

@@ -7,6 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from hexathermal.learn.diagnosis.view import View
+from hexathermal.learn.signals import RunRows
 from hexathermal.poses import FloatArray
 
 
@@ -20,12 +21,19 @@ def read_later(view: View, tables: Sequence[FloatArray], offset: float) -> Float
         Of each run. Before its first row and after its last one values are held.
     offset : float [s]
     """
-    later = [_at(signals.time, table, offset) for signals, table in zip(view.signals, tables, strict=True)]
-    if not view.zeroed_by_run:  # all count from one zero, which is read later too
-        first = view.pieces[0].used[0]
-        moved = later[0][first] - tables[0][first]
-        later = [table - moved for table in later]
+    later = []
+    for rows, table in zip(view.runs, tables, strict=True):
+        moved = _at(rows.signals.time, table, offset)
+        zero = _zero(rows)
+        # as the repair has it: a zero that is a row of this run is read later too
+        later.append(moved if zero is None or view.zeroed_by_run else moved - (moved[zero] - table[zero]))
     return view.windows_zeroed(later)
+
+
+def _zero(rows: RunRows) -> int | None:
+    """Return the row in which all temperatures are zero; None where a run has none."""
+    still = np.flatnonzero(np.all([values == 0.0 for values in rows.signals.dT.values()], axis=0))
+    return int(still[0]) if len(still) else None
 
 
 def _at(time: FloatArray, table: FloatArray, offset: float) -> FloatArray:

@@ -91,7 +91,7 @@ class Search:
     largest: float
     repaired: Callable[[Trial], Base] | None = None
     trials: list[Trial] = field(default_factory=list)
-    _bases: dict[int, Base] = field(default_factory=dict)
+    _bases: dict[int, tuple[Trial, Base]] = field(default_factory=dict)
 
     @cached_property
     def witnesses(self) -> Witnesses:
@@ -215,8 +215,8 @@ class Search:
         """Return the base of the data that a trial mends."""
         assert self.repaired is not None  # asked before
         if id(trial) not in self._bases:
-            self._bases[id(trial)] = self.repaired(trial)
-        return self._bases[id(trial)]
+            self._bases[id(trial)] = trial, self.repaired(trial)
+        return self._bases[id(trial)][1]
 
     def _fit(self, scored: Scored, begin: Levels) -> tuple[Levels, float]:
         base = self.system(scored)

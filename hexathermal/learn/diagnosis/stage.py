@@ -27,9 +27,6 @@ from hexathermal.poses import FloatArray
 TAKEN_BACK = 0.5e-6
 """What a step of a beam that cleaning took back may be wrong by in the mean of the beams [m]."""
 
-READS = {"sensor", "weights"}
-"""Parameters of terms that read thermometers."""
-
 LARGEST = 3.0
 """RMS of the largest effect thought possible, over that of the drift."""
 
@@ -200,7 +197,7 @@ class Stage:
             return replace(self, joined=(*self.joined, scored))
         repair = trial.repair()
         view = _mended(self.view, repair)
-        joined = tuple(_remade(item, self.view, view) for item in self.joined)
+        joined = tuple(_remade(item, repair, self.view, view) for item in self.joined)
         return replace(self, view=view, joined=joined, repairs=(*self.repairs, repair), tolerated=(), models={})
 
     def amplitudes(self, leader: Ranked) -> tuple[FloatArray, FloatArray]:
@@ -336,16 +333,24 @@ def _told_after(view: View, repair: SensorRepair, model: Callable[[str], SensorM
     return Told(view.base_of(temperatures), tuple(doubts))
 
 
-def _remade(scored: Scored, before: View, view: View) -> Scored:
-    """Return a term that joined, its columns made of mended data; what knows no temperature stays as it is."""
+def _remade(scored: Scored, repair: SensorRepair, before: View, view: View) -> Scored:
+    """Return a term that joined, its columns made of mended data where it reads what the repair mends."""
     trial = scored.trial
-    if not READS.intersection(trial.parameters):
+    own = trial.parameters
+    read = {own["sensor"]} if "sensor" in own else set()
+    read |= set(own.get("weights", ()))
+    touched = {repair.parameters[name] for name in ("sensor", "first", "second") if name in repair.parameters}
+    if not trial.shape or not read or (touched and not touched & read):  # a clock touches all of them
         return scored
     carried, starts = trial.columns[:, : trial.carried], trial.columns[:, trial.carried :]
-    kept = [(view, before), (view.as_recorded, before.as_recorded)]  # some read temperatures that are not smoothed
-    apart = [float(np.abs(one.columns(trial.shape, trial.parameters) - carried).max()) for _after, one in kept]
-    own = kept[int(np.argmin(apart))][0].columns(trial.shape, trial.parameters)
-    return replace(scored, trial=replace(trial, columns=np.column_stack([own, starts])))
+    # made of rows or of windows, of smoothed temperatures or of those as recorded: as they were made before
+    pairs = [(before, view), (before.as_recorded, view.as_recorded)]
+    ways = [(one.columns, other.columns) for one, other in pairs] + [
+        (one.quick_columns, other.quick_columns) for one, other in pairs
+    ]
+    apart = [float(np.abs(made(trial.shape, own) - carried).max()) for made, _other in ways]
+    anew = ways[int(np.argmin(apart))][1](trial.shape, own)
+    return replace(scored, trial=replace(trial, columns=np.column_stack([anew, starts])))
 
 
 def _mended(view: View, repair: SensorRepair) -> View:
