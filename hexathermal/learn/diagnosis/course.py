@@ -192,11 +192,7 @@ def searched(
                 stage, decision = stages[0], other
                 steps, stages, found = steps[:1], [], []
                 continue
-        stage = _with_kin(_refined(stage, after, leader, threshold), stage, leader)
-        if leader.best.trial.repair is not None:  # other data: what was tolerated of causes named before is made anew
-            for one in found[:-1]:
-                stage = _with_kin(stage, stage, one.ranked)
-        stage = _tolerant(stage, threshold + LATER)
+        stage = _tolerant(_next(stage, after, found, threshold), threshold + LATER)
         said(1 + len(found), MOST_EFFECTS + 2, f"{leader.cause} named; trying what is left")
         steps.append(stage.step)
         decision = decided(steps[-1], threshold + LATER)
@@ -275,6 +271,19 @@ def _two_for(stage: Stage, decision: Decision, threshold: float) -> Decision:
     if decided(after.with_effect(second.best).step, threshold + LATER).leader is not None:
         return decision
     return replace(decision, leader=names[0], probability=together(names[0], second, alone))
+
+
+def _next(before: Stage, after: Stage, found: Sequence[Found], threshold: float) -> Stage:
+    """Return the stage after one with the last cause joined: more of its own shapes beside, errors of them tolerated.
+
+    Where it mends data, what is tolerated of the shapes of causes named before is made anew.
+    """
+    leader = found[-1].ranked
+    stage = _with_kin(_refined(before, after, leader, threshold), before, leader)
+    if leader.best.trial.repair is not None:
+        for one in found[:-1]:
+            stage = _with_kin(stage, stage, one.ranked)
+    return stage
 
 
 def _kin(stage: Stage, leader: Ranked) -> list[Trial]:
