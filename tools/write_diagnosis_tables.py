@@ -26,7 +26,7 @@ CONSTANTS = {
         "SLOW_PARITY_S",
     ),
     "along_leg": ("NEAREST", "NEIGHBOURS", "LEAST_PART"),
-    "search": ("LEADERS", "SURE", "MOST_WITNESSED"),
+    "search": ("LEADERS", "LEAST_SURE", "SURE", "MOST_WITNESSED"),
     "witnesses": (
         "BYSTANDERS",
         "USUAL",
@@ -79,7 +79,7 @@ CONSTANTS = {
     ),
     "exchange": ("RIVAL", "AHEAD"),
     "pruning": ("LEAST_HARM",),
-    "stage": ("LARGEST", "TAKEN_BACK"),
+    "stage": ("DISBELIEVED", "LARGEST", "TAKEN_BACK"),
     "limits": ("CLOSE",),
 }
 """Numbers of the method that a reader may want to know, by their module."""

@@ -62,9 +62,10 @@ MENDED = 3
 CLIMBED = ("clock-offset",)
 """Causes whose trials stand in the order of their parameter: from the best on, neighbours are mended too."""
 
-SURE = 3.0
-"""Standard deviations by which log likelihoods of data mended and as recorded must differ over all windows if the drift
-is to speak for a clock that is off: neither law contains the other, and either reads errors of thermometers."""
+LEAST_SURE, SURE = 3.0, 3.5
+"""Standard deviations by which log likelihoods of data mended and as recorded differ over all windows up to which the
+drift does not speak for a clock that is off, and from which it does wholly: neither law contains the other, either
+reads errors of thermometers, and the offset is the best of many."""
 
 TRIFLE = 0.3
 """Log evidence by which new noise must help the null for everything to be screened again."""
@@ -249,9 +250,9 @@ class Search:
             return scored
         before, after = (self._whitened_left(base, levels) for base in (self.base, self.system(scored)))
         d = 0.5 * (before**2 - after**2)
-        if d.sum() >= SURE * np.sqrt((d**2).sum()):
-            return scored
-        return replace(scored, trial=replace(scored.trial, doubt=max(drift, 0.0)))
+        z = d.sum() / max(np.sqrt((d**2).sum()), np.finfo(float).tiny)
+        doubted = 1.0 - np.clip((z - LEAST_SURE) / (SURE - LEAST_SURE), 0.0, 1.0)
+        return replace(scored, trial=replace(scored.trial, doubt=float(doubted * max(drift, 0.0))))
 
     def _whitened_left(self, base: Base, levels: Levels) -> FloatArray:
         """Return what a base leaves of the channel, whitened, shape (n,)."""

@@ -27,6 +27,10 @@ from hexathermal.poses import FloatArray
 TAKEN_BACK = 0.5e-6
 """What a step of a beam that cleaning took back may be wrong by in the mean of the beams [m]."""
 
+DISBELIEVED = float(1.0 / np.sqrt(3.0))
+"""Part of what a thermometer of the law tells beside the others, or quickly, that is not believed: none to all of it,
+RMS."""
+
 LARGEST = 3.0
 """RMS of the largest effect thought possible, over that of the drift."""
 
@@ -122,7 +126,7 @@ class Stage:
     def _doubting(self, base: Base, bench: Workbench, told: Told) -> Base:
         """Return a base with errors of the law's thermometers, and of the beams' repairs."""
         for sensor, doubts in zip(self.view.base, told.doubts, strict=True):
-            sizes = np.full(doubts.shape[1], abs(bench.slopes[sensor]))
+            sizes = np.full(doubts.shape[1], DISBELIEVED * abs(bench.slopes[sensor]))
             base = base.extended(bench.slopes_span(sensor)[:, None] * doubts, sizes)
         steps = self.view.taken_back
         return base.extended(steps, np.full(steps.shape[1], TAKEN_BACK))

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from dataclasses import replace
 from functools import cache
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -10,6 +12,8 @@ from hexathermal.learn.campaign_files import load_campaign
 from hexathermal.learn.diagnosis.stage import view_of
 from hexathermal.learn.diagnosis.view import View
 from hexathermal.learn.signals import campaign_rows
+from hexathermal.machine.leg_signals import LegSignals
+from hexathermal.poses import FloatArray
 from hexathermal.simulate.hidden.drawing import Answer, campaign_of
 from hexathermal.simulate.hidden.writing import write_campaign
 
@@ -23,3 +27,12 @@ def viewed(bench: str, seed: int, causes: tuple[str, ...], strength: float) -> t
         write_campaign(folder, truth, answer)
         campaign = load_campaign(folder)
         return view_of(campaign, campaign_rows(campaign, "identification"), answer.base), answer
+
+
+def altered(view: View, sensor: str, change: Callable[[int, LegSignals], FloatArray]) -> View:
+    """The view with a sensor's readings changed by ``change(run number, signals) -> array``."""
+    runs = []
+    for k, rows in enumerate(view.runs):
+        values = change(k, rows.signals)
+        runs.append(replace(rows, signals=replace(rows.signals, dT={**rows.signals.dT, sensor: values})))
+    return replace(view, runs=tuple(runs))
