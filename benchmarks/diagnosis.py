@@ -59,6 +59,16 @@ def _line(found: tuple[str, Outcome]) -> dict[str, Any]:
     return {"without": found[0], "outcome": found[1].to_dict()}
 
 
+def _found(one: Outcome) -> bool:
+    """Whether what is hidden was named, or is told as equivalent."""
+    return one.right_or_equivalent
+
+
+def _named(one: Outcome) -> bool:
+    """Whether something was named."""
+    return bool(one.names)
+
+
 def ablated(found: dict[Job, Outcome], count: int, draws: Sequence[tuple[str, int]]) -> str:
     """Return the table of ingredients: what the first draws come to without each."""
     rows = []
@@ -66,12 +76,11 @@ def ablated(found: dict[Job, Outcome], count: int, draws: Sequence[tuple[str, in
         own = [found[(name, *draw)] for draw in draws[:count] if (name, *draw) in found]
         single, plain = rates.of_kind(own, ONE), rates.stronger(rates.of_kind(own, ONE), 0.707)
         clean, strange = rates.of_kind(own, CLEAN), rates.of_kind(own, OUTSIDE)
-        cells = [rates.rate(single, lambda one: one.right_or_equivalent),
-                 rates.rate(plain, lambda one: one.right_or_equivalent), rates.rate(single, lambda one: one.wrong),
-                 rates.rate(clean, lambda one: bool(one.names)), rates.rate(strange, lambda one: bool(one.names)),
-                 rates.rate(strange, lambda one: one.right), rates.gain_ratio(own),
-                 rates.calibration_error(own)]  # fmt: skip
-        rows.append([name, str(len(own)), *(f"{value:.2f}" if value == value else "-" for value in cells)])
+        asked = ((single, _found), (plain, _found), (single, lambda one: one.wrong), (clean, _named), (strange, _named),
+                 (strange, lambda one: one.right))  # fmt: skip
+        cells = [rates.part_of(sum(good(one) for one in some), len(some)) for some, good in asked]
+        sums = (rates.gain_ratio(own), rates.calibration_error(own))
+        rows.append([name, str(len(own)), *cells, *(f"{value:.2f}" if value == value else "-" for value in sums)])
     head = ("", "draws", "right or equivalent", "the same from 0.7", "wrong name", "named on clean", "named outside",
             "`unexplained` outside", "gain / oracle's", "calibration error")  # fmt: skip
     return rates.table(head, rows)
@@ -114,10 +123,11 @@ PAGES = {True: ("hidden effects", "diagnosis-figures.md"), False: ("the other be
 """What a page is called, and its name in `docs`: of the bench that was made last, and of the others."""
 
 
-def page(outcomes: Sequence[Outcome], seed: int, ablation: str, times: Sequence[Timed]) -> str:
-    """Return the page of figures."""
+def page(outcomes: Sequence[Outcome], seed: int, ablation: str, times: Sequence[Timed], each: int = 0) -> str:
+    """Return the page of figures; with a table of the ablation, of `each` draws a row."""
     drawn = list(dict.fromkeys(one.bench for one in outcomes))
     options = "" if set(drawn) == set(BENCHES) else "".join(f"--bench {name} " for name in drawn)
+    options += f"--ablation {each} " if each else ""
     what, name = PAGES[HELD_OUT in drawn]
     about = ABOUT.format(what=what, name=name, count=len(outcomes), seed=seed, gain=rates.GAIN,
                          benches=", ".join(drawn), options=options)  # fmt: skip
@@ -157,7 +167,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     found |= dict(map(_job, judged(_judged, missing, _line, options.processes, options.records, console)))
     outcomes = [found[(WHOLE, *draw)] for draw in draws]
     table = ablated(found, options.ablation, draws) if options.ablation else ""
-    text = page(outcomes, seed, table, () if options.no_timing else timed())
+    text = page(outcomes, seed, table, () if options.no_timing else timed(), options.ablation)
     if options.page:
         options.page.write_text(text, encoding="utf-8")
     sys.stdout.write(text)

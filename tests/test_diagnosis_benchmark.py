@@ -82,6 +82,18 @@ def test_the_page_tells_failures_with_their_seed() -> None:
     assert "nan" not in text
 
 
+def test_an_ablation_has_intervals_and_says_how_to_repeat_it() -> None:
+    """Rates of few draws stand with what else they may be; the command on the page makes the table again."""
+    wrong = replace(CREEP, seed=2, names=["backlash"])
+    draws = [(one.bench, one.seed) for one in (CREEP, wrong)]
+    found = {(name, *draw): one for name in SWITCHES for draw, one in zip(draws, (CREEP, wrong), strict=True)}
+    table = diagnosis.ablated(found, 2, draws)
+    assert table.count("| 2 | 0.50 (0.03 to 0.97) |") == len(SWITCHES)
+    text = diagnosis.page([CREEP, wrong], 5, table, (), 2)
+    assert "--seed 5 --bench quiet --ablation 2 --page" in text
+    assert "--ablation" not in diagnosis.page([CREEP, wrong], 5, "", ())
+
+
 def test_a_draw_is_told_in_words() -> None:
     """The ranking is names and evidence, no list of Python; a verdict without a name leaves no gap."""
     ranked = replace(CREEP, top=[["creep", 57.84], ["zero-jump", 23.6]])
