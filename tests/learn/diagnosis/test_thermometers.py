@@ -11,7 +11,9 @@ import pytest
 from hexathermal.learn.campaign_files import load_campaign
 from hexathermal.learn.campaign_laws import identify_campaign, validate_campaign
 from hexathermal.learn.diagnosing import diagnose
+from hexathermal.learn.diagnosis import stage
 from hexathermal.learn.diagnosis.base_choice import likelier_sensors
+from hexathermal.learn.diagnosis.evidence import LEAST
 from hexathermal.learn.diagnosis.recorded import noisy_sensors, row_noise
 from hexathermal.learn.diagnosis.search import REPEATED
 from hexathermal.learn.diagnosis.stage import Stage
@@ -118,3 +120,12 @@ def test_a_noisy_thermometer_does_not_make_the_law_of_a_part_too_small() -> None
     diluted = stage.fit(stage.levels)[0][0]
     assert diluted < 0.5 * truth.coefficients[0]
     assert stage.bench.slopes[truth.base[0]] == pytest.approx(truth.coefficients[0], rel=0.1)
+
+
+def test_an_error_is_no_more_than_what_is_told(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Errors of the law's thermometers, none to all of what others deny, leave another cause more of its evidence."""
+    view, _answer = viewed("quiet", 678971953486479, ("missing-sensor",), 0.7)
+    best = Stage(view).step.ranking[0]
+    assert best.cause == "missing-sensor"
+    monkeypatch.setattr(stage, "DISBELIEVED", 1.0)
+    assert best.value > Stage(view).step.ranking[0].value + LEAST
