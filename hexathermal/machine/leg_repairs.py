@@ -169,6 +169,20 @@ _AT_ONCE: dict[str, Callable[[LegSignals, Mapping[str, Any], str | None], dict[s
 }  # fmt: skip
 
 
+def zero_row(dT: Mapping[str, FloatArray]) -> int | None:
+    """Return the first row in which all temperatures that have a value are zero; None where there is none.
+
+    Examples
+    --------
+    >>> zero_row({"a": np.array([1.0, 0.0]), "b": np.array([0.0, np.nan])})
+    1
+    """
+    if not dT:
+        return None
+    still = np.all([(values == 0.0) | np.isnan(values) for values in dT.values()], axis=0)
+    return int(np.argmax(still)) if still.any() else None
+
+
 def _clock(
     signals: LegSignals, repair: SensorRepair, number: int, memory: RepairMemory | None
 ) -> dict[str, FloatArray]:
@@ -187,12 +201,8 @@ def _clock(
     moved = {name: np.interp(signals.time + offset, time, values) for name, values in known.items()}
     zeros = None if memory is None else memory.zeros.get(number)
     if zeros is None:
-        still = (
-            np.all([(values == 0.0) | np.isnan(values) for values in signals.dT.values()], axis=0)
-            if moved
-            else np.zeros(1, dtype=bool)
-        )
-        zeros = {name: float(values[np.argmax(still)]) if still.any() else 0.0 for name, values in moved.items()}
+        row = zero_row(signals.dT)
+        zeros = {name: 0.0 if row is None else float(values[row]) for name, values in moved.items()}
     if memory is not None:
         memory.zeros[number] = zeros
         first = max(int(np.searchsorted(time, signals.time[-1] + offset, side="right")) - 1, 0)

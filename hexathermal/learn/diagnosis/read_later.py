@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from hexathermal.learn.diagnosis.view import View
-from hexathermal.learn.signals import RunRows
+from hexathermal.machine.leg_repairs import zero_row
 from hexathermal.poses import FloatArray
 
 
@@ -24,16 +24,10 @@ def read_later(view: View, tables: Sequence[FloatArray], offset: float) -> Float
     later = []
     for rows, table in zip(view.runs, tables, strict=True):
         moved = _at(rows.signals.time, table, offset)
-        zero = _zero(rows)
+        zero = zero_row(rows.signals.dT)
         # as the repair has it: a zero that is a row of this run is read later too
         later.append(moved if zero is None or view.zeroed_by_run else moved - (moved[zero] - table[zero]))
     return view.windows_zeroed(later)
-
-
-def _zero(rows: RunRows) -> int | None:
-    """Return the row in which all temperatures are zero; None where a run has none."""
-    still = np.flatnonzero(np.all([values == 0.0 for values in rows.signals.dT.values()], axis=0))
-    return int(still[0]) if len(still) else None
 
 
 def _at(time: FloatArray, table: FloatArray, offset: float) -> FloatArray:

@@ -11,7 +11,7 @@ import pytest
 from hexathermal.learn.campaign_files import load_campaign
 from hexathermal.learn.campaign_laws import identify_campaign, validate_campaign
 from hexathermal.learn.diagnosing import diagnose
-from hexathermal.learn.diagnosis import stage
+from hexathermal.learn.diagnosis import stage as stages
 from hexathermal.learn.diagnosis.base_choice import likelier_sensors
 from hexathermal.learn.diagnosis.evidence import LEAST
 from hexathermal.learn.diagnosis.recorded import noisy_sensors, row_noise
@@ -127,5 +127,5 @@ def test_an_error_is_no_more_than_what_is_told(monkeypatch: pytest.MonkeyPatch) 
     view, _answer = viewed("quiet", 678971953486479, ("missing-sensor",), 0.7)
     best = Stage(view).step.ranking[0]
     assert best.cause == "missing-sensor"
-    monkeypatch.setattr(stage, "DISBELIEVED", 1.0)
+    monkeypatch.setattr(stages, "DISBELIEVED", 1.0)
     assert best.value > Stage(view).step.ranking[0].value + LEAST
