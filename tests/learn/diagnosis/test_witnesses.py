@@ -242,10 +242,20 @@ def test_a_clock_that_helps_some_windows_and_harms_others_is_chance(monkeypatch:
 
 @pytest.mark.parametrize(("bench", "seed"), [("rough", 1666761403684286), ("finite_volume", 3896934736012042)])
 def test_a_clock_that_helps_everywhere_counts(monkeypatch: pytest.MonkeyPatch, bench: str, seed: int) -> None:
-    """A true one is named, although it is half of the noise and asked a little more than usual."""
-    monkeypatch.setattr(search, "LEAST_SURE", 1.03 * search.LEAST_SURE)
+    """Of a true one nothing is doubted, although it is half of the noise and asked a little more than usual."""
+    monkeypatch.setattr(search, "LEAST_SURE", 1.1 * search.LEAST_SURE)
+    monkeypatch.setattr(search, "SURE", 1.1 * search.SURE)
     best = Stage(viewed(bench, seed, ("clock-offset",), 0.5)[0]).step.ranking[0]
     assert best.cause == "clock-offset"
+    assert best.best.trial.doubt == 0.0
+    assert best.gated > LEAST
+
+
+def test_a_clock_between_chance_and_sure_counts_in_part() -> None:
+    """A true one of a third of the noise, of which the windows tell 3.2 standard deviations, is named with a doubt."""
+    best = Stage(viewed("finite_volume", 3896934736012042, ("clock-offset",), 0.35)[0]).step.ranking[0]
+    assert best.cause == "clock-offset"
+    assert 0.0 < best.best.trial.doubt < best.value
     assert best.gated > LEAST
 
 
