@@ -59,16 +59,6 @@ def _line(found: tuple[str, Outcome]) -> dict[str, Any]:
     return {"without": found[0], "outcome": found[1].to_dict()}
 
 
-def _found(one: Outcome) -> bool:
-    """Whether what is hidden was named, or is told as equivalent."""
-    return one.right_or_equivalent
-
-
-def _named(one: Outcome) -> bool:
-    """Whether something was named."""
-    return bool(one.names)
-
-
 def ablated(found: dict[Job, Outcome], count: int, draws: Sequence[tuple[str, int]]) -> str:
     """Return the table of ingredients: what the first draws come to without each."""
     rows = []
@@ -76,11 +66,13 @@ def ablated(found: dict[Job, Outcome], count: int, draws: Sequence[tuple[str, in
         own = [found[(name, *draw)] for draw in draws[:count] if (name, *draw) in found]
         single, plain = rates.of_kind(own, ONE), rates.stronger(rates.of_kind(own, ONE), 0.707)
         clean, strange = rates.of_kind(own, CLEAN), rates.of_kind(own, OUTSIDE)
-        asked = ((single, _found), (plain, _found), (single, lambda one: one.wrong), (clean, _named), (strange, _named),
-                 (strange, lambda one: one.right))  # fmt: skip
-        cells = [rates.part_of(sum(good(one) for one in some), len(some)) for some, good in asked]
-        sums = (rates.gain_ratio(own), rates.calibration_error(own))
-        rows.append([name, str(len(own)), *cells, *(f"{value:.2f}" if value == value else "-" for value in sums)])
+        cells = [rates.proportion(single, lambda one: one.right_or_equivalent),
+                 rates.proportion(plain, lambda one: one.right_or_equivalent),
+                 rates.proportion(single, lambda one: one.wrong), rates.proportion(clean, lambda one: bool(one.names)),
+                 rates.proportion(strange, lambda one: bool(one.names)),
+                 rates.proportion(strange, lambda one: one.right), rates.number(rates.gain_ratio(own)),
+                 rates.number(rates.calibration_error(own))]  # fmt: skip
+        rows.append([name, str(len(own)), *cells])
     head = ("", "draws", "right or equivalent", "the same from 0.7", "wrong name", "named on clean", "named outside",
             "`unexplained` outside", "gain / oracle's", "calibration error")  # fmt: skip
     return rates.table(head, rows)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
 from itertools import pairwise
+from typing import TypeVar
 
 import numpy as np
 from scipy.stats import beta
@@ -19,6 +20,7 @@ GAIN = 0.02
 """Part of the law's RMSE on validation runs below which there is nothing to gain."""
 
 Rows = list[list[str]]
+Draw = TypeVar("Draw")
 
 
 def rate(draws: Sequence[Outcome], good: Callable[[Outcome], bool]) -> float:
@@ -81,12 +83,17 @@ def part_of(count: int, of: int) -> str:
     return f"{count / of:.2f} ({low:.2f} to {high:.2f})"
 
 
+def proportion(draws: Sequence[Draw], good: Callable[[Draw], bool]) -> str:
+    """Return the part of draws that are good, with its 90 % interval."""
+    return part_of(sum(good(one) for one in draws), len(draws))
+
+
 def _share(draws: Sequence[Outcome], good: Callable[[Outcome], bool]) -> str:
     """Return a rate with two digits."""
     return f"{rate(draws, good):.2f}" if draws else "-"
 
 
-def _number(value: float) -> str:
+def number(value: float) -> str:
     """Return a number with two digits."""
     return f"{value:.2f}" if np.isfinite(value) else "-"
 
@@ -108,7 +115,7 @@ def by_strength(draws: Sequence[Outcome], kinds: Sequence[str] = (ONE,)) -> str:
         rows.append([label, str(len(own)), part_of(right, len(own)), _share(own, lambda one: one.right_or_equivalent),
                      part_of(wrong, len(own)), _share(own, lambda one: one.verdict == "none"),
                      _share(own, lambda one: one.verdict == "unexplained"),
-                     _share(own, lambda one: one.extra and not one.wrong), _number(gain_ratio(own))])  # fmt: skip
+                     _share(own, lambda one: one.extra and not one.wrong), number(gain_ratio(own))])  # fmt: skip
     return table(head, rows)
 
 
@@ -120,9 +127,9 @@ def what_it_gains(draws: Sequence[Outcome]) -> str:
     sets = {f"one effect, {label}": stronger(one, low, high) for label, (low, high) in STRENGTHS.items()}
     sets |= {"one effect": one, "two effects": of_kind(draws, TWO), "outside the catalogue": of_kind(draws, OUTSIDE),
              "nothing": of_kind(draws, CLEAN), "all": list(draws)}  # fmt: skip
-    rows = [[label, str(len(own)), _number(gain_ratio(own)), _share(own, lambda one: worse(one.gain)),
-             _share(own, lambda one: worse(one.oracle_gain)), _number(true_gain_ratio(own)),
-             part_of(sum(worse(one.true_gain) for one in own), len(own)),
+    rows = [[label, str(len(own)), number(gain_ratio(own)), _share(own, lambda one: worse(one.gain)),
+             _share(own, lambda one: worse(one.oracle_gain)), number(true_gain_ratio(own)),
+             proportion(own, lambda one: worse(one.true_gain)),
              _share(own, lambda one: worse(one.oracle_true_gain))] for label, own in sets.items()]  # fmt: skip
     return table(head, rows)
 
@@ -139,7 +146,7 @@ def by_cause(draws: Sequence[Outcome]) -> str:
         instead = [one.first or one.verdict for one in own if not one.right]
         counts = {name: instead.count(name) for name in sorted(set(instead))}
         said = ", ".join(f"{name} {count}" for name, count in sorted(counts.items(), key=lambda item: -item[1]))
-        rows.append([f"`{cause}`", *cells, _share(own, lambda one: one.wrong), _number(gain_ratio(own)), said])
+        rows.append([f"`{cause}`", *cells, _share(own, lambda one: one.wrong), number(gain_ratio(own)), said])
     return table(("cause", *STRENGTHS, "wrong name", "gain / oracle's", "said instead"), rows)
 
 
@@ -154,7 +161,7 @@ def by_bench(draws: Sequence[Outcome]) -> str:
                      _share(single, lambda one: one.wrong), _share(clean, lambda one: bool(one.names)),
                      _share(strange, lambda one: bool(one.names)),
                      _share(stronger(strange, 0.707), lambda one: one.right),
-                     _number(gain_ratio(of_kind(own, ONE, TWO))),
+                     number(gain_ratio(of_kind(own, ONE, TWO))),
                      f"{np.mean([one.seconds for one in own]):.1f}" if own else "-"])  # fmt: skip
     head = ("bench", "draws", *(f"right, {name}" for name in STRENGTHS), "right or equivalent from 0.7", "wrong name",
             "named on clean", "named outside", "`unexplained` outside from 0.7", "gain / oracle's", "s")  # fmt: skip
@@ -170,19 +177,19 @@ def others(draws: Sequence[Outcome]) -> str:
             "nothing hidden",
             str(len(clean)),
             "something named",
-            part_of(sum(bool(one.names) for one in clean), len(clean)),
+            proportion(clean, lambda one: bool(one.names)),
         ]
     )
-    rows.append(["", "", "`unexplained`", part_of(sum(one.verdict == "unexplained" for one in clean), len(clean))])
+    rows.append(["", "", "`unexplained`", proportion(clean, lambda one: one.verdict == "unexplained")])
     for label, low in (("outside the catalogue", 0.0), ("outside, from 0.7", 0.707)):
         own = stronger(of_kind(draws, OUTSIDE), low)
-        rows.append([label, str(len(own)), "something named", part_of(sum(bool(one.names) for one in own), len(own))])
-        rows.append(["", "", "`unexplained`", part_of(sum(one.right for one in own), len(own))])
+        rows.append([label, str(len(own)), "something named", proportion(own, lambda one: bool(one.names))])
+        rows.append(["", "", "`unexplained`", proportion(own, lambda one: one.right)])
     for label, low in (("two effects", 0.0), ("two, both from 0.7", 0.707)):
         own = stronger(of_kind(draws, TWO), low)
-        rows.append([label, str(len(own)), "exact pair", part_of(sum(one.pair for one in own), len(own))])
-        rows.append(["", "", "first name right", part_of(sum(one.right for one in own), len(own))])
-        rows.append(["", "", "a wrong name among them", part_of(sum(one.extra for one in own), len(own))])
+        rows.append([label, str(len(own)), "exact pair", proportion(own, lambda one: one.pair)])
+        rows.append(["", "", "first name right", proportion(own, lambda one: one.right)])
+        rows.append(["", "", "a wrong name among them", proportion(own, lambda one: one.extra)])
     return table(("hidden", "draws", "said", "rate"), rows)
 
 

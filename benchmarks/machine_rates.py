@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Iterable, Sequence
 
 import numpy as np
 
 from benchmarks.hidden_effects import CLEAN, ONE, OUTSIDE, TWO
 from benchmarks.hidden_machines import BARS, CAUSES, LEG, NORMAL_95, STRENGTHS, UNFRAMED, MachineOutcome
-from benchmarks.hidden_rates import part_of, table
+from benchmarks.hidden_rates import part_of, proportion, table
 
 GAIN = 0.02
 """Part of the RMSE on validation runs below which there is nothing to gain."""
@@ -22,11 +22,6 @@ Draws = Sequence[MachineOutcome]
 def of_kind(draws: Iterable[MachineOutcome], *kinds: str) -> list[MachineOutcome]:
     """Return the draws of some kinds."""
     return [one for one in draws if one.kind in kinds]
-
-
-def share(draws: Draws, good: Callable[[MachineOutcome], bool]) -> str:
-    """Return the part of draws that are good, with its 90 % interval."""
-    return part_of(sum(good(one) for one in draws), len(draws))
 
 
 def gain_ratio(draws: Draws, end: str = "") -> float:
@@ -60,10 +55,10 @@ def cells(own: Draws) -> list[str]:
     """Return what is told of any set of draws with effects in them."""
     right = [one for one in own if one.right and one.names]
     return [
-        str(len(own)), share(own, lambda one: one.right), share(own, lambda one: one.right_or_equivalent),
-        share(right, lambda one: one.place_right), share(right, lambda one: one.place_right_or_equivalent),
-        share(own, lambda one: one.wrong),
-        share(own, lambda one: one.verdict == "none"), share(own, lambda one: one.verdict == "unexplained"),
+        str(len(own)), proportion(own, lambda one: one.right), proportion(own, lambda one: one.right_or_equivalent),
+        proportion(right, lambda one: one.place_right), proportion(right, lambda one: one.place_right_or_equivalent),
+        proportion(own, lambda one: one.wrong),
+        proportion(own, lambda one: one.verdict == "none"), proportion(own, lambda one: one.verdict == "unexplained"),
         _ratios(own), part_of(*coverage(own)),
         f"{max((one.seconds for one in own), default=0.0):.1f}",
     ]  # fmt: skip
@@ -114,8 +109,9 @@ def by_machine(draws: Draws) -> str:
         for name in sorted({getattr(one, what) for one in draws}):
             own = [one for one in draws if getattr(one, what) == name]
             single, clean = of_kind(own, ONE), of_kind(own, CLEAN)
-            rows.append([name, str(len(single)), share(single, lambda one: one.right),
-                         share(single, lambda one: one.right_or_equivalent), share(single, lambda one: one.wrong),
+            rows.append([name, str(len(single)), proportion(single, lambda one: one.right),
+                         proportion(single, lambda one: one.right_or_equivalent),
+                         proportion(single, lambda one: one.wrong),
                          f"{sum(bool(one.names) for one in clean)}/{len(clean)}"])  # fmt: skip
     return table(("", "draws", "cause right", "or equivalent", "wrong name", "named on clean"), rows)
 
@@ -124,13 +120,18 @@ def others(draws: Draws) -> str:
     """Return what is said of clean campaigns, pairs, causes of a leg, and of what is outside the catalogues."""
     clean, foreign, pairs, legs = (of_kind(draws, kind) for kind in (CLEAN, OUTSIDE, TWO, LEG))
     rows = [
-        ["nothing", str(len(clean)), "something named", share(clean, lambda one: bool(one.names))],
-        ["outside the catalogues", str(len(foreign)), "something named", share(foreign, lambda one: bool(one.names))],
-        ["", "", "`unexplained`", share(foreign, lambda one: one.verdict == "unexplained")],
-        ["two effects", str(len(pairs)), "first name right", share(pairs, lambda one: one.right)],
-        ["", "", "both", share(pairs, lambda one: sorted(one.names) == sorted(one.causes))],
-        ["", "", "a name that is not hidden", share(pairs, lambda one: bool(set(one.names) - set(one.causes)))],
-        ["a leg's cause", str(len(legs)), "first name right", share(legs, lambda one: one.right)],
+        ["nothing", str(len(clean)), "something named", proportion(clean, lambda one: bool(one.names))],
+        [
+            "outside the catalogues",
+            str(len(foreign)),
+            "something named",
+            proportion(foreign, lambda one: bool(one.names)),
+        ],
+        ["", "", "`unexplained`", proportion(foreign, lambda one: one.verdict == "unexplained")],
+        ["two effects", str(len(pairs)), "first name right", proportion(pairs, lambda one: one.right)],
+        ["", "", "both", proportion(pairs, lambda one: sorted(one.names) == sorted(one.causes))],
+        ["", "", "a name that is not hidden", proportion(pairs, lambda one: bool(set(one.names) - set(one.causes)))],
+        ["a leg's cause", str(len(legs)), "first name right", proportion(legs, lambda one: one.right)],
     ]
     return table(("hidden", "draws", "said", "rate"), rows)
 
