@@ -27,6 +27,8 @@ class Ranked:
         Log evidence less that of the null.
     best : Scored
     levels : Levels
+    besides : float
+        Of the value, what other witnesses than the drift say.
     witness : float
         What the parity of a faulty thermometer says beyond that of any other.
     both : float
@@ -45,6 +47,7 @@ class Ranked:
     value: float
     best: Scored
     levels: Levels
+    besides: float = 0.0
     witness: float = 0.0
     both: float = 0.0
     seconded: float = 0.0

@@ -68,7 +68,9 @@ def _over(channel: Channel, system: System, item: Ranked, first: Ranked) -> Rank
         max(channel.evidence(base.X, base.sd, levels) for levels in noises) for base in (system(first.best), both)
     )
     lead = together - alone - first.gated - SHAPE_ERROR * first.value
-    return replace(item, value=first.value + lead) if lead > 0.0 else item
+    # what thermometers say of the first one against each other, no misfit of the drift does
+    value = first.value - first.besides + lead + item.besides
+    return replace(item, value=max(item.value, value)) if lead > 0.0 else item
 
 
 def _first_name(ranked: list[Ranked]) -> Ranked | None:

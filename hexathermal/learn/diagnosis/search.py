@@ -45,8 +45,8 @@ REPEATED = "missing-sensor"
 FORETOLD = "foretold"
 """The shape in which other thermometers tell what one lacks: an error of their weights looks like `REPEATED`."""
 
-MOST_WITNESSED = 16
-"""Trials of a sensor's fault whose parity is asked."""
+MOST_WITNESSED, FEWEST_WITNESSED = 16, 6
+"""Trials of a sensor's fault whose parity is asked, those that are asked in any case among them; and of the others."""
 
 
 STEP, STEP_ALONE, BUMPS = "zero-jump", 3.0, (-3, -2, -1, 1, 2, 3)
@@ -265,18 +265,21 @@ class Search:
 
         The drift knows little of a fault late in the last run: the null may rather not believe that thermometer.
         """
-        if best.trial.parity is None or best.trial.least_parity >= 0.0:
-            return value
-        return value + max(self.witnesses.parity(self._witnessed(best, scored).trial), 0.0)
+        trial = self._witnessed(best, scored).trial
+        if trial.least_parity >= 0.0:
+            return value + self.witnesses.whole(trial)
+        return value if trial.parity is None else value + max(self.witnesses.parity(trial), 0.0)
 
     def _witnessed(self, best: Scored, scored: list[Scored]) -> Scored:
         """Return the trial of a sensor's fault that drift and parity together speak for; others as they are."""
         own = [item for item in scored if item.trial.cause == best.trial.cause]
         if all(item.trial.parity is None for item in own):
             return best
-        top = sorted(own, key=lambda item: (not item.trial.asked, -item.value))[:MOST_WITNESSED]
-        return most_valued(top, lambda item: item.value + self.witnesses.most_spoken(item.trial),
-                           lambda item: item.value + self.witnesses.spoken(item.trial))  # fmt: skip
+        asked = [item for item in own if item.trial.asked]
+        rest = sorted((item for item in own if not item.trial.asked), key=lambda item: -item.value)
+        top = asked + rest[: max(MOST_WITNESSED - len(asked), FEWEST_WITNESSED)]
+        return most_valued(top, lambda item: item.value + self.witnesses.most_spoken(item),
+                           lambda item: item.value + self.witnesses.spoken(item))  # fmt: skip
 
 
 def most_valued(items: Sequence[Item], most: Callable[[Item], float], value: Callable[[Item], float]) -> Item:

@@ -110,6 +110,8 @@ class Trial:
     in_parity : float
         Amplitude in the parity's last column where that in the drift's is the law's own A; 0 where they are no one
         number.
+    whole : bool
+        Whether the amplitude in the parity's last column is about 1 where the fault is there at all.
     anew : bool
         Whether errors of the thermometers are to be made anew of the mended data: all sensors are mended alike.
     advantage : float
@@ -138,6 +140,7 @@ class Trial:
     parity: Parity | None = None
     least_parity: float = -np.inf
     in_parity: float = 0.0
+    whole: bool = False
     anew: bool = False
     advantage: float = 0.0
     most: float = np.inf

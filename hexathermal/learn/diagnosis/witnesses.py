@@ -25,6 +25,9 @@ MOST_PARITY = 150.0
 FOLLOWED, LEAST_WITNESS = 5.0, 2.0
 """What the drift says for a sensor's fault counts up to so many times what the parity says beyond so much."""
 
+WHOLE, PARTLY = 0.15, 0.3
+"""Error of what is 1 where a fault is whole: the shape of it is a sketch; and how far off 1 it still counts in part."""
+
 AGREED, LEAST_AGREED = 10.0, 1.0
 """Where both tell of one error, it counts up to so many times the evidence for that beyond so much: sound thermometers
 wander a little."""
@@ -47,14 +50,29 @@ class Witnesses:
     channel: Channel
     system: Callable[[Scored], Base]
 
-    def spoken(self, trial: Trial) -> float:
-        """Return what the parity says for a trial: where it need not show there, beyond what others show."""
-        return self.parity(trial) if trial.least_parity >= 0.0 else self._gain(trial, trial.target)
+    def spoken(self, item: Scored) -> float:
+        """Return what the parity says for a trial, as far as it counts; of a fault that need show there, all of it."""
+        trial = item.trial
+        return self._gain(trial, trial.target) if trial.least_parity < 0.0 else self._late(trial, item.value)
 
-    def most_spoken(self, trial: Trial) -> float:
+    def most_spoken(self, item: Scored) -> float:
         """Return the most that `spoken` may be, without asking other thermometers."""
+        trial = item.trial
         own = self._gain(trial, trial.target)
-        return own if trial.least_parity < 0.0 else float(np.clip(own, trial.least_parity, MOST_PARITY))
+        if trial.least_parity < 0.0:
+            return own
+        return MOST_PARITY if trial.whole and own > 0.0 else float(np.clip(own, 0.0, max(item.value, 0.0)))
+
+    def _late(self, trial: Trial, drift: float) -> float:
+        """Return what the parity says for lateness: as much as the drift at most, or what it says for a whole one.
+
+        Every thermometer is late against some other, but one that is late is so with all that it reads.
+        """
+        shown = self._shown(trial, trial.target)
+        if shown is None:
+            return 0.0
+        partly = np.exp(-0.5 * ((shown.amplitude - 1.0) / PARTLY) ** 2) if trial.whole else 1.0
+        return max(float(partly) * min(self.parity(trial), max(drift, 0.0)), self.whole(trial))
 
     def heard(self, ranked: Ranked) -> Ranked:
         """Return a cause whose value is the evidence in the drift with that of other witnesses.
@@ -63,21 +81,21 @@ class Witnesses:
         `FOLLOWED` times what they say beyond `LEAST_WITNESS`; where both tell of one number, `AGREED` times what they
         say alike beyond `LEAST_AGREED`.
         """
-        trial, whole = ranked.best.trial, min(ranked.value, ranked.best.trial.most)
+        trial, most = ranked.best.trial, min(ranked.value, ranked.best.trial.most)
         parity, sure = self._parities(trial)
-        drift, agreed = whole, self._agreed(ranked.best, ranked.levels)
+        drift, agreed = most, self._agreed(ranked.best, ranked.levels)
         fault = trial.parity is not None and trial.least_parity < 0.0
-        if np.isfinite(agreed):
+        if not fault:
+            parity, sure = self._late(trial, drift), self.whole(trial)
+        elif np.isfinite(agreed):
             parity = sure = agreed
             drift = min(drift, AGREED * max(agreed - LEAST_AGREED, 0.0))
-        elif fault:
+        else:
             drift = min(drift, FOLLOWED * max(parity - LEAST_WITNESS, 0.0))
-        elif trial.parity is not None:
-            # every thermometer is late against some other: the parity only seconds what the drift says
-            parity = min(parity, max(drift, 0.0))
-        return replace(ranked, value=drift + trial.advantage + parity, witness=sure * fault,
-                       both=min(drift, sure) * fault, seconded=self._gain(trial, trial.target) * fault,
-                       agreed=agreed, withheld=whole - drift)  # fmt: skip
+        besides = trial.advantage + parity
+        return replace(ranked, value=drift + besides, besides=besides, witness=sure, both=min(drift, sure) * fault,
+                       seconded=self._gain(trial, trial.target) * fault, agreed=agreed,
+                       withheld=most - drift)  # fmt: skip
 
     def parity(self, trial: Trial) -> float:
         """Return the log evidence of the parity for a trial, less what other sensors show of the same by chance."""
@@ -95,8 +113,10 @@ class Witnesses:
         if others:
             usual = max(float(np.quantile(others, USUAL)), float(np.mean(others) + UNUSUAL * np.std(others)))
             most = max(others)
+        # of lateness it counts no more than what the drift says
+        most_said = MOST_PARITY if trial.least_parity < 0.0 else np.inf
         least = max(trial.least_parity, -MOST_PARITY)
-        beyond, sure = np.clip(own - np.maximum([usual, most], 0.0), least, MOST_PARITY).tolist()
+        beyond, sure = np.clip(own - np.maximum([usual, most], 0.0), least, most_said).tolist()
         return beyond, sure
 
     def _gain(self, trial: Trial, sensor: str | None) -> float:
@@ -128,10 +148,28 @@ class Witnesses:
             return -np.inf
         error = fault / A * trial.in_parity
         slope = np.array([-error / A, trial.in_parity / A])
+        chance = self._chance(trial, shown)
+        return _likelier(shown.amplitude, error, chance + float(slope @ covariance[np.ix_(own, own)] @ slope), chance)
+
+    def whole(self, trial: Trial) -> float:
+        """Return the log evidence of the parity for a fault that is whole, against none; 0 where it is not asked so.
+
+        With p +- r in the parity and t as in `_agreed`, ``log N(p; 1, r^2 + WHOLE^2) - log N(p; 0, r^2 + t^2)``.
+        """
+        shown = self._shown(trial, trial.target) if trial.whole else None
+        if shown is None:
+            return 0.0
+        variance = shown.uncertainty**2 + WHOLE**2
+        return max(_likelier(shown.amplitude, 1.0, variance, self._chance(trial, shown)), 0.0)
+
+    def _chance(self, trial: Trial, shown: Shown) -> float:
+        """Return the variance of what the parity of a sound thermometer shows of a fault."""
         others = [self._shown(trial, sensor) for sensor in self.bench.bystanders(BYSTANDERS)]
         scatter = [one.amplitude**2 for one in others if one is not None]
-        chance = shown.uncertainty**2 + (float(np.mean(scatter)) if scatter else 0.0)
-        both = chance + float(slope @ covariance[np.ix_(own, own)] @ slope)
-        p = shown.amplitude
-        said = 0.5 * (p**2 / chance - (p - error) ** 2 / both - np.log(both / chance))
-        return float(np.clip(said, -MOST_PARITY, MOST_PARITY))
+        return shown.uncertainty**2 + (float(np.mean(scatter)) if scatter else 0.0)
+
+
+def _likelier(p: float, error: float, variance: float, chance: float) -> float:
+    """Return by how much (log) p is likelier about an error, with its variance, than about 0 with that of chance."""
+    said = 0.5 * (p**2 / chance - (p - error) ** 2 / variance - np.log(variance / chance))
+    return float(np.clip(said, -MOST_PARITY, MOST_PARITY))

@@ -278,8 +278,8 @@ def test_the_most_valued_is_found_without_asking_all(pairs: list[tuple[float, fl
 def test_what_the_parity_says_at_most_is_a_bound(view: View) -> None:
     """Nothing that drift and parity say together for a late sensor passes what its own parity allows."""
     stage = Stage(view)
+    witnesses, levels = stage.search.witnesses, stage.levels
     late = [trial for trial in stage.search.trials if trial.cause == "thermal-lag" and trial.parity is not None]
     assert late
-    for trial in late[::7]:
-        spoken, most = stage.search.witnesses.spoken(trial), stage.search.witnesses.most_spoken(trial)
-        assert 0.0 <= spoken <= most
+    for item in stage.search.scored(levels, late)[::7]:
+        assert 0.0 <= witnesses.spoken(item) <= witnesses.most_spoken(item)

@@ -95,7 +95,7 @@ def _late(bench: Workbench, sensor: str, ratio: float) -> Iterator[Trial]:
             weights = bench.view.once((CAUSE.name, sensor, stages), partial(_late_weights, model, stages))
             trial = bench.term(CAUSE.name, "foretold", sensor, sensor=sensor, weights=weights, ratio=ratio,
                                time_constant_s=tau, order=order)  # fmt: skip
-            yield replace(trial, parity=partial(_late_parity, stages), least_parity=0.0)
+            yield replace(trial, parity=partial(_late_parity, stages), least_parity=0.0, whole=True, asked=True)
 
 
 def _late_weights(model: SensorModel, stages: tuple[float, ...]) -> dict[str, float]:
