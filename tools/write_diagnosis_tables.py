@@ -31,6 +31,8 @@ CONSTANTS = {
         "BYSTANDERS",
         "USUAL",
         "UNUSUAL",
+        "WHOLE",
+        "PARTLY",
         "MOST_PARITY",
         "FOLLOWED",
         "LEAST_WITNESS",

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from hexathermal.learn.diagnosis.deciding import decided
-from hexathermal.learn.diagnosis.evidence import beside
+from hexathermal.learn.diagnosis.evidence import LEAST, beside
 from hexathermal.learn.diagnosis.search import FORETOLD
 from hexathermal.learn.diagnosis.stage import Stage
 from hexathermal.simulate.hidden.drawing import campaign_of
@@ -59,6 +59,47 @@ def test_a_very_late_thermometer_is_named_and_the_others_speak_for_it(seed: int)
     weights = trial.parameters["weights"]
     assert set(weights) == set(view.sensors) - {trial.target}
     assert np.isfinite(list(weights.values())).all()
+
+
+@pytest.mark.parametrize(
+    ("bench", "seed", "strength"),
+    [("modal", 7837254198715841, 0.5), ("rough", 4221017415408888, 0.6), ("finite_volume", 7916390503711359, 0.6)],
+)
+def test_a_thermometer_that_is_late_with_all_it_reads_neither_drifts_nor_is_exchanged(
+    bench: str, seed: int, strength: float
+) -> None:
+    """Its parity grows with a run's warming as a drift's does, a neighbour fits better; it shows 1 of itself."""
+    view, answer = viewed(bench, seed, ("thermal-lag",), strength)
+    stage = Stage(view)
+    leader = stage.step.ranking[0]
+    assert (leader.cause, leader.best.trial.target, leader.best.trial.shape) == (
+        "thermal-lag", answer.targets[0], FORETOLD,
+    )  # fmt: skip
+    assert stage.search.witnesses.whole(leader.best.trial) > LEAST
+    after = stage.with_effect(leader.best)
+    faults = [trial for trial in after.trials_left if trial.parity is not None and trial.least_parity < 0.0]
+    assert answer.targets[0] not in {trial.target for trial in faults}
+
+
+@pytest.mark.parametrize(("bench", "seed"), [("modal", 436067035573042), ("quiet", 5972132626489281)])
+def test_a_thermometer_that_shows_a_part_of_lateness_is_not_late(bench: str, seed: int) -> None:
+    """Heat of motion that no thermometer sees: one beside the nut is late against the others, by a part of a lag."""
+    view, _ = viewed(bench, seed, ("hidden-heat",), 0.35)
+    stage = Stage(view)
+    best = stage.step.ranking[0]
+    assert best.cause == "hidden-heat"
+    lag = next(item for item in stage.step.ranking if item.cause == "thermal-lag")
+    assert lag.value - lag.besides + stage.search.witnesses.parity(lag.best.trial) > best.value
+
+
+def test_a_stroke_follows_another_thermometer_as_recorded() -> None:
+    """Its quick warming, which smoothing takes, is what tells it from an exchange of the law's own with that one."""
+    view, _ = viewed("modal", 8909593350979068, ("missing-sensor",), 0.5)
+    best = Stage(view).step.ranking[0]
+    trial = best.best.trial
+    assert (best.cause, trial.shape) == ("missing-sensor", "expansion")
+    recorded = view.recorded(trial.parameters["sensor"])
+    assert np.allclose(trial.columns, np.column_stack([view.length * recorded, view.q * recorded]))
 
 
 @pytest.mark.parametrize("seed", [911528681664114, 2979200033723610])
