@@ -33,6 +33,7 @@ CONSTANTS = {
         "UNUSUAL",
         "WHOLE",
         "PARTLY",
+        "FEWEST_BYSTANDERS",
         "MOST_PARITY",
         "FOLLOWED",
         "LEAST_WITNESS",

@@ -30,7 +30,8 @@ class Ranked:
     besides : float
         Of the value, what other witnesses than the drift say.
     witness : float
-        What the parity of a faulty thermometer says beyond that of any other.
+        What the parity of a faulty thermometer says beyond that of any other; of one that is late, for lateness of all
+        that it reads.
     both : float
         What the drift and the parity of a faulty thermometer, beyond that of any other, say alike: the lesser of them.
     seconded : float

@@ -68,8 +68,8 @@ def _over(channel: Channel, system: System, item: Ranked, first: Ranked) -> Rank
         max(channel.evidence(base.X, base.sd, levels) for levels in noises) for base in (system(first.best), both)
     )
     lead = together - alone - first.gated - SHAPE_ERROR * first.value
-    # what thermometers say of the first one against each other, no misfit of the drift does
-    value = first.value - first.besides + lead + item.besides
+    # what other witnesses say for the first one, no misfit of the drift does
+    value = first.value - max(first.besides, 0.0) + lead + item.besides
     return replace(item, value=max(item.value, value)) if lead > 0.0 else item
 
 

@@ -45,8 +45,8 @@ REPEATED = "missing-sensor"
 FORETOLD = "foretold"
 """The shape in which other thermometers tell what one lacks: an error of their weights looks like `REPEATED`."""
 
-MOST_WITNESSED, FEWEST_WITNESSED = 16, 6
-"""Trials of a sensor's fault whose parity is asked, those that are asked in any case among them; and of the others."""
+MOST_WITNESSED = 16
+"""Trials of a sensor's fault whose parity is asked, besides those that are asked in any case."""
 
 
 STEP, STEP_ALONE, BUMPS = "zero-jump", 3.0, (-3, -2, -1, 1, 2, 3)
@@ -277,7 +277,7 @@ class Search:
             return best
         asked = [item for item in own if item.trial.asked]
         rest = sorted((item for item in own if not item.trial.asked), key=lambda item: -item.value)
-        top = asked + rest[: max(MOST_WITNESSED - len(asked), FEWEST_WITNESSED)]
+        top = asked + rest[:MOST_WITNESSED]
         return most_valued(top, lambda item: item.value + self.witnesses.most_spoken(item),
                            lambda item: item.value + self.witnesses.spoken(item))  # fmt: skip
 

@@ -28,6 +28,9 @@ FOLLOWED, LEAST_WITNESS = 5.0, 2.0
 WHOLE, PARTLY = 0.15, 0.3
 """Error of what is 1 where a fault is whole: the shape of it is a sketch; and how far off 1 it still counts in part."""
 
+FEWEST_BYSTANDERS = 3
+"""Fewer do not tell what a sound thermometer shows of a whole fault."""
+
 AGREED, LEAST_AGREED = 10.0, 1.0
 """Where both tell of one error, it counts up to so many times the evidence for that beyond so much: sound thermometers
 wander a little."""
@@ -59,30 +62,26 @@ class Witnesses:
         """Return the most that `spoken` may be, without asking other thermometers."""
         trial = item.trial
         own = self._gain(trial, trial.target)
-        if trial.least_parity < 0.0:
-            return own
-        return MOST_PARITY if trial.whole and own > 0.0 else float(np.clip(own, 0.0, max(item.value, 0.0)))
+        return own if trial.least_parity < 0.0 else max(own, 0.0)
 
     def _late(self, trial: Trial, drift: float) -> float:
-        """Return what the parity says for lateness: as much as the drift at most, or what it says for a whole one.
+        """Return what the parity says for lateness: as much as the drift at most, or what it says for a whole one."""
+        return max(self._partly(trial) * min(self.parity(trial), max(drift, 0.0)), self.whole(trial))
 
-        Every thermometer is late against some other, but one that is late is so with all that it reads.
-        """
-        shown = self._shown(trial, trial.target)
-        if shown is None:
-            return 0.0
-        partly = np.exp(-0.5 * ((shown.amplitude - 1.0) / PARTLY) ** 2) if trial.whole else 1.0
-        return max(float(partly) * min(self.parity(trial), max(drift, 0.0)), self.whole(trial))
+    def _partly(self, trial: Trial) -> float:
+        """Return the part that counts of what a parity says: less where what should be whole is not."""
+        shown = self._shown(trial, trial.target) if trial.whole else None
+        return 1.0 if shown is None else float(np.exp(-0.5 * ((shown.amplitude - 1.0) / PARTLY) ** 2))
 
     def heard(self, ranked: Ranked) -> Ranked:
         """Return a cause whose value is the evidence in the drift with that of other witnesses.
 
         A fault of a thermometer must show against the other thermometers too: what the drift says for it counts up to
         `FOLLOWED` times what they say beyond `LEAST_WITNESS`; where both tell of one number, `AGREED` times what they
-        say alike beyond `LEAST_AGREED`.
+        say alike beyond `LEAST_AGREED`. Every thermometer is late against some other: what they say of lateness counts
+        as far as the drift says it, or as far as the thermometer is late with all that it reads.
         """
         trial, most = ranked.best.trial, min(ranked.value, ranked.best.trial.most)
-        parity, sure = self._parities(trial)
         drift, agreed = most, self._agreed(ranked.best, ranked.levels)
         fault = trial.parity is not None and trial.least_parity < 0.0
         if not fault:
@@ -91,6 +90,7 @@ class Witnesses:
             parity = sure = agreed
             drift = min(drift, AGREED * max(agreed - LEAST_AGREED, 0.0))
         else:
+            parity, sure = self._parities(trial)
             drift = min(drift, FOLLOWED * max(parity - LEAST_WITNESS, 0.0))
         besides = trial.advantage + parity
         return replace(ranked, value=drift + besides, besides=besides, witness=sure, both=min(drift, sure) * fault,
@@ -113,7 +113,7 @@ class Witnesses:
         if others:
             usual = max(float(np.quantile(others, USUAL)), float(np.mean(others) + UNUSUAL * np.std(others)))
             most = max(others)
-        # of lateness it counts no more than what the drift says
+        # of lateness no more counts than the drift says, or than `whole` does
         most_said = MOST_PARITY if trial.least_parity < 0.0 else np.inf
         least = max(trial.least_parity, -MOST_PARITY)
         beyond, sure = np.clip(own - np.maximum([usual, most], 0.0), least, most_said).tolist()
@@ -154,18 +154,24 @@ class Witnesses:
     def whole(self, trial: Trial) -> float:
         """Return the log evidence of the parity for a fault that is whole, against none; 0 where it is not asked so.
 
-        With p +- r in the parity and t as in `_agreed`, ``log N(p; 1, r^2 + WHOLE^2) - log N(p; 0, r^2 + t^2)``.
+        With p +- r in the parity and t as in `_agreed`, ``log N(p; 1, r^2 + WHOLE^2) - log N(p; 0, r^2 + t^2)``; of it
+        a part where p is not about 1, and no more than what the parity gains by the fault of any size.
         """
         shown = self._shown(trial, trial.target) if trial.whole else None
-        if shown is None:
+        if shown is None or shown.gain <= 0.0 or len(self._others(trial)) < FEWEST_BYSTANDERS:
             return 0.0
         variance = shown.uncertainty**2 + WHOLE**2
-        return max(_likelier(shown.amplitude, 1.0, variance, self._chance(trial, shown)), 0.0)
+        said = _likelier(shown.amplitude, 1.0, variance, self._chance(trial, shown))
+        return self._partly(trial) * min(max(said, 0.0), shown.gain)
+
+    def _others(self, trial: Trial) -> list[Shown]:
+        """Return what the parities of bystanders show of a fault."""
+        found = [self._shown(trial, sensor) for sensor in self.bench.bystanders(BYSTANDERS)]
+        return [one for one in found if one is not None]
 
     def _chance(self, trial: Trial, shown: Shown) -> float:
         """Return the variance of what the parity of a sound thermometer shows of a fault."""
-        others = [self._shown(trial, sensor) for sensor in self.bench.bystanders(BYSTANDERS)]
-        scatter = [one.amplitude**2 for one in others if one is not None]
+        scatter = [one.amplitude**2 for one in self._others(trial)]
         return shown.uncertainty**2 + (float(np.mean(scatter)) if scatter else 0.0)
 
 

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -16,11 +18,12 @@ from hexathermal.learn.diagnosis.evidence import LEAST, Scored
 from hexathermal.learn.diagnosis.order import FEIGNED, UNSURE, Order
 from hexathermal.learn.diagnosis.ranking import Ranked
 from hexathermal.learn.diagnosis.search import most_valued
-from hexathermal.learn.diagnosis.sensor_model import FEWEST_OTHERS, SensorModel, sensor_model
+from hexathermal.learn.diagnosis.sensor_model import FEWEST_OTHERS, SensorModel, Shown, sensor_model
 from hexathermal.learn.diagnosis.stage import Stage
 from hexathermal.learn.diagnosis.timing import Timing
 from hexathermal.learn.diagnosis.trials import Trial, Workbench
 from hexathermal.learn.diagnosis.view import View
+from hexathermal.learn.diagnosis.witnesses import Witnesses
 from hexathermal.machine.leg_signals import LegSignals
 from hexathermal.poses import FloatArray
 from tests.learn.diagnosis.campaigns import altered, viewed
@@ -275,11 +278,37 @@ def test_the_most_valued_is_found_without_asking_all(pairs: list[tuple[float, fl
     assert all(sum(pairs[k]) >= max(values) for k in asked)
 
 
-def test_what_the_parity_says_at_most_is_a_bound(view: View) -> None:
-    """Nothing that drift and parity say together for a late sensor passes what its own parity allows."""
-    stage = Stage(view)
-    witnesses, levels = stage.search.witnesses, stage.levels
+@pytest.mark.parametrize(("seed", "strength"), [(3, 0.0), (12, 3.0), (14, 2.0)])
+def test_what_the_parity_says_at_most_is_a_bound(seed: int, strength: float) -> None:
+    """What counts of a late thermometer's parity is never more than that parity gains by it, nor below nothing."""
+    stage = Stage(viewed("modal", seed, ("thermal-lag",) if strength else (), strength or 1.0)[0])
+    asked = stage.search.witnesses
     late = [trial for trial in stage.search.trials if trial.cause == "thermal-lag" and trial.parity is not None]
-    assert late
-    for item in stage.search.scored(levels, late)[::7]:
-        assert 0.0 <= witnesses.spoken(item) <= witnesses.most_spoken(item)
+    said = [(asked.spoken(item), asked.most_spoken(item)) for item in stage.search.scored(stage.levels, late)]
+    assert all(0.0 <= spoken <= most for spoken, most in said)
+    assert (max(spoken for spoken, _most in said) > LEAST) == (strength > 0.0)
+
+
+@pytest.mark.parametrize(
+    ("p", "gain", "others", "least", "most"),
+    [
+        (1.0, 60.0, (0.1, -0.1, 0.2), 20.0, 60.0),
+        (1.0, 3.0, (0.1, -0.1, 0.2), 2.9, 3.0),
+        (-0.3, 90.0, (0.02, 0.02, 0.02), 0.0, 0.1),
+        (1.0, -5.0, (0.1, -0.1, 0.2), 0.0, 0.0),
+        (1.0, 60.0, (0.1, -0.1), 0.0, 0.0),
+        (0.4, 60.0, (0.3, -0.4, 0.2), 0.0, 0.5),
+    ],
+)
+def test_late_is_what_shows_all_of_it(
+    p: float, gain: float, others: tuple[float, ...], least: float, most: float
+) -> None:
+    """A parity speaks for a thermometer that is late where it shows 1 of lateness, gains by it, and others do not."""
+    names = [f"T{k}" for k in range(len(others) + 1)]
+    shown = dict(zip(names, [Shown(gain, p, 0.05), *(Shown(1.0, size, 0.05) for size in others)], strict=True))
+    bench: Any = SimpleNamespace(
+        model=lambda name: SimpleNamespace(shown_of=lambda _parity: shown[name]), bystanders=lambda _most: names[1:]
+    )
+    nothing: Any = None
+    trial = Trial("thermal-lag", np.zeros((2, 1)), "T0", parity=lambda _model: nothing, whole=True)
+    assert least <= Witnesses(bench, nothing, nothing).whole(trial) <= most

@@ -4,8 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-import numpy as np
-
 from hexathermal.learn.diagnosis.trials import Cause, Parameter, Trial, Workbench
 
 CAUSE = Cause(
@@ -33,11 +31,8 @@ def trials(bench: Workbench) -> Iterator[Trial]:
             for ratio in sorted(ratios):
                 yield bench.term(CAUSE.name, "temperature", sensor, quick=True, sensor=sensor, ratio=ratio)
             # as recorded: smoothing takes what is quicker than the noise of a good thermometer
-            raw = view.recorded(sensor)[:, None]
             for ratio in sorted(ratios):
-                own = {"sensor": sensor, "ratio": ratio}
-                yield Trial(CAUSE.name, view.span(ratio)[:, None] * raw, sensor, "temperature", own)
+                raw = view.span(ratio) * view.recorded(sensor)
+                yield Trial(CAUSE.name, raw[:, None], sensor, "temperature", {"sensor": sensor, "ratio": ratio})
             if view.kind == "leg" and view.moves:
                 yield bench.term(CAUSE.name, "expansion", sensor, quick=True, sensor=sensor)
-                both = np.column_stack([view.length * raw, view.q[:, None] * raw])
-                yield Trial(CAUSE.name, both, sensor, "expansion", {"sensor": sensor})
