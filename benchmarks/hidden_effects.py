@@ -25,6 +25,12 @@ BENCHES = ("modal", "finite_volume", "component", "quiet", "rough")
 HELD_OUT = "held_out"
 """The bench that no figure of the diagnosis was ever chosen by: looked at for the closing figures only."""
 
+LATER = "free_convection"
+"""A bench that came when the diagnosis was made: no figure of it was chosen by that one either."""
+
+TESTED = ("finite_volume", HELD_OUT, LATER)
+"""The benches of the test suite: figures of the diagnosis were chosen by the first of them only."""
+
 TOP = 4
 
 

@@ -6,7 +6,7 @@ import json
 
 import pytest
 
-from benchmarks.hidden_effects import Outcome, outcome_of, plan
+from benchmarks.hidden_effects import TESTED, Outcome, outcome_of, plan
 from tests.learn.shared_draws import fresh_entropy, shared
 
 DRAWS = 56
@@ -20,7 +20,7 @@ def entropy() -> int:
 
 @pytest.fixture(scope="session")
 def outcomes(entropy: int, tmp_path_factory: pytest.TempPathFactory) -> list[Outcome]:
-    """What the diagnosis said of fresh draws: causes, strengths, noise and bias drawn, all benches in turn."""
-    texts = shared(tmp_path_factory, f"hidden-{entropy}", plan(DRAWS, entropy),
+    """What the diagnosis said of fresh draws: causes, strengths, noise and bias drawn, three benches in turn."""
+    texts = shared(tmp_path_factory, f"hidden-{entropy}", plan(DRAWS, entropy, TESTED),
                    lambda draw: json.dumps(outcome_of(*draw).to_dict()))  # fmt: skip
     return [Outcome(**json.loads(text)) for text in texts]
