@@ -176,7 +176,7 @@ class Stage:
         late = {item.trial.target for item in self.joined if item.trial.shape == FORETOLD}
         return [trial for trial in self.search.trials
                 if trial.cause not in gone and not (trial.cause == REPEATED and trial.target in sensors)
-                and not (trial.least_parity < 0.0 and trial.parity is not None and trial.target in late)]  # fmt: skip
+                and not (trial.fault and trial.target in late)]  # fmt: skip
 
     def without(self, scored: Scored) -> Stage:
         """Return the stage with a trial's cause out of the race, and its columns among what the null tolerates."""

@@ -125,7 +125,7 @@ class Trial:
     unfeigned : bool
         Whether they feign none of it, although they do other trials of its cause.
     asked : bool
-        Whether the parity is asked in any case, since it led to this trial.
+        Whether the parity is asked in any case: it led to this trial, or knows more of it than the drift does.
     starts : int
         Of the columns the last so many belong to one run each, which had not come to rest before: no law carries them.
     """
@@ -154,6 +154,11 @@ class Trial:
     def carried(self) -> int:
         """Columns that a law carries, the first so many."""
         return int(self.columns.shape[1]) - self.starts
+
+    @property
+    def fault(self) -> bool:
+        """Whether it is a fault of a thermometer that must show in its parity."""
+        return self.parity is not None and self.least_parity < 0.0
 
     @property
     def named(self) -> bool:

@@ -83,8 +83,7 @@ class Witnesses:
         """
         trial, most = ranked.best.trial, min(ranked.value, ranked.best.trial.most)
         drift, agreed = most, self._agreed(ranked.best, ranked.levels)
-        fault = trial.parity is not None and trial.least_parity < 0.0
-        if not fault:
+        if not trial.fault:
             parity, sure = self._late(trial, drift), self.whole(trial)
         elif np.isfinite(agreed):
             parity = sure = agreed
@@ -93,8 +92,8 @@ class Witnesses:
             parity, sure = self._parities(trial)
             drift = min(drift, FOLLOWED * max(parity - LEAST_WITNESS, 0.0))
         besides = trial.advantage + parity
-        return replace(ranked, value=drift + besides, besides=besides, witness=sure, both=min(drift, sure) * fault,
-                       seconded=self._gain(trial, trial.target) * fault, agreed=agreed,
+        return replace(ranked, value=drift + besides, besides=besides, witness=sure, agreed=agreed,
+                       both=min(drift, sure) * trial.fault, seconded=self._gain(trial, trial.target) * trial.fault,
                        withheld=most - drift)  # fmt: skip
 
     def parity(self, trial: Trial) -> float:
