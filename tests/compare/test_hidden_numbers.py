@@ -2,7 +2,8 @@
 
 The truth is cut into other cells with steps of 5 s, its other numbers are drawn within their tolerance, its
 instruments err; seeds are drawn anew at each run and shown when a test fails. By the table in docs/compare.md fewer
-than 3 of 5 are named, or 2 of 5 held by their interval, once in some hundred runs of these tests at most.
+than 3 of 5 are named, 2 of 5 held by their interval, or 4 of 5 gained by once in some dozens of runs; then ten more are
+drawn, and of all 15 nine, six and eleven must be, which once in some thousand runs are not.
 """
 
 from __future__ import annotations
@@ -16,7 +17,8 @@ import pytest
 from hexathermal.compare.comparison import Comparison, compare_campaign
 from hexathermal.simulate.bench.changed import SENSOR, Change, drawn_change, write_changed_campaign
 
-DRAWS, CLEAN = 5, 2
+DRAWS, MORE, CLEAN = 5, 10, 2
+WHAT = ("named", "held by the interval", "gained by")
 
 CHANGED = ("motor-heat", "friction-heat", "convection", "convection-body", "conduction-body", "conduction-joints",
            "heat-capacity", "expansion-body", SENSOR, SENSOR)  # fmt: skip
@@ -36,25 +38,33 @@ def hidden(seed: int, place: Path) -> tuple[Change, Comparison]:
     return change, compare_campaign(place)
 
 
+def judged(seed: int, place: Path) -> tuple[bool, bool, bool, str]:
+    """Return whether a change is named, held by its interval, and gained by; and what was said."""
+    change, found = hidden(seed, place)
+    own = f"{change.name} {change.target}".strip()
+    right = [one for one in found.differences if f"{one.name} {one.target}".strip() == own]
+    same = [value for one in found.differences for name, value in one.equivalent if name == own]
+    named = len(found.differences) == 1 and bool(right or same)
+    held = bool(right) and right[0].low <= change.value <= right[0].high
+    before, after = (np.linalg.norm([getattr(one, name) for one in found.scores if one.channel != "drift"])
+                     for name in ("rmse_before", "rmse_after"))  # fmt: skip
+    gained = bool(after < before) or change.name.startswith("expansion")
+    return named, held, gained, f"seed {seed}: {change}: {found.sentence}"
+
+
 def test_the_hidden_number_is_found(tmp_path: Path) -> None:
     """The right name (or a stated equivalent), nothing besides, most often; the interval holds the truth."""
-    named, held, gained, said = 0, 0, 0, []
-    for _k in range(DRAWS):
-        seed = secrets.randbits(48)
-        change, found = hidden(seed, tmp_path / str(seed))
-        said.append(f"seed {seed}: {change}: {found.sentence}")
-        own = f"{change.name} {change.target}".strip()
-        right = [one for one in found.differences if f"{one.name} {one.target}".strip() == own]
-        same = [value for one in found.differences for name, value in one.equivalent if name == own]
-        named += len(found.differences) == 1 and bool(right or same)
-        held += bool(right) and right[0].low <= change.value <= right[0].high
-        before, after = (np.linalg.norm([getattr(one, name) for one in found.scores if one.channel != "drift"])
-                         for name in ("rmse_before", "rmse_after"))  # fmt: skip
-        gained += bool(after < before) or change.name.startswith("expansion")
-    words = "\n".join(said)
-    assert named >= 3, words
-    assert held >= 2, words
-    assert gained >= DRAWS - 1, words
+    drawn, short = list[tuple[bool, bool, bool, str]](), list[str]()
+    for count in (DRAWS, DRAWS + MORE):
+        while len(drawn) < count:
+            seed = secrets.randbits(48)
+            drawn.append(judged(seed, tmp_path / str(seed)))
+        sums = np.sum([one[:3] for one in drawn], axis=0)
+        least = np.array([0.6, 0.4, 0.7]) * count
+        short = [f"{what}: {got} of {count}" for what, got, bound in zip(WHAT, sums, least, strict=True) if got < bound]
+        if not short:
+            break
+    assert not short, "\n".join([*short, *(one[3] for one in drawn)])
 
 
 def test_a_bench_as_it_should_be_is_left_alone(tmp_path: Path) -> None:

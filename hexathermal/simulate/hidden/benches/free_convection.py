@@ -144,7 +144,7 @@ def warmed(
 
 
 def _plan(stroke: float, generator: np.random.Generator) -> Iterator[tuple[float, float, float]]:
-    """Yield sessions between two drawn ends, in a drawn number of stations to and fro, each with a rest behind it."""
+    """Yield sessions between two drawn ends, by a drawn number of stations there and back, with rests behind each."""
     while True:
         low, high = np.sort(generator.uniform(0.0, stroke, 2))
         stations = np.linspace(low, high, int(generator.integers(2, 9)))
