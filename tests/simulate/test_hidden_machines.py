@@ -19,6 +19,7 @@ from hexathermal.simulate.hidden.machines import halls
 from hexathermal.simulate.hidden.machines.campaign import FEIGNED
 from hexathermal.simulate.hidden.machines.drawing import KINDS, draw_machine_campaign, machine_campaign_of
 from hexathermal.simulate.hidden.machines.effects import CATALOGUE, OUTSIDE, found
+from hexathermal.simulate.hidden.machines.motion import LEAST_FREE, freedom
 from hexathermal.simulate.hidden.machines.physics import effect, mended_heats, read_heats, seen, stood
 from hexathermal.simulate.hidden.machines.strength import unframed, visible, whole
 from hexathermal.simulate.hidden.machines.writing import write_machine_campaign
@@ -133,6 +134,14 @@ def test_draws_hide_what_the_kinds_say(seed: int) -> None:
     assert {truth.zero for truth, _answer in drawn} == {"run", "campaign"}
     assert all(sum(run.role == "validation" for run in truth.runs) == 2 for truth, _answer in drawn)
     assert len({tuple(run.role for run in truth.runs) for truth, _answer in drawn}) > 3
+
+
+def test_no_pose_is_near_a_singular_posture() -> None:
+    """A machine that could reach a posture in which its legs hardly hold it is not sent there; one of these 24 could."""
+    generator = np.random.default_rng([2618408741, 10])
+    for _k in range(24):
+        truth, _answer = draw_machine_campaign(generator)
+        assert (freedom(truth.hexapod, truth.all("commanded")) >= LEAST_FREE - 1e-9).all()
 
 
 def test_refusals_say_what_there_is(seed: int) -> None:

@@ -16,6 +16,9 @@ from hexathermal.simulate.hidden.shapes import log_uniform
 MARGIN = 0.02
 """Of the stroke that is left at both ends."""
 
+LEAST_FREE = 0.1
+"""Of the determinant of the legs' Jacobian at home that is left everywhere: near 0 legs carry a platform no more."""
+
 SHARES = (0.12, 0.95)
 """Of the reachable range that poses take up: drawn, uniform in its logarithm."""
 
@@ -68,13 +71,25 @@ def leaning(hexapod: Hexapod, coordinates: FloatArray) -> FloatArray:
     return np.asarray(np.arccos(np.clip(along, -1.0, 1.0)))
 
 
+def freedom(hexapod: Hexapod, coordinates: FloatArray) -> FloatArray:
+    """Return the determinant of the legs' Jacobian over that at home, shape (n,): 0 in a singular posture."""
+    found = []
+    for there in (coordinates, np.zeros((1, 6))):
+        posture = _there(hexapod, there)
+        legs = legs_of(posture, hexapod.base_joints, hexapod.platform_joints)
+        legs /= np.linalg.norm(legs, axis=-1, keepdims=True)
+        arms = turned(posture.turn[:, None], hexapod.platform_joints)
+        found.append(np.linalg.det(np.concatenate([legs, np.cross(arms, legs)], axis=-1)))
+    return np.asarray(found[0] / found[1])
+
+
 def reachable(hexapod: Hexapod, coordinates: FloatArray) -> np.ndarray[tuple[int], np.dtype[np.bool_]]:
-    """Return which coordinates strokes, cones of joints and limits allow, shape (n,)."""
+    """Return which coordinates strokes, cones of joints and limits allow, no singular posture near, shape (n,)."""
     assert hexapod.stroke is not None  # checked where machines are drawn
     low, high = hexapod.stroke.T
     edge = MARGIN * (high - low)
     q = displaced(hexapod, coordinates)
-    good = ((q >= low + edge) & (q <= high - edge)).all(axis=1)
+    good = ((q >= low + edge) & (q <= high - edge)).all(axis=1) & (freedom(hexapod, coordinates) >= LEAST_FREE)
     for k, cone in enumerate((hexapod.base_cone, hexapod.platform_cone)):
         if cone is not None:
             good &= (leaning(hexapod, coordinates)[:, k] <= (1.0 - MARGIN) * cone).all(axis=1)
