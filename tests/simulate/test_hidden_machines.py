@@ -137,7 +137,7 @@ def test_draws_hide_what_the_kinds_say(seed: int) -> None:
 
 
 def test_no_pose_is_near_a_singular_posture() -> None:
-    """A machine that could reach a posture in which its legs hardly hold it is not sent there; one of these 24 could."""
+    """A machine that can reach a posture in which its legs hardly hold it is not sent there; one of these 24 can."""
     generator = np.random.default_rng([2618408741, 10])
     for _k in range(24):
         truth, _answer = draw_machine_campaign(generator)
