@@ -148,7 +148,7 @@ def test_a_file_that_states_the_effect_foretells_the_truth(
     """The extended `hexapod.toml` and the generator, which share no formula, put the platform in the same place."""
     truth = hidden(clean, name, generator)
     apart = np.abs(stood(truth, true_heats(truth)) - foretold(truth, extended(truth)))
-    assert np.abs(effect(truth)).max() > 50.0 * apart.max() or apart.max() < 2e-10
+    assert np.abs(effect(truth)).max() > 50.0 * apart.max()
     assert apart[:, :3].max() < 1e-9
     assert apart[:, 3:].max() < 1e-8
 

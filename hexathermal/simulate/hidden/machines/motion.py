@@ -16,8 +16,8 @@ from hexathermal.simulate.hidden.shapes import log_uniform
 MARGIN = 0.02
 """Of the stroke that is left at both ends."""
 
-LEAST_FREE = 0.1
-"""Of the determinant of the legs' Jacobian at home that is left everywhere: near 0 legs carry a platform no more."""
+LEAST_FREE = 0.4
+"""Of the determinant of the legs' Jacobian at home that is left everywhere: near 0 legs carry a platform no more, and loads move it far."""
 
 SHARES = (0.12, 0.95)
 """Of the reachable range that poses take up: drawn, uniform in its logarithm."""

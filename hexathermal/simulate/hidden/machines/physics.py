@@ -16,7 +16,7 @@ from hexathermal.simulate.hidden.machines.posture import Posture, legs_of, stand
 from hexathermal.simulate.hidden.machines.rotation import angles_of, from_angles, from_vector, product, turned
 from hexathermal.simulate.hidden.machines.truth import Load, MachineTruth
 
-ROUNDS = 6
+ROUNDS = 3
 """A leg gives way by some 1e-5 of its length, and by as much less in each round."""
 
 
