@@ -17,7 +17,7 @@ MARGIN = 0.02
 """Of the stroke that is left at both ends."""
 
 LEAST_FREE = 0.4
-"""Of the determinant of the legs' Jacobian at home that is left everywhere: near 0 legs carry a platform no more, and loads move it far."""
+"""Of the determinant of the legs' Jacobian at home that is left everywhere: near 0 loads move the platform far."""
 
 SHARES = (0.12, 0.95)
 """Of the reachable range that poses take up: drawn, uniform in its logarithm."""
