@@ -21,6 +21,7 @@ from hexathermal.simulate.hidden.effect import Effect
 from hexathermal.simulate.hidden.effects import OUTSIDE, found, named
 from hexathermal.simulate.hidden.strength import (
     added,
+    exact_readings,
     from_zero,
     law_columns,
     noise_rms,
@@ -50,18 +51,19 @@ def base_effect(*, slope: float) -> Effect:
 
 def test_what_the_law_takes_is_not_visible(leg: CampaignTruth) -> None:
     """More of the law's own columns has strength 0, though it moves the drift by many noises."""
-    assert visible_strength(leg, base_effect(slope=1e-6).hide(leg, {})) < 1e-9
+    assert visible_strength(leg, base_effect(slope=1e-6).hidden_by({})) < 1e-9
 
 
 def test_strength_is_what_a_refit_leaves(leg: CampaignTruth, seed: int) -> None:
     """The strength of an effect in the drift is the RMS of its projection off the law's columns over the noise."""
     effect = named("hidden-heat")
-    hidden = effect.hide(leg, effect.draw(leg, np.random.default_rng(seed)))
+    hide = effect.hidden_by(effect.draw(leg, np.random.default_rng(seed)))
+    hidden = hide(exact_readings(leg))
     X = settled_rows(hidden, law_columns(hidden), "identification")
     y = settled_rows(hidden, from_zero(hidden, [added(run) for run in hidden.runs]), "identification")
     Q, _ = np.linalg.qr(X)
     left = y - Q @ (Q.T @ y)
-    assert visible_strength(leg, hidden) == pytest.approx(np.sqrt(np.mean(left**2)) / noise_rms(leg), rel=1e-6)
+    assert visible_strength(leg, hide) == pytest.approx(np.sqrt(np.mean(left**2)) / noise_rms(leg), rel=1e-6)
 
 
 @pytest.mark.parametrize("bench", ["quiet", "component"])
@@ -71,8 +73,9 @@ def test_a_wanted_strength_is_reached(bench: str, seed: int) -> None:
     within, tried = 0, np.random.default_rng(seed).permutation(possible_causes(clean))[:9]
     for name in tried.tolist():
         effect = named(name)
-        hidden, answer = campaign_of(bench, seed, causes=(name,), strength=0.7)
-        assert answer.strengths[0] == pytest.approx(visible_strength(clean, hidden), rel=1e-9)
+        _, answer = campaign_of(bench, seed, causes=(name,), strength=0.7)
+        again = visible_strength(clean, effect.hidden_by(answer.parameters[0]))
+        assert answer.strengths[0] == pytest.approx(again, rel=1e-9)
         assert answer.together == pytest.approx(answer.strengths[0])
         if name in UNSCALED:
             continue

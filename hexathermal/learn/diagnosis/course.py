@@ -250,7 +250,7 @@ def _tolerant(stage: Stage, threshold: float) -> Stage:
         feigned = top.gated < threshold <= top.value and top.best.trial.columns.shape[1] > 0
         if not feigned or all(item.gated < threshold for item in ranking):
             break
-        stage = stage.tolerating(top.best)
+        stage = stage.tolerating(top.best, feigned=True)
     return stage
 
 

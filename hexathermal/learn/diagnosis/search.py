@@ -97,7 +97,7 @@ class Search:
     @cached_property
     def witnesses(self) -> Witnesses:
         """The parities of the thermometers."""
-        return Witnesses(self.bench, self.channel, self.system)
+        return Witnesses(self.bench, self.channel, self.base, self.system)
 
     @cached_property
     def terms(self) -> list[Terms]:
@@ -309,9 +309,9 @@ def all_trials(bench: Workbench) -> list[Trial]:
     """Return the trials of the catalogue and the nameless ones."""
     found = []
     for module in catalogue().values():
-        feigned = bench.feigned if module.CAUSE.thermal else 0.0
+        feigned = bench.feigned if module.CAUSE.thermal else (bench.wandered if module.CAUSE.name == "zero-drift" else 0.0)
         found += [_feigning(trial, feigned) for trial in module.trials(bench)]
-    found += [_feigning(trial, bench.feigned * (trial.target in THERMAL)) for trial in flexible_trials(bench)]
+    found += [_feigning(trial, bench.feigned * (trial.target in THERMAL) + bench.wandered * (trial.target == "travel")) for trial in flexible_trials(bench)]
     return [trial for trial in found if trial.base is not None or _varies(trial.columns)]
 
 

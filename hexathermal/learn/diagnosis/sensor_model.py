@@ -197,10 +197,23 @@ class SensorModel:
     def doubted(self) -> list[FloatArray]:
         """The parity and its slow part in all rows of each run, shape (n, 2) [K]."""
         found = []
-        for signals, own, told in zip(self.view.signals, self.own, self.foretold(), strict=True):
+        for signals, own, told in zip(self.view.signals, self.own, self._told_beside_air, strict=True):
             slow = smoothed(signals.time, (own - told)[:, None], SLOW_PARITY_S)[:, 0]
             found.append(np.column_stack([own - told, slow]))
         return found
+
+    @cached_property
+    def _told_beside_air(self) -> list[FloatArray]:
+        """What the others and the room's air foretell in all rows of each run [K]: a contact lets some of it in."""
+        air = [signals.air for signals in self.view.signals if signals.air is not None]
+        if len(air) < len(self.view.signals):
+            return self.foretold()
+        both = [np.column_stack([P, room]) for P, room in zip(self.profiles, air, strict=True)]
+        centre, spread = (np.append(one, last) for one, last in zip(self.expected, (0.0, AIR_SHARE), strict=True))
+        M = sum(P.T @ P for P in both) / self._together
+        z = sum(P.T @ (y - P @ centre) for P, y in zip(both, self.own, strict=True)) / self._together
+        weights = centre + np.linalg.solve(M + np.diag(1.0 / spread**2), z)
+        return [P @ weights for P in both]
 
     @cached_property
     def windows(self) -> list[np.ndarray]:

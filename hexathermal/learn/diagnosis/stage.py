@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Any
@@ -65,6 +65,8 @@ class Stage:
         Causes that are not asked any more: they predict runs left out no better.
     models : dict of str to SensorModel or None
         Of the view's sensors, as far as they were made: stages with the same view share them.
+    most : mapping of str to float, optional
+        Most that causes may say beside what the null tolerates.
     """
 
     view: View
@@ -73,6 +75,7 @@ class Stage:
     tolerated: tuple[Scored, ...] = ()
     refused: tuple[str, ...] = ()
     models: dict[str, SensorModel | None] = field(default_factory=dict)
+    most: Mapping[str, float] | None = None
 
     @cached_property
     def channel(self) -> Channel:
@@ -149,9 +152,14 @@ class Stage:
         other.__dict__.update({name: self.__dict__[name] for name in known if name in self.__dict__})
         return other
 
-    def tolerating(self, scored: Scored) -> Stage:
-        """Return the stage whose null has a trial's columns."""
-        return self._against(tolerated=(*self.tolerated, scored))
+    def tolerating(self, scored: Scored, *, feigned: bool = False) -> Stage:
+        """Return the stage whose null has a trial's columns.
+
+        Beside what thermometers may feign nothing says more than it did before: both together may be what a better
+        thermometer of the law would have read.
+        """
+        most = {item.cause: item.value for item in self.step.ranking} if feigned else self.most
+        return self._against(tolerated=(*self.tolerated, scored), most=most)
 
     def _repaired_base(self, trial: Trial) -> Base:
         """Return the base of the data that a trial mends, errors of the thermometers as they are then."""
@@ -187,7 +195,11 @@ class Stage:
     def step(self) -> Step:
         """The ranking of all causes that have not joined, with what runs left out say for those that may be feigned."""
         step = self.search.step(self.trials_left)
-        return replace(step, ranking=tuple(self.asked_of_runs(item) for item in step.ranking))
+        ranking = [self.asked_of_runs(item) for item in step.ranking]
+        if self.most is not None:
+            capped = [replace(item, value=min(item.value, self.most.get(item.cause, 0.0))) for item in ranking]
+            ranking = sorted(capped, key=lambda item: -item.value)
+        return replace(step, ranking=tuple(ranking))
 
     def asked_of_runs(self, item: Ranked) -> Ranked:
         """Return a cause that thermometers may feign with what runs left out say for it, where it is faint without."""
@@ -200,11 +212,11 @@ class Stage:
         """Return the stage with a trial joined, or with its repair made."""
         trial = scored.trial
         if trial.repair is None:
-            return replace(self, joined=(*self.joined, scored))
+            return replace(self, joined=(*self.joined, scored), most=None)
         repair = trial.repair()
         view = _mended(self.view, repair)
         joined = tuple(_remade(item, repair, self.view, view) for item in self.joined)
-        return replace(self, view=view, joined=joined, repairs=(*self.repairs, repair), tolerated=(), models={})
+        return replace(self, view=view, joined=joined, repairs=(*self.repairs, repair), tolerated=(), models={}, most=None)
 
     def amplitudes(self, leader: Ranked) -> tuple[FloatArray, FloatArray]:
         """Return the amplitudes of a leader's columns beside the base, and their standard uncertainties.

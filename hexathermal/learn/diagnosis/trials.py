@@ -246,6 +246,18 @@ class Workbench:
         lured = whole * min(MOST_FEIGNED, FEIGNED_NOISE * whole / self.noise)
         return float(np.hypot(np.linalg.norm(parts), lured))
 
+    @cached_property
+    def wandered(self) -> float:
+        if self.view.zeroed_by_run: return 0.0
+        models = [model for name in self.bystanders(ASKED) if (model := self.model(name)) is not None]
+        usual = float(np.median([model.null[0].offset for model in models])) if models else USUAL_BIAS_K
+        parts = []
+        for sensor in self.view.base:
+            model = self.model(sensor)
+            bias = usual if model is None else min(model.null[0].offset, usual)
+            parts.append(self.slopes[sensor] * float(np.sqrt((self.slopes_span(sensor) ** 2).mean())) * bias)
+        return float(np.linalg.norm(parts))
+
     def warms_quickly(self, sensor: str) -> bool:
         """Return whether smoothing takes more warming than noise from a sensor's readings."""
         step, noise = self.reading(sensor)

@@ -163,7 +163,7 @@ class View:
             parts.append((piece.means(rows.drift), start, fresh, step, piece.rows, np.full(w, k)))
         y, start, fresh, step, count, run = (np.concatenate(items) for items in zip(*parts, strict=True))
         has = self.kind == "leg" and bool((fresh & ~start).any())
-        return Channel(y, start, fresh, step, count, run, has, self.zeroed_by_run)
+        return Channel(y, start, fresh, step, count, run, has, self.zeroed_by_run and self.kind == 'leg')
 
     def windows(self, values: Sequence[FloatArray]) -> FloatArray:
         """Return means over windows of rows' values, run after run, shape (n, k)."""

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 
@@ -28,6 +29,9 @@ FOLLOWED, LEAST_WITNESS = 5.0, 2.0
 WHOLE, PARTLY = 0.15, 0.3
 """Error of what is 1 where a fault is whole: the shape of it is a sketch; and how far off 1 it still counts in part."""
 
+IN_DRIFT = 0.15
+"""Part of a whole fault that the drift must show of it for all that the parity says of it to count."""
+
 FEWEST_BYSTANDERS = 3
 """Fewer do not tell what a sound thermometer shows of a whole fault."""
 
@@ -45,12 +49,15 @@ class Witnesses:
     bench : Workbench
     channel : Channel
         The drift in windows.
+    base : Base
+        What trials must beat.
     system : function
         From a trial to the base with it.
     """
 
     bench: Workbench
     channel: Channel
+    base: Base
     system: Callable[[Scored], Base]
 
     def spoken(self, item: Scored) -> float:
@@ -154,14 +161,36 @@ class Witnesses:
         """Return the log evidence of the parity for a fault that is whole, against none; 0 where it is not asked so.
 
         With p +- r in the parity and t as in `_agreed`, ``log N(p; 1, r^2 + WHOLE^2) - log N(p; 0, r^2 + t^2)``; of it
-        a part where p is not about 1, and no more than what the parity gains by the fault of any size.
+        a part where p is not about 1 or the drift does not show the fault, and no more than what the parity gains by
+        the fault of any size. In a part of many lumps a sound thermometer may be late against all others.
         """
         shown = self._shown(trial, trial.target) if trial.whole else None
         if shown is None or shown.gain <= 0.0 or len(self._others(trial)) < FEWEST_BYSTANDERS:
             return 0.0
         variance = shown.uncertainty**2 + WHOLE**2
         said = _likelier(shown.amplitude, 1.0, variance, self._chance(trial, shown))
-        return self._partly(trial) * min(max(said, 0.0), shown.gain)
+        counts = self._partly(trial) * min(max(said, 0.0), shown.gain)
+        return counts * self._in_drift(trial) if counts > 0.0 else 0.0
+
+    def _in_drift(self, trial: Trial) -> float:
+        """Return the part that counts of a whole fault for what the drift shows of it, 0 to 1.
+
+        With c +- s the coefficient of the fault's last column in the drift beside the law alone, which would be the
+        law's own A were it whole, ``(c + s) / A`` over `IN_DRIFT`.
+        """
+        plain = self.base.plain
+        X = np.column_stack([self.base.X[:, :plain], trial.columns])
+        sd = np.concatenate([self.base.sd[:plain], np.full(trial.columns.shape[1], self.base.sd[:plain].max())])
+        _, mean, covariance = self.channel.solved(X, sd, self._levels)
+        A = mean[self.bench.view.base.index(str(trial.target))]
+        shown = mean[-1] * np.sign(A) + np.sqrt(covariance[-1, -1])
+        return float(np.clip(shown / (IN_DRIFT * max(abs(A), np.finfo(float).tiny)), 0.0, 1.0))
+
+    @cached_property
+    def _levels(self) -> Levels:
+        """Noise of the drift beside the law and what joined it."""
+        plain = self.base.plain
+        return self.channel.fitted(self.base.X[:, :plain], self.base.sd[:plain])[0]
 
     def _others(self, trial: Trial) -> list[Shown]:
         """Return what the parities of bystanders show of a fault."""

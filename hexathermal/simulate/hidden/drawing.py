@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 
@@ -49,7 +50,7 @@ class Answer:
     together : float
         Visible strength of all together.
     noise : float [m]
-        RMS of the displacement's noise.
+        RMS of what the law leaves with nothing hidden: the displacement's noise, and errors of the law's thermometers.
     base : tuple of str
         Sensors of the base law.
     oracle : Oracle
@@ -132,18 +133,23 @@ def campaign_of(
     drawn = [log_uniform(*STRENGTHS, one) for one in generators]
     wanted = tuple(size if strength is None else strength for size in drawn)
     parts = [_fitting(*item) for item in zip(effects, [clean] * len(effects), wanted, generators, strict=True)]
-    hidden = clean
     pairs = [(effect, parameters) for effect, (parameters, _) in zip(effects, parts, strict=True)]
-    for effect, parameters in pairs:
-        hidden = effect.hide(hidden, parameters)
+    hidden = _with_all(pairs, clean)
     answer = Answer(
         bench, seed, tuple(effect.name for effect in effects), tuple(target_of(item) for item, _ in parts),
         tuple(item for item, _ in parts), wanted, tuple(reached for _, reached in parts),
-        tuple(visible_strength(clean, effect.hide(clean, item), offsets=True) for effect, item in pairs),
-        visible_strength(clean, hidden) if effects else 0.0, noise_rms(clean), clean.base,
+        tuple(visible_strength(clean, effect.hidden_by(item), offsets=True) for effect, item in pairs),
+        visible_strength(clean, partial(_with_all, pairs)) if effects else 0.0, noise_rms(clean), clean.base,
         oracle(clean, hidden, pairs),
     )  # fmt: skip
     return hidden, answer
+
+
+def _with_all(pairs: Sequence[tuple[Effect, Parameters]], truth: CampaignTruth) -> CampaignTruth:
+    """Return a campaign with all effects hidden in it."""
+    for effect, parameters in pairs:
+        truth = effect.hide(truth, parameters)
+    return truth
 
 
 def _drawn(truth: CampaignTruth, generator: np.random.Generator) -> list[Effect]:

@@ -66,6 +66,10 @@ class HiddenEffect(Generic[Truth]):
     readings: bool = False
     lost: bool = False
 
+    def hidden_by(self, parameters: Parameters) -> Callable[[Truth], Truth]:
+        """Return `hide` with these parameters."""
+        return lambda truth: self.hide(truth, parameters)
+
 
 Effect: TypeAlias = HiddenEffect[CampaignTruth]
 """An effect on a leg or a component."""
