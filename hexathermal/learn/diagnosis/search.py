@@ -25,7 +25,7 @@ from hexathermal.learn.diagnosis.evidence import (
 from hexathermal.learn.diagnosis.ranking import Ranked, Step
 from hexathermal.learn.diagnosis.rivals import nameless_bounded, with_a_misfit
 from hexathermal.learn.diagnosis.trials import PREFIX, Item, Trial, Workbench
-from hexathermal.learn.diagnosis.unexplained import THERMAL, flexible_trials
+from hexathermal.learn.diagnosis.unexplained import THERMAL, WANDERING, flexible_trials
 from hexathermal.learn.diagnosis.witnesses import Witnesses
 from hexathermal.poses import FloatArray
 
@@ -309,9 +309,11 @@ def all_trials(bench: Workbench) -> list[Trial]:
     """Return the trials of the catalogue and the nameless ones."""
     found = []
     for module in catalogue().values():
-        feigned = bench.feigned if module.CAUSE.thermal else (bench.wandered if module.CAUSE.name == "zero-drift" else 0.0)
+        feigned = bench.feigned if module.CAUSE.thermal else bench.wandered * module.CAUSE.wanders
         found += [_feigning(trial, feigned) for trial in module.trials(bench)]
-    found += [_feigning(trial, bench.feigned * (trial.target in THERMAL) + bench.wandered * (trial.target == "travel")) for trial in flexible_trials(bench)]
+    for trial in flexible_trials(bench):
+        feigned = bench.feigned if trial.target in THERMAL else bench.wandered * (trial.target in WANDERING)
+        found.append(_feigning(trial, feigned))
     return [trial for trial in found if trial.base is not None or _varies(trial.columns)]
 
 

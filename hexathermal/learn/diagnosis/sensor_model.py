@@ -204,16 +204,21 @@ class SensorModel:
 
     @cached_property
     def _told_beside_air(self) -> list[FloatArray]:
-        """What the others and the room's air foretell in all rows of each run [K]: a contact lets some of it in."""
+        """What the others and the room's air foretell in all rows of each run [K]: a contact lets some of it in.
+
+        Else the room, which a station reads with less noise, would stand for a better reading of a thermometer that the
+        air reaches.
+        """
         air = [signals.air for signals in self.view.signals if signals.air is not None]
         if len(air) < len(self.view.signals):
             return self.foretold()
-        both = [np.column_stack([P, room]) for P, room in zip(self.profiles, air, strict=True)]
-        centre, spread = (np.append(one, last) for one, last in zip(self.expected, (0.0, AIR_SHARE), strict=True))
-        M = sum(P.T @ P for P in both) / self._together
-        z = sum(P.T @ (y - P @ centre) for P, y in zip(both, self.own, strict=True)) / self._together
-        weights = centre + np.linalg.solve(M + np.diag(1.0 / spread**2), z)
-        return [P @ weights for P in both]
+        profiles = [np.column_stack(both) for both in zip(self.profiles, air, strict=True)]
+        centre, spread = np.append(self.expected[0], 0.0), np.append(self.expected[1], AIR_SHARE)
+        own = [_products(P, y) for P, y in zip(profiles, self.own, strict=True)]
+        M, z = sum(one[0] for one in own), sum(one[1] for one in own)
+        left = (z - M @ centre) / self._together
+        weights = centre + np.linalg.solve(M / self._together + np.diag(1.0 / spread**2), left)
+        return [P @ weights for P in profiles]
 
     @cached_property
     def windows(self) -> list[np.ndarray]:

@@ -216,7 +216,8 @@ class Stage:
         repair = trial.repair()
         view = _mended(self.view, repair)
         joined = tuple(_remade(item, repair, self.view, view) for item in self.joined)
-        return replace(self, view=view, joined=joined, repairs=(*self.repairs, repair), tolerated=(), models={}, most=None)
+        repairs = (*self.repairs, repair)
+        return replace(self, view=view, joined=joined, repairs=repairs, tolerated=(), models={}, most=None)
 
     def amplitudes(self, leader: Ranked) -> tuple[FloatArray, FloatArray]:
         """Return the amplitudes of a leader's columns beside the base, and their standard uncertainties.

@@ -70,6 +70,8 @@ class Cause:
         The measurement that decides.
     thermal : bool
         Whether errors of the thermometers can feign it.
+    wanders : bool
+        Whether thermometers that wander from run to run can feign it, where runs have one zero.
     words : str
         The effect in a sentence of the report, with ``{target}`` where it sits.
     """
@@ -82,6 +84,7 @@ class Cause:
     experiment: str
     words: str
     thermal: bool = False
+    wanders: bool = False
 
 
 @dataclass(frozen=True, eq=False)
@@ -248,14 +251,19 @@ class Workbench:
 
     @cached_property
     def wandered(self) -> float:
-        if self.view.zeroed_by_run: return 0.0
-        models = [model for name in self.bystanders(ASKED) if (model := self.model(name)) is not None]
-        usual = float(np.median([model.null[0].offset for model in models])) if models else USUAL_BIAS_K
+        """Misfit that the law's thermometers may feign by wandering from run to run, RMS [m]; 0 where runs have zeros.
+
+        Each by the offsets of its parity, or by the middle ones of other thermometers.
+        """
+        if self.view.zeroed_by_run:
+            return 0.0
+        others = [model.null[0].offset for name in self.bystanders(ASKED) if (model := self.model(name)) is not None]
+        usual = float(np.median(others)) if others else USUAL_BIAS_K
         parts = []
         for sensor in self.view.base:
             model = self.model(sensor)
-            bias = usual if model is None else min(model.null[0].offset, usual)
-            parts.append(self.slopes[sensor] * float(np.sqrt((self.slopes_span(sensor) ** 2).mean())) * bias)
+            offset = usual if model is None else min(model.null[0].offset, usual)
+            parts.append(self.slopes[sensor] * float(np.sqrt((self.slopes_span(sensor) ** 2).mean())) * offset)
         return float(np.linalg.norm(parts))
 
     def warms_quickly(self, sensor: str) -> bool:

@@ -14,6 +14,9 @@ from hexathermal.poses import FloatArray
 THERMAL = ("T", "qT", "input", "the humidity")
 """What errors of thermometers can feign; the relative humidity of a room goes as its temperature."""
 
+WANDERING = ("travel",)
+"""What thermometers that wander from run to run can feign: it grows all along the campaign."""
+
 PERIODS_S = (*np.geomspace(480.0, 7200.0, 28), 14400.0, 28800.0, 86400.0)
 """Periods of a rhythm."""
 

@@ -18,6 +18,7 @@ CAUSE = Cause(
     ),
     experiment="A night at rest at constant temperature.",
     words="the zero drifts with time",
+    wanders=True,
 )
 
 
