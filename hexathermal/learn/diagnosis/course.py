@@ -184,8 +184,13 @@ def searched(
             continue
         stages.append(stage)
         found.append(Found(leader, decision, joins, *stage.amplitudes(leader)))
-        if not joins:
+        if not joins and len(found) > 1:
             break
+        if not joins:  # its shape stands beside what is looked for next, though no law is better for it
+            stage = _tolerant(stage.without(leader.best), threshold + LATER)
+            steps.append(stage.step)
+            decision = decided(steps[-1], threshold + LATER)
+            continue
         if len(found) == 2 and other is None:
             other = rival_beside(stages[0], found[0].ranked, leader.best, threshold)
             if other is not None:  # the first name is another one: once more from there
