@@ -66,6 +66,28 @@ def test_strength_is_what_a_refit_leaves(leg: CampaignTruth, seed: int) -> None:
     assert visible_strength(leg, hide) == pytest.approx(np.sqrt(np.mean(left**2)) / noise_rms(leg), rel=1e-6)
 
 
+@pytest.mark.parametrize("name", ["clock-offset", "thermal-lag", "swapped-sensors"])
+def test_errors_of_thermometers_are_noise_and_no_part_of_an_effect(
+    name: str, component: CampaignTruth, seed: int
+) -> None:
+    """What stays visible of an effect in readings is the same in a part whose thermometers err half as much."""
+    better = component.changed(runs=tuple(run.changed(sensor_errors=0.5 * run.sensor_errors) for run in component.runs))
+    effect = named(name)
+    hide = effect.hidden_by(effect.draw(component, np.random.default_rng(seed)))
+    assert visible_strength(better, hide) == pytest.approx(visible_strength(component, hide), rel=1e-9)
+
+
+def test_the_noise_is_what_the_true_law_leaves_with_nothing_hidden(component: CampaignTruth) -> None:
+    """Of a part that is the displacement's noise, and what errors of the law's thermometers feign."""
+    left = []
+    for run, rises in zip(component.runs, law_columns(component), strict=True):
+        if run.role == "identification":
+            misfit = (run.drift + run.noise - rises @ component.coefficients)[run.settled]
+            left.append(misfit - misfit.mean())
+    # a run's mean takes some of the slow noise
+    assert np.sqrt(np.mean(np.concatenate(left) ** 2)) == pytest.approx(noise_rms(component), rel=0.3)
+
+
 @pytest.mark.parametrize("bench", ["quiet", "component"])
 def test_a_wanted_strength_is_reached(bench: str, seed: int) -> None:
     """Effects with an amplitude get the wanted strength within 2 %, or stand at their limit."""

@@ -124,7 +124,7 @@ def test_a_noisy_thermometer_does_not_make_the_law_of_a_part_too_small() -> None
 
 def test_an_error_is_no_more_than_what_is_told(monkeypatch: pytest.MonkeyPatch) -> None:
     """Errors of the law's thermometers, none to all of what others deny, leave another cause more of its evidence."""
-    view, _answer = viewed("quiet", 678971953486479, ("missing-sensor",), 0.7)
+    view, _answer = viewed("quiet", 1005, ("missing-sensor",), 0.7)
     best = Stage(view).step.ranking[0]
     assert best.cause == "missing-sensor"
     monkeypatch.setattr(stages, "DISBELIEVED", 1.0)

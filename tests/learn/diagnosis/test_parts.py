@@ -1,0 +1,120 @@
+"""Parts that move by ten times a leg's micrometres for a kelvin: what their thermometers feign is no cause."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from functools import partial
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from hexathermal.learn.campaign_files import load_campaign
+from hexathermal.learn.diagnosing import diagnose
+from hexathermal.learn.diagnosis import witnesses
+from hexathermal.learn.diagnosis.course import _tolerant
+from hexathermal.learn.diagnosis.deciding import decided
+from hexathermal.learn.diagnosis.evidence import LEAST
+from hexathermal.learn.diagnosis.sensor_model import SensorModel
+from hexathermal.learn.diagnosis.stage import Stage
+from hexathermal.learn.diagnosis.timing import Timing
+from hexathermal.learn.diagnosis.trials import Workbench
+from hexathermal.learn.diagnosis.view import View
+from hexathermal.machine.leg_signals import LegSignals
+from hexathermal.poses import FloatArray
+from hexathermal.simulate.hidden.drawing import campaign_of
+from hexathermal.simulate.hidden.writing import write_campaign
+from tests.learn.diagnosis.campaigns import altered, viewed
+
+PART = "component"
+
+
+def first_name(view: View) -> str | None:
+    """The cause that is named first, or what is nameless."""
+    leader = decided(_tolerant(Stage(view), LEAST).step, LEAST).leader
+    return None if leader is None else leader.cause
+
+
+def test_a_thermometer_that_is_late_against_all_others_is_not_late_where_the_drift_shows_nothing_of_it(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """A sound one deep in a part shows all of lateness in its parity; the part moves with what it reads."""
+    view, _ = viewed(PART, 8141239550369383, (), 1.0)
+    assert first_name(view) is None
+    monkeypatch.setattr(witnesses, "IN_DRIFT", 1e-9)
+    assert first_name(view) == "thermal-lag"
+
+
+def test_the_room_is_no_better_reading_of_a_thermometer_that_the_air_reaches(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Of a sound part whose law reads such a thermometer the bench does not follow the room."""
+    view, _ = viewed(PART, 1848962564601164, (), 1.0)
+    assert first_name(view) is None
+    monkeypatch.setattr(SensorModel, "_told_beside_air", property(SensorModel.foretold))
+    assert first_name(replace(view)) == "frame-expansion"
+
+
+def test_thermometers_that_wander_from_run_to_run_are_no_wear(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Runs of a sound part count from one zero; its thermometers wander by a tenth of a kelvin."""
+    view, _ = viewed(PART, 7873671558253397, (), 1.0)
+    assert not view.zeroed_by_run
+    assert first_name(view) is None
+    monkeypatch.setattr(Workbench, "wandered", 0.0)
+    assert first_name(replace(view)) == "follows the way travelled"
+
+
+def test_where_each_run_has_a_zero_nothing_wanders_from_run_to_run() -> None:
+    """Thermometers of a leg count anew with each run."""
+    assert Stage(viewed("quiet", 3, (), 1.0)[0]).bench.wandered == 0.0
+
+
+def test_beside_what_may_be_feigned_nothing_says_more() -> None:
+    """Two columns together may be a better thermometer: alone they said less, and so they do."""
+    stage = Stage(viewed(PART, 7873671558253397, (), 1.0)[0])
+    before = {item.cause: item.value for item in stage.step.ranking}
+    best = stage.step.ranking[0].best
+    freely = {item.cause: item.value for item in stage.tolerating(best).step.ranking}
+    assert max(freely[name] - before.get(name, 0.0) for name in freely) > LEAST
+    after = stage.tolerating(best, feigned=True)
+    assert all(item.value <= before.get(item.cause, 0.0) for item in after.step.ranking)
+    values = [item.value for item in after.step.ranking]
+    assert values == sorted(values, reverse=True)
+    # what joins later is another matter
+    assert after.with_effect(best).most is None
+
+
+def _later(offset: float, _run: int, signals: LegSignals, name: str) -> FloatArray:
+    """A sensor's readings by a clock that is behind [K]."""
+    return np.interp(signals.time - offset, signals.time, signals.dT[name])
+
+
+@pytest.mark.parametrize("offset", [-400.0, 400.0])
+def test_inputs_tell_of_a_shifted_clock_of_a_part_without_a_stroke(offset: float) -> None:
+    """A spindle warms the part: readings of another clock speak for the shift that mends them, not the other."""
+    seeds = (5, 6, 7, 8, 9, 10)
+    views = [view for seed in seeds if not (view := viewed(PART, seed, (), 1.0)[0]).moves]
+    assert views
+    for view in views:
+        shifted = view
+        for name in view.sensors:
+            shifted = altered(shifted, name, partial(_later, offset, name=name))
+        timing = Timing(shifted)
+        assert timing.advantage(offset) > timing.advantage(-offset) + 3.0
+        assert timing.advantage(0.0) == 0.0
+
+
+def test_without_motion_and_inputs_nothing_tells_of_clocks() -> None:
+    """Nothing that heats is known."""
+    view = next(view for seed in (5, 6, 7, 8, 9, 10) if not (view := viewed(PART, seed, (), 1.0)[0]).moves)
+    bare = replace(view, runs=tuple(replace(rows, signals=replace(rows.signals, inputs={})) for rows in view.runs))
+    assert bare.heated_by is None
+    assert Timing(bare).advantage(300.0) == 0.0
+
+
+def test_a_second_cause_is_found_where_the_first_one_joins_no_law(tmp_path: Path) -> None:
+    """A lag of half a minute, which no smoothed reading mends, hides no tilt of the beams."""
+    seed = 4878761273465753
+    truth, answer = campaign_of("quiet", seed, causes=("abbe-tilt", "thermal-lag"), strength=1.6)
+    write_campaign(tmp_path / "campaign", truth, answer)
+    found = diagnose(load_campaign(tmp_path / "campaign"), list(answer.base))
+    assert [one.cause for one in found.effects] == ["thermal-lag", "abbe-tilt"]
+    assert [one.joined for one in found.effects] == [False, True]
