@@ -16,7 +16,7 @@ from hexathermal.learn.diagnosis.foresight import FAINT, repeated
 from hexathermal.learn.diagnosis.ranking import Ranked, Step
 from hexathermal.learn.diagnosis.read_later import read_later
 from hexathermal.learn.diagnosis.recorded import silent_inputs, silent_sensors, without_inputs
-from hexathermal.learn.diagnosis.search import FORETOLD, REPEATED, TWINS, Search, all_trials, base_sizes
+from hexathermal.learn.diagnosis.search import FORETOLD, REPEATED, STEP, TWINS, Search, all_trials, base_sizes
 from hexathermal.learn.diagnosis.sensor_model import SensorModel, sensor_model
 from hexathermal.learn.diagnosis.trials import Trial, Workbench
 from hexathermal.learn.diagnosis.view import View
@@ -175,15 +175,21 @@ class Stage:
 
     @cached_property
     def trials_left(self) -> list[Trial]:
-        """Trials of causes that have not joined, nor their twins; another thermometer may join a second time."""
+        """Trials of causes that have not joined, nor their twins; another thermometer may join a second time.
+
+        What is left of a thermometer that came off looks like a step of the zero in that run, not in another one.
+        """
         taken = {item.trial.cause for item in self.joined} | {repair.cause for repair in self.repairs}
-        gone = (taken - {REPEATED}) | set(self.refused) | {twin for name in taken for twin in TWINS.get(name, ())}
+        gone = (taken - {REPEATED}) | set(self.refused)
+        twins = {twin for name in taken for twin in TWINS.get(name, ())}
         if any(item.trial.shape == FORETOLD for item in self.joined):
             gone.add(REPEATED)
         sensors = {item.trial.target for item in self.joined}
         late = {item.trial.target for item in self.joined if item.trial.shape == FORETOLD}
+        off = {next(iter(repair.parameters["from_s"])) for repair in self.repairs if "from_s" in repair.parameters}
         return [trial for trial in self.search.trials
                 if trial.cause not in gone and not (trial.cause == REPEATED and trial.target in sensors)
+                and (trial.cause not in twins or (trial.cause == STEP and trial.target not in off))
                 and not (trial.fault and trial.target in late)]  # fmt: skip
 
     def without(self, scored: Scored) -> Stage:

@@ -93,3 +93,24 @@ def named(folder: Path, bench: str, seed: int, causes: tuple[str, ...]) -> set[s
     campaign = load_campaign(folder / "campaign")
     rows = campaign_rows(campaign, "identification")
     return {one.ranked.cause for one in searched(campaign, base_law(campaign, rows, answer.base, None), rows).found}
+
+
+@pytest.mark.parametrize(
+    ("bench", "seed", "strength"), [("modal", 7418735271645606, 1.07), ("quiet", 8878823500066403, 0.9)]
+)
+def test_a_step_of_another_run_is_found_beside_a_thermometer_that_came_off(
+    bench: str, seed: int, strength: float, tmp_path: Path
+) -> None:
+    """What the repair leaves looks like a step in its own run, where none is asked any more."""
+    truth, answer = campaign_of(bench, seed, causes=("zero-jump", "sensor-detached"), strength=strength)
+    write_campaign(tmp_path / "campaign", truth, answer)
+    campaign = load_campaign(tmp_path / "campaign")
+    rows = campaign_rows(campaign, "identification")
+    course = searched(campaign, base_law(campaign, rows, list(answer.base), None), rows)
+    assert sorted(one.ranked.cause for one in course.found) == ["sensor-detached", "zero-jump"]
+    after = next(stage for stage in (*course.stages, course.last) if stage.repairs)
+    first = next(iter(after.repairs[0].parameters["from_s"]))
+    steps = [[trial.target for trial in trials if trial.cause == "zero-jump"]
+             for trials in (after.search.trials, after.trials_left)]  # fmt: skip
+    assert first in steps[0]
+    assert set(steps[1]) == set(steps[0]) - {first}
