@@ -55,8 +55,10 @@ class Channel:
     has_landings : bool
         Whether landings scatter: a part without a stroke has none.
     tied_offsets : bool
-        Whether each run counts from its own first row, whose noise stays in the run as its offset; otherwise offsets of
+        Whether the offset of a run is the noise of its own first row, from which it counts; otherwise offsets of
         runs are what they are: thermometers walk through a long campaign.
+    zeroed_by_run : bool
+        Whether each run counts from its own first row.
     """
 
     y: FloatArray
@@ -67,6 +69,7 @@ class Channel:
     run: npt.NDArray[np.int64]
     has_landings: bool = True
     tied_offsets: bool = True
+    zeroed_by_run: bool = True
 
     def __len__(self) -> int:
         return len(self.y)

@@ -184,10 +184,10 @@ def searched(
             continue
         stages.append(stage)
         found.append(Found(leader, decision, joins, *stage.amplitudes(leader)))
-        if not joins and len(found) > 1:
+        if not joins and (len(found) > 1 or leader.best.trial.repair is not None):  # data that stay as they were
             break
         if not joins:  # its shape stands beside what is looked for next, though no law is better for it
-            stage = _tolerant(stage.without(leader.best), threshold + LATER)
+            stage = _tolerant(stage.beside(leader.best), threshold + LATER)
             steps.append(stage.step)
             decision = decided(steps[-1], threshold + LATER)
             continue

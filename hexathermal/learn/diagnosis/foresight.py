@@ -86,7 +86,7 @@ def _left(before: Stage, after: Stage, leader: Ranked, *, within: bool = False) 
     for stage in (before, after):
         run, rows = stage.channel.run, stage.channel.rows
         both = [stage.left_out(levels)[0] for levels in (leader.levels, before.plain)]
-        if within and stage.channel.tied_offsets:
+        if within and stage.channel.zeroed_by_run:
             both = [left - (np.bincount(run, rows * left) / np.bincount(run, rows))[run] for left in both]
         tables = [rows * left**2 / rows.sum() for left in both]
         kinder = min(tables, key=lambda table: float(table.sum()))

@@ -343,7 +343,7 @@ def _bumps(step: FloatArray, channel: Channel) -> tuple[list[FloatArray], list[F
     spans = [(first + min(width, 0), first + max(width, 0)) for width in BUMPS]
     spans.append((begin, landings[landings > begin][0]))
     bumps = [((low <= index) & (index < high)).astype(float) for low, high in spans]
-    if channel.tied_offsets:
+    if channel.zeroed_by_run:
         bumps[-1] = (channel.run == channel.run[first])[:, None] - bumps[-1]
     after = [_between(index, landings, at + k) for k in range(PAIRS + 1)]
     bumps += [_between(index, landings, max(at - 1, 0)), after[0]]

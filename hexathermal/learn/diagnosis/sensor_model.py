@@ -252,7 +252,8 @@ class SensorModel:
         n = len(start)
         told = [p @ self.expected[0] for p in self.profiles]
         y = self.means(self.own) - self.means(told)
-        return Channel(y, start, start, step, np.ones(n), run, False, self.view.zeroed_by_run)
+        zeroed = self.view.zeroed_by_run
+        return Channel(y, start, start, step, np.ones(n), run, False, zeroed, zeroed)
 
     @cached_property
     def X(self) -> FloatArray:

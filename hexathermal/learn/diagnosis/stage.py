@@ -192,6 +192,10 @@ class Stage:
                 and (trial.cause not in twins or (trial.cause == STEP and trial.target not in off))
                 and not (trial.fault and trial.target in late)]  # fmt: skip
 
+    def beside(self, scored: Scored) -> Stage:
+        """Return the stage in which a trial was named, but joins no law: its columns stand in the null."""
+        return replace(self.without(scored), most=None)
+
     def without(self, scored: Scored) -> Stage:
         """Return the stage with a trial's cause out of the race, and its columns among what the null tolerates."""
         tolerated = (*self.tolerated, scored) if scored.trial.columns.shape[1] else self.tolerated

@@ -1,7 +1,7 @@
-"""When the temperatures answer what heats: the second witness of a clock that is off.
+"""When the temperatures answer the motion: the second witness of a clock that is off.
 
-Motion and recorded inputs warm the part, never the other way round: temperatures that answer before them, or later than
-heat does, tell of clocks. The leading profiles of the thermometers are regressed on them behind several low passes; the
+Motion warms the leg, never the other way round: temperatures that answer before the motion, or later than heat
+does, tell of clocks. The leading profiles of the thermometers are regressed on motion behind several low passes; the
 likelihood of the innovations as a function of an offset is the advantage.
 """
 
@@ -37,28 +37,27 @@ MOST = 150.0
 
 
 class Timing:
-    """Temperatures against what heats, shifted against each other."""
+    """Temperatures against motion, shifted against each other."""
 
     def __init__(self, view: View) -> None:
         self.view = view
 
     @cached_property
     def _grids(self) -> list[tuple[FloatArray, FloatArray]]:
-        """Of each run: leading profiles every `STEP_S`, and on the grid within `REACH_S` what heats."""
+        """Of each run: leading profiles every `STEP_S`, and on the grid within `REACH_S` the motion's columns."""
         view = self.view
-        if view.heated_by is None:
-            return []
         tables = view.tables(view.sensors)
         chosen = leading_profiles(tables, PROFILES)
         found = []
-        for signals, table, heat in zip(view.signals, tables, view.heated_by, strict=True):
+        for signals, table in zip(view.signals, tables, strict=True):
             time = signals.time
             grid = np.arange(time[0] + REACH_S, time[-1] - REACH_S, GRID_STEPS * STEP_S)
             if len(grid) < FEWEST:
                 continue
             memory = Memory()
-            passed = np.column_stack([heat, *(memory.low_pass(f"{tau}", time, heat, tau) for tau in TIMES_S)])
-            # the temperatures were smoothed: so is what heats, or it would seem late
+            speed = memory.speed(time, signals.q)
+            passed = np.column_stack([speed, *(memory.low_pass(f"{tau}", time, speed, tau) for tau in TIMES_S)])
+            # the temperatures were smoothed: so is the motion, or it would seem late
             at = _interpolated(grid, time, smoothed(time, passed))
             rows = np.column_stack([at[1:], np.diff(at, axis=0), np.ones(len(at) - 1)])
             fine = np.arange(time[0], time[-1] + STEP_S, STEP_S)
@@ -104,7 +103,7 @@ class Timing:
 
     def advantage(self, offset: float) -> float:
         """Return the log evidence that temperatures are to be read `offset` seconds later, against now."""
-        if self.view.heated_by is None:
+        if not self.view.moves:
             return 0.0
         return float(np.clip(self._believed(offset) - self._believed(0.0), -MOST, MOST))
 

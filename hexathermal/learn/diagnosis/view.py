@@ -142,22 +142,6 @@ class View:
         return tuple(follows_on(zero, one, rows.signals) for one, rows in zip(before, self.runs, strict=True))
 
     @cached_property
-    def heated_by(self) -> list[FloatArray] | None:
-        """What is known to heat, in all rows of each run, shape (n, k): inputs and their squares, and the speed.
-
-        None where nothing is known to.
-        """
-        found = []
-        for signals in self.signals:
-            heats = [power for values in signals.inputs.values() for power in (values, values * np.abs(values))]
-            if self.moves:
-                heats.append(Memory().speed(signals.time, signals.q))
-            if not heats:
-                return None
-            found.append(np.column_stack(heats))
-        return found
-
-    @cached_property
     def noise_left(self) -> float:
         """What smoothing leaves of the white noise of readings, RMS: 3 / (2 sqrt(n)) of a parabola through n rows."""
         count = smoothing_rows(self.runs[0].signals.time, SMOOTHED_S)
@@ -179,9 +163,8 @@ class View:
             parts.append((piece.means(rows.drift), start, fresh, step, piece.rows, np.full(w, k)))
         y, start, fresh, step, count, run = (np.concatenate(items) for items in zip(*parts, strict=True))
         has = self.kind == "leg" and bool((fresh & ~start).any())
-        # of a part it is mostly its thermometers' first rows whose noise stays in a run
-        tied = self.zeroed_by_run and self.kind == "leg"
-        return Channel(y, start, fresh, step, count, run, has, tied)
+        tied = self.zeroed_by_run and self.kind == "leg"  # of a part thermometers' first rows are most of an offset
+        return Channel(y, start, fresh, step, count, run, has, tied, self.zeroed_by_run)
 
     def windows(self, values: Sequence[FloatArray]) -> FloatArray:
         """Return means over windows of rows' values, run after run, shape (n, k)."""

@@ -108,7 +108,8 @@ def exact_readings(truth: CampaignTruth) -> CampaignTruth:
 def noise_rms(truth: CampaignTruth) -> float:
     """Return the RMS of what the law leaves with nothing hidden, on settled rows of identification runs [m].
 
-    As the bench says, where it does: of the displacement's noise, and of what the law's thermometers feign.
+    As the bench says: of the displacement's noise, and of what the law's thermometers feign; without a word of the
+    bench that of the displacement's noise.
     """
     if "noise_rms_um" in truth.notes:
         feigned = float(str(truth.notes.get("thermometers_rms_um", 0.0)))

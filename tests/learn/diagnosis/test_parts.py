@@ -3,28 +3,26 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from functools import partial
 from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 import pytest
 
 from hexathermal.learn.campaign_files import load_campaign
 from hexathermal.learn.diagnosing import diagnose
-from hexathermal.learn.diagnosis import witnesses
+from hexathermal.learn.diagnosis import course, witnesses
 from hexathermal.learn.diagnosis.course import _tolerant
 from hexathermal.learn.diagnosis.deciding import decided
 from hexathermal.learn.diagnosis.evidence import LEAST
 from hexathermal.learn.diagnosis.sensor_model import SensorModel
 from hexathermal.learn.diagnosis.stage import Stage
-from hexathermal.learn.diagnosis.timing import Timing
-from hexathermal.learn.diagnosis.trials import Workbench
+from hexathermal.learn.diagnosis.trials import Trial, Workbench
 from hexathermal.learn.diagnosis.view import View
-from hexathermal.machine.leg_signals import LegSignals
-from hexathermal.poses import FloatArray
 from hexathermal.simulate.hidden.drawing import campaign_of
 from hexathermal.simulate.hidden.writing import write_campaign
-from tests.learn.diagnosis.campaigns import altered, viewed
+from tests.learn.diagnosis.campaigns import viewed
 
 PART = "component"
 
@@ -78,36 +76,10 @@ def test_beside_what_may_be_feigned_nothing_says_more() -> None:
     assert all(item.value <= before.get(item.cause, 0.0) for item in after.step.ranking)
     values = [item.value for item in after.step.ranking]
     assert values == sorted(values, reverse=True)
-    # what joins later is another matter
+    # what joins later, or is named beside, is another matter
     assert after.with_effect(best).most is None
-
-
-def _later(offset: float, _run: int, signals: LegSignals, name: str) -> FloatArray:
-    """A sensor's readings by a clock that is behind [K]."""
-    return np.interp(signals.time - offset, signals.time, signals.dT[name])
-
-
-@pytest.mark.parametrize("offset", [-400.0, 400.0])
-def test_inputs_tell_of_a_shifted_clock_of_a_part_without_a_stroke(offset: float) -> None:
-    """A spindle warms the part: readings of another clock speak for the shift that mends them, not the other."""
-    seeds = (5, 6, 7, 8, 9, 10)
-    views = [view for seed in seeds if not (view := viewed(PART, seed, (), 1.0)[0]).moves]
-    assert views
-    for view in views:
-        shifted = view
-        for name in view.sensors:
-            shifted = altered(shifted, name, partial(_later, offset, name=name))
-        timing = Timing(shifted)
-        assert timing.advantage(offset) > timing.advantage(-offset) + 3.0
-        assert timing.advantage(0.0) == 0.0
-
-
-def test_without_motion_and_inputs_nothing_tells_of_clocks() -> None:
-    """Nothing that heats is known."""
-    view = next(view for seed in (5, 6, 7, 8, 9, 10) if not (view := viewed(PART, seed, (), 1.0)[0]).moves)
-    bare = replace(view, runs=tuple(replace(rows, signals=replace(rows.signals, inputs={})) for rows in view.runs))
-    assert bare.heated_by is None
-    assert Timing(bare).advantage(300.0) == 0.0
+    assert after.beside(best).most is None
+    assert best.trial.cause in after.beside(best).refused
 
 
 def test_a_second_cause_is_found_where_the_first_one_joins_no_law(tmp_path: Path) -> None:
@@ -118,3 +90,32 @@ def test_a_second_cause_is_found_where_the_first_one_joins_no_law(tmp_path: Path
     found = diagnose(load_campaign(tmp_path / "campaign"), list(answer.base))
     assert [one.cause for one in found.effects] == ["thermal-lag", "abbe-tilt"]
     assert [one.joined for one in found.effects] == [False, True]
+
+
+@pytest.mark.parametrize(("bench", "seed", "cause"), [("quiet", 14, "clock-offset"), ("quiet", 16, "swapped-sensors")])
+def test_no_second_cause_is_looked_for_in_data_that_the_first_one_would_mend(
+    bench: str, seed: int, cause: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A repair that does not join leaves its error in the data, where it would look like something else."""
+    truth, answer = campaign_of(bench, seed, causes=(cause,), strength=1.5)
+    write_campaign(tmp_path / "campaign", truth, answer)
+    monkeypatch.setattr(course, "worth", lambda *_stages, later: (True, later))
+    found = diagnose(load_campaign(tmp_path / "campaign"), list(answer.base))
+    assert [one.cause for one in found.effects] == [cause]
+    assert not found.effects[0].joined
+
+
+@pytest.mark.parametrize(("share", "counts"), [(1.0, 1.0), (0.075, 0.5), (0.0, 0.0), (-1.0, 0.0)])
+@pytest.mark.parametrize("sign", [-1.0, 1.0])
+def test_a_whole_fault_counts_as_far_as_the_drift_shows_it(share: float, counts: float, sign: float) -> None:
+    """Of a law of two thermometers, of either sign: from `IN_DRIFT` on all of it, nothing the other way."""
+    stage = Stage(viewed("quiet", 3, (), 1.0)[0])
+    base, rng = stage.base, np.random.default_rng(1)
+    n, A = len(stage.channel), sign * np.array([2e-6, 3e-6])
+    X, late = rng.standard_normal((n, 2)), rng.standard_normal(n)
+    y = X @ A + share * A[1] * late + 1e-9 * rng.standard_normal(n)
+    law = replace(base, X=X, sd=np.full(2, 1e-4), plain=2)
+    bench: Any = SimpleNamespace(view=SimpleNamespace(base=("T1", "T2")))
+    asked = witnesses.Witnesses(bench, stage.channel.with_y(y), law, lambda _item: law)
+    trial = Trial("thermal-lag", late[:, None], "T2")
+    assert asked._in_drift(trial) == pytest.approx(counts, abs=0.05)
