@@ -186,11 +186,6 @@ def searched(
         found.append(Found(leader, decision, joins, *stage.amplitudes(leader)))
         if not joins and (len(found) > 1 or leader.best.trial.repair is not None):  # data that stay as they were
             break
-        if not joins:  # its shape stands beside what is looked for next, though no law is better for it
-            stage = _tolerant(stage.beside(leader.best), threshold + LATER)
-            steps.append(stage.step)
-            decision = decided(steps[-1], threshold + LATER)
-            continue
         if len(found) == 2 and other is None:
             other = rival_beside(stages[0], found[0].ranked, leader.best, threshold)
             if other is not None:  # the first name is another one: once more from there
@@ -281,9 +276,12 @@ def _two_for(stage: Stage, decision: Decision, threshold: float) -> Decision:
 def _next(before: Stage, after: Stage, found: Sequence[Found], threshold: float) -> Stage:
     """Return the stage after one with the last cause joined: more of its own shapes beside, errors of them tolerated.
 
-    Where it mends data, what is tolerated of the shapes of causes named before is made anew.
+    Where it mends data, what is tolerated of the shapes of causes named before is made anew. What joins no law leaves
+    its shape in the null.
     """
     leader = found[-1].ranked
+    if not found[-1].joined:
+        return before.beside(leader.best)
     stage = _with_kin(_refined(before, after, leader, threshold), before, leader)
     if leader.best.trial.repair is not None:
         for one in found[:-1]:
