@@ -155,8 +155,12 @@ class SensorModel:
                 own = _products(profiles[run][part], self.own[run][part])
             M += own[0]
             z += own[1]
-        z, together = z - M @ centre, self._together
-        return np.asarray(centre + np.linalg.solve(M / together + np.diag(1.0 / spread**2), z / together))
+        return self._solved(M, z, centre, spread)
+
+    def _solved(self, M: FloatArray, z: FloatArray, centre: FloatArray, spread: FloatArray) -> FloatArray:
+        """Return weights, by products of rows, that are expected about `centre` with a spread, shape (k,) each."""
+        left, together = z - M @ centre, self._together
+        return np.asarray(centre + np.linalg.solve(M / together + np.diag(1.0 / spread**2), left / together))
 
     @cached_property
     def _together(self) -> float:
@@ -215,9 +219,7 @@ class SensorModel:
         profiles = [np.column_stack(both) for both in zip(self.profiles, air, strict=True)]
         centre, spread = np.append(self.expected[0], 0.0), np.append(self.expected[1], AIR_SHARE)
         own = [_products(P, y) for P, y in zip(profiles, self.own, strict=True)]
-        M, z = sum(one[0] for one in own), sum(one[1] for one in own)
-        left = (z - M @ centre) / self._together
-        weights = centre + np.linalg.solve(M / self._together + np.diag(1.0 / spread**2), left)
+        weights = self._solved(np.sum([M for M, _ in own], axis=0), np.sum([z for _, z in own], axis=0), centre, spread)
         return [P @ weights for P in profiles]
 
     @cached_property

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any, Protocol, TypeVar
 
 import numpy as np
 
+from hexathermal.learn.diagnosis.channels import Levels
 from hexathermal.learn.diagnosis.recorded import noisy_sensors, row_noise
 from hexathermal.learn.diagnosis.sensor_model import Parity, SensorModel, sensor_model
 from hexathermal.learn.diagnosis.view import View
@@ -226,8 +227,16 @@ class Workbench:
     @cached_property
     def usual_bias(self) -> float:
         """Slow bias that the parity of other thermometers shows, the middle one [K]."""
+        return self._usual(lambda levels: levels.slow)
+
+    def _usual(self, level: Callable[[Levels], float]) -> float:
+        """Return the middle one of a level of other thermometers' parities [K]."""
         models = [model for name in self.bystanders(ASKED) if (model := self.model(name)) is not None]
-        return float(np.median([model.null[0].slow for model in models])) if models else USUAL_BIAS_K
+        return float(np.median([level(model.null[0]) for model in models])) if models else USUAL_BIAS_K
+
+    def _moved_by(self, sensor: str) -> float:
+        """Return what a sensor of the law moves the part by, RMS over its windows [m/K]."""
+        return float(self.slopes[sensor] * np.sqrt((self.slopes_span(sensor) ** 2).mean()))
 
     @cached_property
     def feigned(self) -> float:
@@ -242,9 +251,8 @@ class Workbench:
             bias = USUAL_BIAS_K if model is None else min(model.null[0].slow, self.usual_bias)
             step, noise = self.reading(sensor)
             error = np.hypot(FEIGNED * bias, step / np.sqrt(12.0))
-            span = float(np.sqrt((self.slopes_span(sensor) ** 2).mean()))
-            parts.append(self.slopes[sensor] * span * error)
-            noises.append(self.slopes[sensor] * span * noise * self.view.noise_left)
+            parts.append(self._moved_by(sensor) * error)
+            noises.append(self._moved_by(sensor) * noise * self.view.noise_left)
         whole = float(np.linalg.norm(noises))
         lured = whole * min(MOST_FEIGNED, FEIGNED_NOISE * whole / self.noise)
         return float(np.hypot(np.linalg.norm(parts), lured))
@@ -257,13 +265,12 @@ class Workbench:
         """
         if self.view.zeroed_by_run:
             return 0.0
-        others = [model.null[0].offset for name in self.bystanders(ASKED) if (model := self.model(name)) is not None]
-        usual = float(np.median(others)) if others else USUAL_BIAS_K
+        usual = self._usual(lambda levels: levels.offset)
         parts = []
         for sensor in self.view.base:
             model = self.model(sensor)
             offset = usual if model is None else min(model.null[0].offset, usual)
-            parts.append(self.slopes[sensor] * float(np.sqrt((self.slopes_span(sensor) ** 2).mean())) * offset)
+            parts.append(self._moved_by(sensor) * offset)
         return float(np.linalg.norm(parts))
 
     def warms_quickly(self, sensor: str) -> bool:
