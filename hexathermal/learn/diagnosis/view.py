@@ -271,12 +271,13 @@ class View:
         return self.windows(found)
 
     def quick_columns(self, shape: str, parameters: Mapping[str, Any]) -> FloatArray:
-        """Return the columns of a shape without a memory, made from windows alone, shape (n, k)."""
+        """Return the columns of a shape that remembers its first values at most, made from windows, shape (n, k)."""
         return self._kept("windows", shape, parameters, self._quick_columns)
 
     def _quick_columns(self, shape: str, parameters: Mapping[str, Any]) -> FloatArray:
         """Return a shape's columns, made of windows."""
-        return np.concatenate([term_columns(shape, signals, parameters) for signals in self.windowed])
+        runs = zip(self.windowed, self._memories(), strict=True)
+        return np.concatenate([term_columns(shape, signals, parameters, memory) for signals, memory in runs])
 
     @cached_property
     def windowed(self) -> tuple[LegSignals, ...]:
