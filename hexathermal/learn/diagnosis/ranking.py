@@ -42,6 +42,8 @@ class Ranked:
         Evidence in the drift that does not count for a thermometer's fault, since its parity says too little.
     repeated : float
         What runs left out say for it, run by run.
+    borne : float
+        What a clock that is off would show of the same data, which is no misfit.
     """
 
     cause: str
@@ -55,6 +57,7 @@ class Ranked:
     agreed: float = -np.inf
     withheld: float = 0.0
     repeated: float = 0.0
+    borne: float = 0.0
 
     @property
     def gated(self) -> float:
@@ -62,11 +65,11 @@ class Ranked:
 
         What the parity of this thermometer alone shows beyond `SURE_WITNESS` is no misfit of the drift, nor is what
         drift and parity say alike: chance in one knows nothing of the other. Nor does a misfit of wandering
-        thermometers repeat from run to run.
+        thermometers repeat from run to run, nor shift all of them.
         """
         small = relevance(self.best.visible, self.levels.rms, self.best.trial.feigned)
         said = self.value - self.best.trial.doubt
-        return min(said, small + max(self.witness - SURE_WITNESS, self.both, 0.0) + self.repeated)
+        return min(said, small + max(self.witness - SURE_WITNESS, self.both, 0.0) + self.repeated + self.borne)
 
     @property
     def named(self) -> bool:

@@ -11,6 +11,9 @@ from hexathermal.learn.diagnosis.channels import Channel
 from hexathermal.learn.diagnosis.evidence import LEAST, Base, Scored, beside
 from hexathermal.learn.diagnosis.ranking import Ranked
 
+LATE, OFF, SHIFTED = "thermal-lag", "clock-offset", 0.05
+"""A lag, a clock that is off, and the part of a lag's evidence by which the clock must lead it."""
+
 System = Callable[[Scored], Base]
 """Gives the base with a trial in it."""
 
@@ -57,6 +60,23 @@ def with_a_misfit(channel: Channel, system: System, ranked: list[Ranked]) -> lis
     if first is None or first.gated < LEAST or not first.best.trial.columns.shape[1]:
         return ranked
     return [_over(channel, system, item, first) if item.named and item.gated > first.gated else item for item in ranked]
+
+
+def late_or_off(ranked: list[Ranked], *, timed: bool) -> list[Ranked]:
+    """Return the ranking in which a clock that is off leads a lag only where it does so clearly.
+
+    A clock is a pure shift, and where one is off the evidence knows it. A lag is sketched by low passes: any error of
+    that sketch is one that a shift may mend. Where the two are as good, what stands for the clock stands for the lag:
+    where the clock leads, and where times are known (`timed`), since motion would know of a clock.
+    """
+    late, off = (next((item for item in ranked if item.cause == name), None) for name in (LATE, OFF))
+    if late is None or off is None or off.gated < LEAST or off.value > (1.0 + SHIFTED) * late.value:
+        return ranked
+    if off.value < late.value and not timed:
+        return ranked
+    ahead, behind = max(late.value, off.value), min(late.value, off.value)
+    changed = {LATE: replace(late, value=ahead, borne=off.gated), OFF: replace(off, value=behind)}
+    return [changed.get(item.cause, item) for item in ranked]
 
 
 def _over(channel: Channel, system: System, item: Ranked, first: Ranked) -> Ranked:

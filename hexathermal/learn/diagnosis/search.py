@@ -23,7 +23,7 @@ from hexathermal.learn.diagnosis.evidence import (
     terms_of,
 )
 from hexathermal.learn.diagnosis.ranking import Ranked, Step
-from hexathermal.learn.diagnosis.rivals import nameless_bounded, with_a_misfit
+from hexathermal.learn.diagnosis.rivals import late_or_off, nameless_bounded, with_a_misfit
 from hexathermal.learn.diagnosis.trials import PREFIX, Item, Trial, Workbench
 from hexathermal.learn.diagnosis.unexplained import THERMAL, WANDERING, flexible_trials
 from hexathermal.learn.diagnosis.witnesses import Witnesses
@@ -62,6 +62,9 @@ MENDED = 3
 CLIMBED = ("clock-offset",)
 """Causes whose trials stand in the order of their parameter: from the best on, neighbours are mended too."""
 
+TIMED = 10.0
+"""Log evidence that motion must have against the worst of all clocks to know when temperatures were read."""
+
 LEAST_SURE, SURE = 3.0, 3.5
 """Standard deviations by which log likelihoods of data mended and as recorded differ over all windows up to which the
 drift does not speak for a clock that is off, and from which it does wholly: neither law contains the other, either
@@ -98,6 +101,11 @@ class Search:
     def witnesses(self) -> Witnesses:
         """The parities of the thermometers."""
         return Witnesses(self.bench, self.channel, self.base, self.system)
+
+    @cached_property
+    def _timed(self) -> bool:
+        """Whether motion knows when the temperatures were read."""
+        return max((abs(trial.advantage) for trial in self.trials if trial.cause in CLIMBED), default=0.0) > TIMED
 
     @cached_property
     def terms(self) -> list[Terms]:
@@ -171,9 +179,8 @@ class Search:
             levels, null = pool[better], nulls[better]
             if gained < TRIFLE:
                 break
-        believed = with_a_misfit(
-            self.channel, self.system, nameless_bounded(self.channel, self.system, list(ranked.values()))
-        )
+        bounded = nameless_bounded(self.channel, self.system, list(ranked.values()))
+        believed = late_or_off(with_a_misfit(self.channel, self.system, bounded), timed=self._timed)
         order = tuple(sorted(believed, key=lambda item: -item.value))
         return Step(order, levels, null)
 

@@ -10,6 +10,7 @@ from __future__ import annotations
 from functools import cached_property
 
 import numpy as np
+from scipy.interpolate import CubicSpline
 
 from hexathermal.learn.diagnosis.smoothing import leading_profiles, smoothed
 from hexathermal.learn.diagnosis.view import View
@@ -26,10 +27,10 @@ FEWEST = 10
 SHARE = 0.3
 """Of this log evidence that is believed: the regression is a sketch of conduction."""
 
-TOLERANCE_S = 30.0
-"""Heat may take so much longer, or less, than the low passes can say."""
+TOLERANCE_S = 5.0
+"""Heat may take so much longer, or less, than the low passes can say; or a row of the record, where that is more."""
 
-REACH_S, STEP_S = 1300.0, 20.0
+REACH_S, STEP_S, FINE_S = 1300.0, 20.0, 2.5
 GRID_STEPS = 3
 """Steps of the offset from one point of the grid to the next."""
 
@@ -41,6 +42,11 @@ class Timing:
 
     def __init__(self, view: View) -> None:
         self.view = view
+
+    @cached_property
+    def _row(self) -> float:
+        """Time from row to row [s]."""
+        return float(np.median(np.diff(self.view.signals[0].time)))
 
     @cached_property
     def _grids(self) -> list[tuple[FloatArray, FloatArray]]:
@@ -57,8 +63,8 @@ class Timing:
             memory = Memory()
             speed = memory.speed(time, signals.q)
             passed = np.column_stack([speed, *(memory.low_pass(f"{tau}", time, speed, tau) for tau in TIMES_S)])
-            # the temperatures were smoothed: so is the motion, or it would seem late
-            at = _interpolated(grid, time, smoothed(time, passed))
+            # a speed is that of the middle of two rows; smoothed as the temperatures were, or it would seem late
+            at = _interpolated(grid, time - 0.5 * self._row, smoothed(time, passed))
             rows = np.column_stack([at[1:], np.diff(at, axis=0), np.ones(len(at) - 1)])
             fine = np.arange(time[0], time[-1] + STEP_S, STEP_S)
             found.append((_interpolated(fine, time, table @ chosen), rows))
@@ -93,12 +99,14 @@ class Timing:
         """Offsets [s], and the log likelihood that is believed at each."""
         most = round(REACH_S / STEP_S)
         steps = range(-most, most + 1)
-        return STEP_S * np.array(steps), SHARE * np.array([self._misfit(one) for one in steps])
+        curve = CubicSpline(STEP_S * np.array(steps), SHARE * np.array([self._misfit(one) for one in steps]))
+        fine = np.arange(-REACH_S, REACH_S + FINE_S, FINE_S)
+        return fine, curve(fine)
 
     def _believed(self, offset: float) -> float:
         """Return the log of the likelihood averaged over the errors that heat's way may make."""
         offsets, values = self._curve
-        weight = -0.5 * ((offsets - offset) / TOLERANCE_S) ** 2
+        weight = -0.5 * ((offsets - offset) / max(TOLERANCE_S, self._row)) ** 2
         return float(np.logaddexp.reduce(values + weight) - np.logaddexp.reduce(weight))
 
     def advantage(self, offset: float) -> float:

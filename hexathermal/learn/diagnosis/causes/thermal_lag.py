@@ -40,7 +40,7 @@ CAUSE = Cause(
 
 TIMES_S = (15.0, 30.0, 60.0, 120.0, 240.0, 480.0, 960.0, 1920.0, 3840.0, 7680.0, 15360.0)
 
-LEAD_TIMES_S = (20.0, 35.0, 60.0, 150.0, 400.0, 1000.0)
+LEAD_TIMES_S = (10.0, 20.0, 35.0, 60.0, 150.0, 400.0, 1000.0)
 LATE_TIMES_S = (150.0, 400.0, 1000.0, 2500.0, 6000.0)
 """Of a thermometer that is so late that only the others know what it has yet to show."""
 
