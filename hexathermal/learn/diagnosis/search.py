@@ -203,8 +203,21 @@ class Search:
                 if not beside:
                     break
                 made.update({k: self._on_mended(line[k], levels, null) for k in beside})
+            made.update(self._between(made, levels, null))
             chosen.update({id(line[k]): item for k, item in made.items()})
         return [chosen.get(id(item), item) for item in scored]
+
+    def _between(self, made: dict[int, Scored], levels: Levels, null: float) -> dict[int, Scored]:
+        """Return the best trial of a cause made finer, where a parabola through its neighbours tops beside it."""
+        top = max(made, key=lambda k: made[k].value)
+        finer = made[top].trial.finer
+        if finer is None or top - 1 not in made or top + 1 not in made:
+            return {}
+        before, own, after = (made[k].value for k in (top - 1, top, top + 1))
+        bent = before - 2.0 * own + after
+        step = 0.5 * (before - after) / bent if bent < 0.0 else 0.0
+        best = self._on_mended(replace(made[top], trial=finer(step)), levels, null) if step else made[top]
+        return {top: best} if best.value > own else {}
 
     def _on_mended(self, item: Scored, levels: Levels, null: float) -> Scored:
         """Return a trial that mends data with its evidence on data that are mended, where that is more."""

@@ -14,7 +14,7 @@ import numpy as np
 import numpy.typing as npt
 
 from hexathermal.learn.diagnosis.along_leg import smooth_along
-from hexathermal.learn.diagnosis.channels import Channel, Levels
+from hexathermal.learn.diagnosis.channels import Channel, Levels, sums_without
 from hexathermal.learn.diagnosis.smoothing import leading_profiles, smoothed
 from hexathermal.learn.diagnosis.view import View
 from hexathermal.machine.leg_signals import Memory
@@ -276,6 +276,23 @@ class SensorModel:
         return self.channel.fitted(self.X, self.sd)
 
     @cached_property
+    def bias(self) -> float:
+        """Slow bias of the sensor, RMS [K]: that of its parity, or what all others leave of each run, if that is less.
+
+        Their weights, `N(0, 1)`, are learnt from the other runs beside a bias of `BIAS_K`; each run counts from its
+        mean. A part of many lumps is more than few profiles tell, and what these leave is no bias of a sensor.
+        """
+        run, air = self.channel.run, self.X[:, self.basis.shape[1] :]
+        everything = np.column_stack([self.means(self.own), self.means(self.view.tables(self.others)), air])
+        table = _beside_means(everything, run)
+        runs = [run == k for k in np.unique(run)]
+        left = np.empty(len(table))
+        for own, G in zip(runs, sums_without([table[own].T @ table[own] for own in runs]), strict=True):
+            weights = np.linalg.solve(G[1:, 1:] + BIAS_K**2 * np.eye(len(G) - 1), G[1:, 0])
+            left[own] = table[own, 0] - table[own, 1:] @ weights
+        return min(self.null[0].slow, float(np.sqrt((left**2).mean())))
+
+    @cached_property
     def _displaced(self) -> float:
         """Evidence of the parity where the sensor sits at another place than stated, as exchanged plugs do."""
         spread = np.where(np.arange(len(self.sd)) < len(self.expected[1]), LOOSE, self.sd)
@@ -323,6 +340,13 @@ def _sameness(parity: Parity) -> Hashable:
     except TypeError:  # of an array, say
         return parity
     return same
+
+
+def _beside_means(values: FloatArray, run: npt.NDArray[np.int64]) -> FloatArray:
+    """Return values, shape (n, k), less their mean in each run."""
+    count = np.bincount(run)
+    means = np.column_stack([np.bincount(run, column) / count for column in values.T])
+    return np.asarray(values - means[run])
 
 
 def _products(P: FloatArray, y: FloatArray) -> tuple[FloatArray, FloatArray]:

@@ -118,6 +118,8 @@ class Trial:
         Whether the amplitude in the parity's last column is about 1 where the fault is there at all.
     anew : bool
         Whether errors of the thermometers are to be made anew of the mended data: all sensors are mended alike.
+    finer : function or None
+        Gives the trial between this one and its neighbours, from a part of the way to the next one, -1 to 1.
     advantage : float
         Log evidence from what the drift does not show: order of positions, clocks against motion.
     most : float
@@ -146,6 +148,7 @@ class Trial:
     in_parity: float = 0.0
     whole: bool = False
     anew: bool = False
+    finer: Callable[[float], Trial] | None = None
     advantage: float = 0.0
     most: float = np.inf
     doubt: float = 0.0
@@ -248,7 +251,7 @@ class Workbench:
         parts, noises = [], []
         for sensor in self.view.base:
             model = self.model(sensor)
-            bias = USUAL_BIAS_K if model is None else min(model.null[0].slow, self.usual_bias)
+            bias = USUAL_BIAS_K if model is None else min(model.bias, self.usual_bias)
             step, noise = self.reading(sensor)
             error = np.hypot(FEIGNED * bias, step / np.sqrt(12.0))
             parts.append(self._moved_by(sensor) * error)

@@ -37,8 +37,15 @@ def trials(bench: Workbench) -> Iterator[Trial]:
 def _shifted(view: View) -> Iterator[Trial]:
     """Give the trials, which no stage of a diagnosis changes."""
     timing, tables = Timing(view), view.tables(view.base)
-    for offset in (*(-value for value in OFFSETS_S[::-1]), *OFFSETS_S):
+    offsets = (*(-value for value in OFFSETS_S[::-1]), *OFFSETS_S)
+
+    def trial(place: float) -> Trial:
+        """Return the trial of an offset, by its place among `offsets`."""
+        offset = float(np.interp(place, np.arange(len(offsets)), offsets))
         base = view.base_of(list(read_later(view, tables, offset).T))
-        yield Trial(CAUSE.name, np.zeros((len(view.q), 0)), None, "", {"offset_s": float(offset)}, base=base,
-                    repair=partial(SensorRepair, CAUSE.name, "clock", {"offset_s": float(offset)}),
-                    anew=True, advantage=timing.advantage(offset))  # fmt: skip
+        return Trial(CAUSE.name, np.zeros((len(view.q), 0)), None, "", {"offset_s": offset}, base=base,
+                     repair=partial(SensorRepair, CAUSE.name, "clock", {"offset_s": offset}),
+                     anew=True, advantage=timing.advantage(offset), finer=lambda step: trial(place + step))  # fmt: skip
+
+    for place in range(len(offsets)):
+        yield trial(float(place))
