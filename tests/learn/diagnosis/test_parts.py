@@ -17,10 +17,12 @@ from hexathermal.learn.diagnosis.course import _tolerant
 from hexathermal.learn.diagnosis.deciding import decided
 from hexathermal.learn.diagnosis.evidence import LEAST
 from hexathermal.learn.diagnosis.sensor_model import SensorModel
-from hexathermal.learn.diagnosis.stage import Stage
+from hexathermal.learn.diagnosis.stage import Stage, view_of
 from hexathermal.learn.diagnosis.trials import Trial, Workbench
 from hexathermal.learn.diagnosis.view import View
+from hexathermal.learn.signals import campaign_rows
 from hexathermal.simulate.hidden.drawing import campaign_of
+from hexathermal.simulate.hidden.strength import exact_readings
 from hexathermal.simulate.hidden.writing import write_campaign
 from tests.learn.diagnosis.campaigns import viewed
 
@@ -119,3 +121,22 @@ def test_a_whole_fault_counts_as_far_as_the_drift_shows_it(share: float, counts:
     asked = witnesses.Witnesses(bench, stage.channel.with_y(y), law, lambda _item: law)
     trial = Trial("thermal-lag", late[:, None], "T2")
     assert asked._in_drift(trial) == pytest.approx(counts, abs=0.05)
+
+
+def test_what_few_profiles_do_not_tell_of_a_part_is_no_bias_of_its_thermometers(tmp_path: Path) -> None:
+    """Thermometers of a part of many lumps that read what is there: the parity is 20 mK off, all others foretell 5."""
+    truth, answer = campaign_of(PART, 485764582299714, causes=(), strength=1.0)
+    write_campaign(tmp_path / "part", exact_readings(truth), answer)
+    campaign = load_campaign(tmp_path / "part")
+    model = Stage(view_of(campaign, campaign_rows(campaign, "identification"), answer.base)).bench.model(answer.base[0])
+    assert model is not None
+    assert model.null[0].slow > 0.01
+    assert model.bias < 0.005
+
+
+def test_the_bias_of_a_thermometer_that_wanders_stays() -> None:
+    """Of another part, whose readings wander by 20 mK, all others leave no less than half of it."""
+    view, _ = viewed(PART, 7250821734823708, (), 1.0)
+    model = Stage(view).bench.model(view.base[0])
+    assert model is not None
+    assert model.bias > 0.01

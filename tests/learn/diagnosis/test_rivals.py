@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 
 from hexathermal.learn.diagnosis.channels import Levels
-from hexathermal.learn.diagnosis.evidence import Base
+from hexathermal.learn.diagnosis.evidence import Base, Scored
 from hexathermal.learn.diagnosis.ranking import Ranked
-from hexathermal.learn.diagnosis.rivals import with_a_misfit
+from hexathermal.learn.diagnosis.rivals import late_or_off, with_a_misfit
 from hexathermal.learn.diagnosis.search import Search
 from hexathermal.learn.diagnosis.trials import Trial
 from tests.learn.diagnosis.noises import channel_like, noisy
@@ -39,3 +39,30 @@ def test_a_large_name_with_a_small_misfit_leads(
     assert max(before, key=lambda item: item.value).cause == "creep"
     after = with_a_misfit(search.channel, search.system, before)
     assert max(after, key=lambda item: item.value).cause == leads
+
+
+def ranked(cause: str, value: float, visible: float, feigned: float) -> Ranked:
+    """A cause of some evidence of which thermometers may feign a part."""
+    trial = Trial(cause, np.zeros((3, 0)), feigned=feigned)
+    return Ranked(cause, value, Scored(trial, value, visible, 1.0, 0.0, 0.0, np.zeros(0)), Levels(1.0, 0.0, 0.0, 0.0))
+
+
+@pytest.mark.parametrize(
+    ("late", "off", "timed", "leads", "stands"),
+    [
+        (97.0, 100.0, False, "thermal-lag", True),
+        (90.0, 100.0, True, "clock-offset", False),
+        (97.0, 95.0, True, "thermal-lag", True),
+        (97.0, 95.0, False, "thermal-lag", False),
+        (97.0, 3.0, True, "thermal-lag", False),
+    ],
+)
+def test_a_clock_must_lead_a_lag_clearly(late: float, off: float, timed: bool, leads: str, stands: bool) -> None:
+    """By a twentieth of the lag's evidence; else what stands for it stands for the lag, where times are known."""
+    before = [ranked("thermal-lag", late, 0.1, 0.1), ranked("clock-offset", off, 20.0, 0.0)]
+    assert before[0].gated < 1.0
+    after = sorted(late_or_off(before, timed=timed), key=lambda item: -item.value)
+    assert after[0].cause == leads
+    assert after[0].value == max(late, off)
+    lag = next(item for item in after if item.cause == "thermal-lag")
+    assert (lag.gated > 50.0) == stands

@@ -115,6 +115,15 @@ def test_shapes_without_a_memory_need_windows_only(view: View, shape: str) -> No
     assert np.abs(quick - slow).max() < 0.02 * np.abs(slow).max()
 
 
+def test_with_one_zero_the_displacement_counts_from_the_campaign_s_first_row() -> None:
+    """Of a part whose runs go on one behind the other, a scale that is off is right at the first row of all alone."""
+    part = viewed("component", 4589137713060650, ("scale-error",), 2.0)[0]
+    assert not part.zeroed_by_run
+    assert np.ptp([signals.q[0] for signals in part.signals]) > 0.05
+    quick, slow = part.quick_columns("position", {}), part.columns("position", {})
+    assert np.abs(quick - slow).max() < 1e-3
+
+
 @pytest.mark.parametrize("shape", sorted(REMEMBERING))
 def test_shapes_with_a_memory_run_over_all_rows(view: View, shape: str) -> None:
     """A column is the mean over windows of the law's own shape over all rows, moves too, less its value at the zero."""
