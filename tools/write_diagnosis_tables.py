@@ -26,7 +26,7 @@ CONSTANTS = {
         "SLOW_PARITY_S",
     ),
     "along_leg": ("NEAREST", "NEIGHBOURS", "LEAST_PART"),
-    "search": ("LEADERS", "LEAST_SURE", "SURE", "MOST_WITNESSED"),
+    "search": ("LEADERS", "TIMED", "LEAST_SURE", "SURE", "MOST_WITNESSED"),
     "witnesses": (
         "BYSTANDERS",
         "USUAL",
@@ -44,7 +44,7 @@ CONSTANTS = {
     "recorded": ("NOISY",),
     "base_choice": ("NEIGHBOURS",),
     "evidence": ("LEAST", "RHO", "TOLERATED", "START"),
-    "rivals": ("SHAPE_ERROR", "LITTLE"),
+    "rivals": ("SHAPE_ERROR", "LITTLE", "SHIFTED"),
     "order": ("PROFILES", "FEWEST", "HEAVY", "MOST", "UNSURE", "FEIGNED"),
     "timing": ("TIMES_S", "STEP_S", "GRID_STEPS", "PROFILES", "SHARE", "TOLERANCE_S", "MOST"),
     "chance": ("DRAWS", "FALSE_ALARMS"),
