@@ -31,6 +31,8 @@ TOLERANCE_S = 5.0
 """Heat may take so much longer, or less, than the low passes can say; or a row of the record, where that is more."""
 
 REACH_S, STEP_S, FINE_S = 1300.0, 20.0, 2.5
+"""Shifts that are asked, from one to the next, and from one to the next of those between them [s]."""
+
 GRID_STEPS = 3
 """Steps of the offset from one point of the grid to the next."""
 
