@@ -14,7 +14,7 @@ import numpy as np
 import numpy.typing as npt
 
 from hexathermal.learn.diagnosis.along_leg import smooth_along
-from hexathermal.learn.diagnosis.channels import Channel, Levels, sums_without
+from hexathermal.learn.diagnosis.channels import Channel, Levels
 from hexathermal.learn.diagnosis.smoothing import leading_profiles, smoothed
 from hexathermal.learn.diagnosis.view import View
 from hexathermal.machine.leg_signals import Memory
@@ -165,8 +165,7 @@ class SensorModel:
     @cached_property
     def _together(self) -> float:
         """Variance of what rows tell of weights: neighbours share the slow bias, so many of them count as one."""
-        step = float(np.median(np.diff(self.view.signals[0].time)))
-        return max(1.0, PARITY_WINDOW_S / step) * BIAS_K**2
+        return max(1.0, PARITY_WINDOW_S / self.view.sampling) * BIAS_K**2
 
     def behind(self, late: tuple[float, ...]) -> list[FloatArray]:
         """Return the profiles in all rows of each run behind low passes of these time constants [s]."""
@@ -285,11 +284,8 @@ class SensorModel:
         run, air = self.channel.run, self.X[:, self.basis.shape[1] :]
         everything = np.column_stack([self.means(self.own), self.means(self.view.tables(self.others)), air])
         table = _beside_means(everything, run)
-        runs = [run == k for k in np.unique(run)]
-        left = np.empty(len(table))
-        for own, G in zip(runs, sums_without([table[own].T @ table[own] for own in runs]), strict=True):
-            weights = np.linalg.solve(G[1:, 1:] + BIAS_K**2 * np.eye(len(G) - 1), G[1:, 0])
-            left[own] = table[own, 0] - table[own, 1:] @ weights
+        own, X = table[:, 0], table[:, 1:]
+        left, _ = self.channel.with_y(own).left_out(X, np.ones(X.shape[1]), Levels(BIAS_K, 0.0, 0.0, 0.0))
         return min(self.null[0].slow, float(np.sqrt((left**2).mean())))
 
     @cached_property

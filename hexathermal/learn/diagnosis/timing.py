@@ -46,11 +46,6 @@ class Timing:
         self.view = view
 
     @cached_property
-    def _row(self) -> float:
-        """Time from row to row [s]."""
-        return float(np.median(np.diff(self.view.signals[0].time)))
-
-    @cached_property
     def _grids(self) -> list[tuple[FloatArray, FloatArray]]:
         """Of each run: leading profiles every `STEP_S`, and on the grid within `REACH_S` the motion's columns."""
         view = self.view
@@ -66,7 +61,7 @@ class Timing:
             speed = memory.speed(time, signals.q)
             passed = np.column_stack([speed, *(memory.low_pass(f"{tau}", time, speed, tau) for tau in TIMES_S)])
             # a speed is that of the middle of two rows; smoothed as the temperatures were, or it would seem late
-            at = _interpolated(grid, time - 0.5 * self._row, smoothed(time, passed))
+            at = _interpolated(grid, time - 0.5 * view.sampling, smoothed(time, passed))
             rows = np.column_stack([at[1:], np.diff(at, axis=0), np.ones(len(at) - 1)])
             fine = np.arange(time[0], time[-1] + STEP_S, STEP_S)
             found.append((_interpolated(fine, time, table @ chosen), rows))
@@ -108,7 +103,7 @@ class Timing:
     def _believed(self, offset: float) -> float:
         """Return the log of the likelihood averaged over the errors that heat's way may make."""
         offsets, values = self._curve
-        weight = -0.5 * ((offsets - offset) / max(TOLERANCE_S, self._row)) ** 2
+        weight = -0.5 * ((offsets - offset) / max(TOLERANCE_S, self.view.sampling)) ** 2
         return float(np.logaddexp.reduce(values + weight) - np.logaddexp.reduce(weight))
 
     def advantage(self, offset: float) -> float:

@@ -142,6 +142,11 @@ class View:
         return tuple(follows_on(zero, one, rows.signals) for one, rows in zip(before, self.runs, strict=True))
 
     @cached_property
+    def sampling(self) -> float:
+        """Time from row to row, the middle one of the first run [s]."""
+        return float(np.median(np.diff(self.signals[0].time)))
+
+    @cached_property
     def noise_left(self) -> float:
         """What smoothing leaves of the white noise of readings, RMS: 3 / (2 sqrt(n)) of a parabola through n rows."""
         count = smoothing_rows(self.runs[0].signals.time, SMOOTHED_S)

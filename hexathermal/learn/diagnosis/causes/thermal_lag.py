@@ -53,8 +53,7 @@ def trials(bench: Workbench) -> Iterator[Trial]:
 
     That is what its own rates tell, or where it is very late what the others foretell: they see it warm at once.
     """
-    time = bench.view.signals[0].time
-    least = min(ALWAYS_S, 2.0 * float(np.median(np.diff(time))))
+    least = min(ALWAYS_S, 2.0 * bench.view.sampling)
     for sensor in bench.view.base:
         own = {"sensor": sensor, "ratio": bench.ratios[sensor]}
         for tau in (one for one in TIMES_S if one >= least):
