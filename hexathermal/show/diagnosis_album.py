@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Sequence
 from functools import partial
 
 import numpy as np
@@ -72,7 +73,7 @@ def _run(found: Diagnosis, run: RunResidual, name: str) -> Picture:
         f"Run {run.run}, {fitted}: over {np.ptp(run.time) / 3600.0:.1f} hours the measured drift goes from "
         f"{np.nanmin(drift):.2f} to {np.nanmax(drift):.2f} µm. {left}"
     )
-    caption = f"{run.run} ({fitted}), means of windows. {left}"
+    caption = f"{run.run} ({fitted}), means of windows. {left}{_white([run])}"
     return Picture(name, alt, caption, partial(along.run_figure, found, run))
 
 
@@ -97,7 +98,13 @@ def _runs(found: Diagnosis, runs: list[RunResidual]) -> Picture:
         words += f" After, the step of the zero in {off} is taken off."
     sizes = "; ".join(f"{run.run} {_rms(run.before)}" + (f" to {_rms(run.after)}" if changed(found) else "")
                       for run in shown)  # fmt: skip
-    return Picture("runs-fitted", f"{words} RMS: {sizes}.", words, partial(along.runs_figure, found, shown))
+    caption = f"{words}{_white(shown)}"
+    return Picture("runs-fitted", f"{words} RMS: {sizes}.", caption, partial(along.runs_figure, found, shown))
+
+
+def _white(runs: Sequence[RunResidual]) -> str:
+    """Return what white spaces between curves are, where there are some."""
+    return " White spaces are times without a settled row." if any(len(along.gaps(run.time)) for run in runs) else ""
 
 
 def _signal(found: Diagnosis, name: str) -> Picture:

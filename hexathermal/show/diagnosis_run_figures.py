@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from hexathermal.learn.diagnosis.result import Diagnosis, Effect, RunResidual
+from hexathermal.learn.diagnosis.view import LONGEST_S
 from hexathermal.poses import FloatArray
 from hexathermal.show.diagnosis_pictures import LOOK, NARROW_IN
 from hexathermal.show.diagnosis_words import changed, signal_words
@@ -30,8 +31,11 @@ MINUTES = (0, 1, 5, 15, 30, 60, 120, 240, 480, 960)
 ROUNDED_S = 0.1
 """Moments of steps are told to this."""
 
-GAP_STEPS = 8.0
-"""A curve is broken where a step in time is more than so many usual ones."""
+GAP_WINDOWS = 2.5
+"""A curve is broken where a step in time is more than so many of the longest windows that are usual in its run."""
+
+FEWEST_USUAL = 3
+"""A window's length is usual that so many have."""
 
 
 def steps_of(found: Diagnosis) -> list[Effect]:
@@ -82,12 +86,12 @@ def run_figure(found: Diagnosis, run: RunResidual, width: float) -> Figure:
         hours = _hours(found, run)
         top.plot(hours, run.measured * 1e6, ".", color=BLACK, ms=3.0, label="measured")
         style = _style(found)
-        top.plot(*_broken(hours, (run.measured - run.before) * 1e6), color=VERMILION, ls=style, lw=1.3, label="law")
+        _course(top, hours, (run.measured - run.before) * 1e6, color=VERMILION, ls=style, lw=1.3, label="law")
         bottom.axhline(0.0, color=GREY, lw=0.8)
-        bottom.plot(*_broken(hours, run.before * 1e6), color=VERMILION, ls=style, lw=1.1)
+        _course(bottom, hours, run.before * 1e6, color=VERMILION, ls=style, lw=1.1)
         if changed(found):
-            top.plot(*_broken(hours, (run.measured - run.after) * 1e6), color=BLUE, lw=1.3, label="extended law")
-            bottom.plot(*_broken(hours, run.after * 1e6), color=BLUE, lw=1.2)
+            _course(top, hours, (run.measured - run.after) * 1e6, color=BLUE, lw=1.3, label="extended law")
+            _course(bottom, hours, run.after * 1e6, color=BLUE, lw=1.2)
         top.set_ylabel("drift (µm)")
         bottom.set_ylabel("left over (µm)")
         bottom.set_xlabel("time since the run began (h)")
@@ -109,9 +113,9 @@ def runs_figure(found: Diagnosis, runs: Sequence[RunResidual], width: float) -> 
         for axes, run in zip(panels.ravel(), runs, strict=False):
             hours = _hours(found, run)
             axes.axhline(0.0, color=GREY, lw=0.7)
-            axes.plot(*_broken(hours, run.before * 1e6), color=VERMILION, ls=_style(found), lw=1.0, label="law")
+            _course(axes, hours, run.before * 1e6, color=VERMILION, ls=_style(found), lw=1.0, label="law")
             if changed(found):
-                axes.plot(*_broken(hours, run.after * 1e6), color=BLUE, lw=1.1, label="extended law")
+                _course(axes, hours, run.after * 1e6, color=BLUE, lw=1.1, label="extended law")
             axes.set_title(run.run)
         for axes in panels.ravel()[len(runs) :]:
             axes.set_visible(False)
@@ -125,11 +129,33 @@ def runs_figure(found: Diagnosis, runs: Sequence[RunResidual], width: float) -> 
     return figure
 
 
-def _broken(hours: FloatArray, values: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Return a curve with a gap where windows are missing."""
-    step = np.diff(hours)
-    gaps = np.flatnonzero(step > GAP_STEPS * np.median(step)) + 1 if len(step) else np.array([], dtype=np.int64)
-    return np.insert(hours, gaps, np.nan), np.insert(values, gaps, np.nan)
+def gaps(time: FloatArray) -> np.ndarray[tuple[int], np.dtype[np.int64]]:
+    """Return the windows before which time passed without one: more than `GAP_WINDOWS` of the longest usual windows.
+
+    At rest a window lasts `LONGEST_S`, in long runs twice, four times ... that; where rows are farther apart, one step.
+
+    Parameters
+    ----------
+    time : array, shape (w,) [s]
+    """
+    step = np.diff(time)
+    if not len(step):
+        return np.array([], dtype=np.int64)
+    longest = max(LONGEST_S, float(np.median(step)))
+    for length in LONGEST_S * 2.0 ** np.arange(1, 16):
+        if np.count_nonzero(np.abs(step - length) < 0.02 * length) >= FEWEST_USUAL:
+            longest = max(longest, float(length))
+    return np.flatnonzero(step > GAP_WINDOWS * longest).astype(np.int64) + 1
+
+
+def _course(axes: Axes, hours: FloatArray, values: FloatArray, **look: Any) -> None:
+    """Draw a curve with a gap where windows are missing; a window alone between two gaps is a dot."""
+    ends = gaps(hours * 3600.0)
+    axes.plot(np.insert(hours, ends, np.nan), np.insert(values, ends, np.nan), **look)
+    edges = np.concatenate([[0], ends, [len(hours)]])
+    alone = edges[:-1][np.diff(edges) == 1]
+    if len(alone):
+        axes.plot(hours[alone], values[alone], ".", color=look["color"], ms=4.0)
 
 
 def signal_names(found: Diagnosis) -> list[str]:

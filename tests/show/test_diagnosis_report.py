@@ -6,6 +6,7 @@ import json
 import re
 import shutil
 from collections.abc import Callable, Iterator
+from dataclasses import replace
 from html.parser import HTMLParser
 from itertools import pairwise
 from pathlib import Path
@@ -15,12 +16,12 @@ from urllib.parse import unquote
 import numpy as np
 import pytest
 
-from hexathermal.learn.diagnosis.result import Diagnosis, Effect, Quantity
+from hexathermal.learn.diagnosis.result import Diagnosis, Effect, Quantity, RunResidual
 from hexathermal.show.diagnosis_album import pictures_of
 from hexathermal.show.diagnosis_page import table
 from hexathermal.show.diagnosis_pictures import BLACK, DARK, PAPER, WIDE_IN, themed_svg
 from hexathermal.show.diagnosis_report import report_page, write_report
-from hexathermal.show.diagnosis_run_figures import binned, runs_figure, without_steps
+from hexathermal.show.diagnosis_run_figures import binned, gaps, run_figure, runs_figure, without_steps
 from hexathermal.show.diagnosis_tables import diagnosis_facts
 from hexathermal.show.machine_signals import share
 from tests.browser import complaints
@@ -195,6 +196,47 @@ def test_the_same_picture_gives_the_same_bytes() -> None:
     found = drawn()
     first, second = (themed_svg(runs_figure(found, found.residuals, WIDE_IN), "x") for _ in range(2))
     assert first == second
+
+
+def _at_rest() -> Diagnosis:
+    """Return a diagnosis whose run moves (windows of 20 s), rests (of 300 s), and has two times without any."""
+    moving, resting = 20.0 * np.arange(40), 800.0 + 300.0 * np.arange(12)
+    time = np.concatenate([moving, resting, [resting[-1] + 1800.0], resting[-1] + 4000.0 + 20.0 * np.arange(5)])
+    size = len(time)
+    run = RunResidual("rest", "validation", time, np.linspace(1e-6, 2e-6, size), np.full(size, 1e-7),
+                      np.zeros(size), {"q": time})  # fmt: skip
+    return replace(drawn(), residuals=(drawn().residuals[0], run))
+
+
+@pytest.mark.parametrize("draw", [run_figure, lambda found, run, width: runs_figure(found, [run], width)])
+def test_curves_go_on_through_rest_and_show_every_window(draw: Callable[..., Any]) -> None:
+    """Windows at rest, 300 s apart, are joined; times without rows are left white; a window alone between is a dot."""
+    found = _at_rest()
+    run = found.residuals[1]
+    assert gaps(run.time).tolist() == [52, 53]
+    for axes in [one for one in draw(found, run, WIDE_IN).axes if one.get_visible()]:
+        dots = [line for line in axes.lines if line.get_linestyle() == "None" and line.get_label() != "measured"]
+        curves = [line for line in axes.lines if len(line.get_xdata()) > 10 and line.get_linestyle() != "None"]
+        assert len(curves) == 2
+        for curve in curves:
+            drawn_at = np.asarray(curve.get_xdata())
+            assert np.flatnonzero(np.isnan(drawn_at)).tolist() == [52, 54]
+        assert [line.get_xdata().tolist() for line in dots] == [[run.time[52] / 3600.0]] * 2
+        assert {line.get_color() for line in dots} == {line.get_color() for line in curves}
+
+
+def test_a_caption_says_what_white_spaces_are() -> None:
+    """Pictures with times without rows say so; those without any do not."""
+    said = pictures_of(_at_rest())
+    assert "White spaces are times without a settled row." in said["runs"][0].caption
+    assert "White spaces" not in said["fitted"][0].caption
+
+
+def test_rare_rows_and_long_windows_are_no_gaps() -> None:
+    """Rows every 20 minutes, and windows of 1200 s of a run of days, are joined; a night without rows is not."""
+    assert not len(gaps(1200.0 * np.arange(30)))
+    long = np.concatenate([60.0 * np.arange(200), 12000.0 + 1200.0 * np.arange(50), [12000.0 + 1200.0 * 50 + 30000.0]])
+    assert gaps(long).tolist() == [250]
 
 
 def test_means_of_parts_hold_what_they_should(rng: np.random.Generator) -> None:
