@@ -17,10 +17,10 @@ from hexathermal.machine.leg_signals import LegSignals, Memory
 from hexathermal.machine.leg_terms import LegTerm
 from hexathermal.poses import FloatArray
 
-STATELESS = ("temperature", "expansion", "square", "bend", "position", "periodic")
+STATELESS = ("temperature", "expansion", "square", "bend", "position", "periodic", "wave")
 """Shapes that follow from the displacement and temperatures of one row alone."""
 
-OWN_ZERO = ("position", "periodic", "square", "bend")
+OWN_ZERO = ("position", "periodic", "wave", "square", "bend")
 """Shapes that may count from the run's first displacement; on a machine from the retracted leg."""
 
 BENCH_SHAPES = ("room", "air-index", "tilt", "time")

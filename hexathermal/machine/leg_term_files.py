@@ -41,6 +41,7 @@ PARAMETERS: dict[str, dict[str, str]] = {
     "tilt": {},
     "direction": {"play_mm": "mm"},
     "periodic": {"pitch_mm": "mm!"},
+    "wave": {"pitch_mm": "mm!", "origin_mm": "mm!"},
     "position": {},
     "relaxation": {"time_constant_s": "number!", "kick": "text!", "decades": "number"},
     "time": {},
@@ -49,7 +50,7 @@ PARAMETERS: dict[str, dict[str, str]] = {
 
 POSITIVE = {
     "lag": ("time_constant_s", "order"), "lead": ("time_constant_s",), "foretold": ("time_constant_s", "order"),
-    "relaxation": ("time_constant_s",), "periodic": ("pitch_mm",), "bend": ("width_K",), "direction": ("play_mm",),
+    "relaxation": ("time_constant_s",), "periodic": ("pitch_mm",), "wave": ("pitch_mm",), "bend": ("width_K",), "direction": ("play_mm",),
 }  # fmt: skip
 """Parameters that must be above 0; other time constants may be 0, which stands for no delay."""
 

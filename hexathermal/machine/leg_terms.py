@@ -262,6 +262,12 @@ def periodic(signals: LegSignals, parameters: Mapping[str, Any], memory: Memory)
     return np.asarray(waves - memory.first("waves", waves))
 
 
+def wave(signals: LegSignals, parameters: Mapping[str, Any], memory: Memory) -> FloatArray:
+    """Return ``cos(2 pi (q - origin) / pitch)`` less its first value [1]: a wave of which one phase is known."""
+    found = np.cos(2.0 * np.pi * (signals.q - parameters["origin_m"]) / parameters["pitch_m"])
+    return np.asarray(found - memory.first("wave", found))
+
+
 def position(signals: LegSignals, parameters: Mapping[str, Any], memory: Memory) -> FloatArray:
     """Return the displacement less its first value [m]."""
     return np.asarray(signals.q - memory.first("q", signals.q))
@@ -297,7 +303,7 @@ def time(signals: LegSignals, parameters: Mapping[str, Any], memory: Memory) -> 
 SHAPES: dict[str, Shape] = {
     "lag": lag, "lead": lead, "foretold": foretold, "temperature": temperature, "expansion": expansion,
     "stored-heat": stored_heat, "square": square, "bend": bend, "room": room,
-    "air-index": air_index, "tilt": tilt, "direction": direction, "periodic": periodic, "position": position,
+    "air-index": air_index, "tilt": tilt, "direction": direction, "periodic": periodic, "wave": wave, "position": position,
     "relaxation": relaxation, "time": time,
 }  # fmt: skip
 """Shapes of terms by name."""

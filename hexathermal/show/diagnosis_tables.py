@@ -37,13 +37,13 @@ def ranking_table(found: Diagnosis, pretty: bool) -> Table:
 
 
 def visible_words(found: Diagnosis, k: int) -> str:
-    """Return what stays visible of a candidate [um], with its 95 % interval where it was named."""
+    """Return what stays visible of a candidate [um], with its 95 % interval where amplitudes tell it: not where data are mended."""
     from hexathermal.learn.diagnosis.words import two_digits
 
     one: Candidate = found.candidates[k]
-    std, value = math.nan, one.visible * 1e6
-    if k < len(found.effects):
-        std = (one.spread if math.isfinite(one.spread) else visible_std(found.effects[k])) * 1e6
+    std, value = one.spread * 1e6, one.visible * 1e6
+    if k < len(found.effects) and not math.isfinite(std):
+        std = visible_std(found.effects[k]) * 1e6
     return f"{rounded(value, std)} ({span(value, std, positive=True)})" if math.isfinite(std) else two_digits(value)
 
 

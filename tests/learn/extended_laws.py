@@ -37,6 +37,7 @@ EXAMPLES: dict[str, list[tuple[str, dict[str, Any], list[float]]]] = {
     "tilt": [("abbe-tilt", {}, [2e-3, -1e-3])],
     "direction": [("backlash", {}, [0.31e-6])],
     "periodic": [("periodic-screw-error", {"pitch_m": 0.00203}, [0.1e-6, -0.2e-6])],
+    "wave": [("periodic-screw-error", {"pitch_m": 0.02, "origin_m": 0.0013}, [0.2e-6])],
     "position": [("scale-error", {}, [3e-6])],
     "relaxation": [("creep", {"time_constant_s": 240.0, "kick": "direction"}, [0.2e-6]),
                    ("creep", {"time_constant_s": 240.0, "kick": "move"}, [0.2e-6]),

@@ -1,17 +1,19 @@
-"""Which thermometers make the base law where nobody says: those of `identify`, exchanged for likelier ones.
+"""Which thermometers make the base law where nobody says: the one or two that make the drift likeliest.
 
 `identify` ranks sets of sensors by the residual of runs left out, in which scatter that a run's rows share weighs most;
-near the best many sets are alike, and a neighbour of the thermometer that the leg follows may win. Under a fitted noise
-process the evidence of the two differs plainly. A law that reads the neighbour would be diagnosed as wrong, rightly and
-to no use. Only thermometers that go alike are exchanged: one that goes otherwise is no neighbour.
+near the best many sets are alike, and a neighbour of the thermometer that the leg follows may win, or one of two be
+left out. Under a fitted noise process the evidence of all ones and pairs differs plainly. A law that reads others than
+the part follows would be diagnosed as wrong, rightly and to no use.
 """
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from itertools import combinations
 
 import numpy as np
 
+from hexathermal.learn.diagnosis.channels import Levels, solution
 from hexathermal.learn.diagnosis.evidence import LEAST
 from hexathermal.learn.diagnosis.search import base_sizes
 from hexathermal.learn.diagnosis.view import View
@@ -22,54 +24,58 @@ FEWEST_WINDOWS = 40
 
 MOST_TURNS = 4
 
-NEIGHBOURS = 0.9
-"""Correlation of temperatures from which on one thermometer may stand for another."""
-
 CLOSER = 3
-"""Exchanges of a turn whose noise is fitted anew."""
-
-
-def _near(view: View, chosen: tuple[str, ...]) -> list[tuple[str, ...]]:
-    """Return the sets in which a neighbour stands for one sensor or two of those chosen, or one is left out."""
-    alike = dict(zip(view.sensors, np.corrcoef([view.temperatures(name) for name in view.sensors]), strict=True))
-    places = [view.sensors.index(name) for name in chosen]
-    found = []
-    for gone in (*combinations(places, 1), *combinations(places, 2)):
-        kept = tuple(name for name in chosen if view.sensors.index(name) not in gone)
-        others = [name for name in view.sensors if name not in chosen]
-        found += [(*kept, name) for name in others if alike[name][list(gone)].max() >= NEIGHBOURS]
-        found += [kept] if kept and len(gone) == 1 else []
-    return found
+"""Sets of a turn whose noise is fitted anew."""
 
 
 def likelier_sensors(view: View) -> tuple[str, ...]:
-    """Return the sensors of a view's law, exchanged or left out as long as that makes the drift likelier.
+    """Return the one or two sensors that make the drift likeliest.
+
+    All sets are compared at the noise of the best one so far; the best of them with noise of their own, until none is
+    better. A set with more sensors must be ahead by `LEAST`.
 
     Parameters
     ----------
     view : View
-        Its `base` is where to start.
+        Its `base` is where to start, and stays where nothing gains `LEAST` in log evidence.
 
     Returns
     -------
     tuple of str
-        Those of the view where nothing gains `LEAST` in log evidence.
     """
     chosen, channel = view.base, view.channel
-    X = view.base_columns
-    if len(X) < FEWEST_WINDOWS:
+    if len(channel) < FEWEST_WINDOWS:
         return chosen
 
     def sizes(columns: FloatArray) -> FloatArray:
         return base_sizes(channel, columns)
 
-    levels, best = channel.fitted(X, sizes(X))
+    def columns(names: Sequence[str]) -> FloatArray:
+        return view.base_of([view.temperatures(name) for name in names])
+
+    levels, best = channel.fitted(columns(chosen), sizes(columns(chosen)))
     for _turn in range(MOST_TURNS):
-        columns = {other: view.base_of([view.temperatures(name) for name in other]) for other in _near(view, chosen)}
-        ranked = sorted(columns, key=lambda one: channel.evidence(columns[one], sizes(columns[one]), levels))
-        fits = {one: channel.fitted(columns[one], sizes(columns[one]), levels, 30) for one in ranked[-CLOSER:]}
-        other = max(fits, key=lambda one: fits[one][1], default=chosen)
-        if other == chosen or fits[other][1] < best + LEAST:
+        ranked = [names for names in _ranked(view, levels) if names != chosen][:CLOSER]
+        fits = {names: channel.fitted(columns(names), sizes(columns(names)), levels, 30) for names in ranked}
+        # more sensors must pay
+        over = {names: fits[names][1] - LEAST * (len(names) - len(chosen)) for names in ranked}
+        other = max(over, key=lambda names: over[names], default=chosen)
+        if other == chosen or over[other] < best + LEAST * (len(other) == len(chosen)):
             break
         chosen, (levels, best) = other, fits[other]
     return chosen
+
+
+def _ranked(view: View, levels: Levels) -> list[tuple[str, ...]]:
+    """Return all sensors and pairs of them, the likeliest at one noise first, more sensors behind by `LEAST`."""
+    channel = view.channel
+    columns = view.base_of([view.temperatures(name) for name in view.sensors])
+    table, _ = channel.whitened(np.column_stack([channel.y, columns * base_sizes(channel, columns)]), levels)
+    products, count = table.T @ table, len(view.sensors)
+    own = np.arange(1, 1 + columns.shape[1]).reshape(-1, count)  # of each sensor
+    said = {}
+    for size in (1, 2):
+        for places in combinations(range(count), size):
+            used = np.concatenate([[0], own[:, list(places)].ravel()])
+            said[places] = solution(products[np.ix_(used, used)])[0] - LEAST * (size - 1)
+    return [tuple(view.sensors[k] for k in places) for places in sorted(said, key=lambda one: -said[one])]

@@ -26,7 +26,7 @@ showed nothing held something (benches looked at meanwhile)."""
 SOUND = 0.98
 """How often the truth is among the hypotheses as they are drawn: so many of the names given as certain were right."""
 
-NAME_LEAD, NAME_SHARE = 0.5, 0.01
+NAME_LEAD, NAME_SHARE = 0.5, 0.03
 """A cause may be that far behind flexible columns, which imitate any shape, and by this part of what they say besides,
 and still be the name."""
 

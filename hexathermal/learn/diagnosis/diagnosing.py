@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import replace
 
-import numpy as np
 
 from hexathermal.learn.campaign import Campaign
 from hexathermal.learn.cleaning_record import HARMLESS, cleaning_words
@@ -14,6 +13,7 @@ from hexathermal.learn.diagnosis.course import Course, Progress, base_law, searc
 from hexathermal.learn.diagnosis.extension import extended_law, gained, reachable
 from hexathermal.learn.diagnosis.limits import limits_of
 from hexathermal.learn.diagnosis.next_experiments import next_experiments
+from hexathermal.learn.diagnosis.places import alias_words
 from hexathermal.learn.diagnosis.recorded import judged_runs, refuse_silent, silence_words
 from hexathermal.learn.diagnosis.residuals import run_residuals
 from hexathermal.learn.diagnosis.result import Candidate, Diagnosis
@@ -123,9 +123,10 @@ def _notes(course: Course) -> tuple[str, ...]:
             target = one.ranked.best.trial.target
             which = one.ranked.cause if target is None else f"{one.ranked.cause} ({target})"
             notes.append(f"{which} does not pay on runs left out of the fit: it does not join the law")
-        if one.ranked.cause == "periodic-screw-error":
-            notes += _aliases(course)
     view = course.first.view
+    pitches = [one.ranked.best.trial.parameters.get("pitch_m") for one in course.found]
+    alike = alias_words(view, next((pitch for pitch in pitches if pitch is not None), None))
+    notes += [] if alike is None else [alike]
     if len(view.base) == 1 and view.kind == "leg" and course.first.bench.model(view.base[0]) is None:
         notes.append("too few other thermometers: a fault of the law's own sensor cannot be told from the leg's")
     return tuple(notes)
@@ -148,19 +149,3 @@ def _cleaned(rows: Sequence[RunRows]) -> tuple[str, ...]:
     records = [one.record for one in rows]
     eventful = any(step.step not in HARMLESS for record in records for step in record.steps)
     return cleaning_words(records) if eventful else ()
-
-
-def _aliases(course: Course) -> list[str]:
-    """Return a warning where moves of one length alias the pitch."""
-    moves = np.abs(np.diff(course.first.view.q))
-    moves = moves[moves > 1e-4]
-    if not len(moves):
-        return []
-    step = float(np.median(moves))
-    alike = float((np.abs(moves / step - np.round(moves / step)) < 0.02).mean())
-    if alike < 0.8:
-        return []
-    return [
-        f"{100 * alike:.0f} % of the moves are multiples of {step * 1e3:.3g} mm: waves whose pitches p and p' satisfy "
-        f"1/p - 1/p' = k / {step * 1e3:.3g} mm look the same; take steps that have no common length to tell the pitch"
-    ]

@@ -227,14 +227,14 @@ class Diagnosis(Shown):
             "title": self.title,
             "verdict": self.verdict,
             "cause": self.cause,
-            "target": None if first is None else first.target,
+            "target": None if first is None else _target(first),
             "equivalent": list(first.equivalent) if first is not None else [],
             "probability": self.probability,
             "parameters": _parameters(first),
             "settings": {} if first is None else dict(first.settings),
             "sentence": self.sentence,
             "effects": [
-                {"cause": one.cause, "target": one.target, "probability": one.probability,
+                {"cause": one.cause, "target": _target(one), "probability": one.probability,
                  "equivalent": list(one.equivalent), "parameters": _parameters(one), "settings": dict(one.settings),
                  "visible_rms_um": one.visible * UM, "joined_law": one.joined, "sentence": one.sentence}
                 for one in self.effects
@@ -269,11 +269,16 @@ def in_turn(said: Sequence[str]) -> tuple[str, ...]:
     return (*said[:1], *(words.replace("The residual is ", "What is then left is ", 1) for words in said[1:]))
 
 
+def _target(one: Effect | Candidate) -> str | None:
+    """Return the sensor or beam that a cause sits on; runs and sources of heat stand among the settings."""
+    return None if one.target in (one.settings.get("run"), one.settings.get("source")) else one.target
+
+
 def _ranked(one: Candidate) -> dict[str, Any]:
     """Return a line of the ranking."""
     return {
         "cause": one.cause,
-        "target": one.target,
+        "target": _target(one),
         "evidence": one.evidence,
         "probability": one.probability,
         "visible_rms_um": one.visible * UM,

@@ -28,6 +28,7 @@ AMPLITUDES: dict[str, tuple[tuple[str, ...], str, float]] = {
     "tilt": (("lever_x_mm", "lever_y_mm"), "mm", 1e3),
     "direction": (("step_um",), "um", UM),
     "periodic": (("sine_um", "cosine_um"), "um", UM),
+    "wave": (("amplitude_um",), "um", UM),
     "position": (("scale_ppm",), "1e-6", 1e6),
     "relaxation": (("kick_um",), "um", UM),
     "time": (("rate_um_per_h",), "um/h", UM),
@@ -51,7 +52,7 @@ SPOKEN = {
 """Words of parameters that a sentence tells."""
 
 HIDDEN = ("ratio", "path_m", "stroke_share", "decay_runs", "order", "power", "reference_degC", "calibration_degC",
-          "weights")  # fmt: skip
+          "weights", "origin_m")  # fmt: skip
 """Settings of shapes that say nothing to a reader."""
 
 LONG_S = 120.0

@@ -6,10 +6,12 @@ from collections.abc import Iterator
 
 import numpy as np
 
+from hexathermal.learn.diagnosis.places import common_step
 from hexathermal.learn.diagnosis.trials import Cause, Parameter, Trial, Workbench
 from hexathermal.learn.diagnosis.view import View
 from hexathermal.machine.leg_signals import LegSignals
 from hexathermal.machine.leg_terms import term_columns
+from hexathermal.poses import FloatArray
 
 CAUSE = Cause(
     name="periodic-screw-error",
@@ -28,8 +30,11 @@ CAUSE = Cause(
 )
 
 LONGEST_M, SHORTEST_M = 0.040, 0.00125
-PARTS = 4.0
+PARTS = 8.0
 """Waves are tried so closely that a phase is off by at most pi / PARTS at the end of the stroke."""
+
+BOTH = 0.1
+"""Sine and cosine must differ: the least singular value of both over the largest."""
 
 
 def trials(bench: Workbench) -> Iterator[Trial]:
@@ -39,16 +44,28 @@ def trials(bench: Workbench) -> Iterator[Trial]:
 
 
 def _waves(view: View) -> Iterator[Trial]:
-    """Give the trials."""
+    """Give the trials; of waves that look alike at places with a common step, the longest."""
     if not view.moves:
         return
     stroke = float(np.ptp(view.q))
     step = 1.0 / (PARTS * stroke)
-    first = max(1.0 / LONGEST_M, 1.5 / stroke)
-    windows = LegSignals(view.time, {}, view.q)
-    begin = np.flatnonzero(view.channel.start)[view.channel.run]
-    for frequency in np.arange(first, 1.0 / SHORTEST_M, step):
+    first, last = max(1.0 / LONGEST_M, 1.5 / stroke), 1.0 / SHORTEST_M
+    common = common_step(view)
+    if common is not None:  # a short wave may look like one of any length
+        first, last = 1.5 / stroke, min(last, 0.5 / common[0])
+    for frequency in np.arange(first, last - 0.5 * step, step):
         own = {"pitch_m": 1.0 / float(frequency)}
-        waves = term_columns("periodic", windows, own)
-        # a run counts from its own beginning
-        yield Trial(CAUSE.name, waves - waves[begin], None, "periodic", own)
+        waves = _counted(view, "periodic", own)
+        size = np.linalg.svd(waves - waves.mean(axis=0), compute_uv=False)
+        if size[1] > BOTH * size[0]:
+            yield Trial(CAUSE.name, waves, None, "periodic", own)
+    if common is not None and last >= first:
+        own = {"pitch_m": 2.0 * common[0], "origin_m": common[1]}
+        yield Trial(CAUSE.name, _counted(view, "wave", own), None, "wave", own)
+
+
+def _counted(view: View, shape: str, parameters: dict[str, float]) -> FloatArray:
+    """Return a shape's columns in windows; a run counts from its own beginning."""
+    waves = term_columns(shape, LegSignals(view.time, {}, view.q), parameters)
+    begin = np.flatnonzero(view.channel.start)[view.channel.run]
+    return np.asarray(waves - waves[begin])
