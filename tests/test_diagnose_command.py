@@ -70,6 +70,7 @@ def test_every_file_that_is_named_is_there(ran: Ran) -> None:
     page = (ran.files / "report" / "report.html").read_text(encoding="utf-8")
     assert "The residual is backlash" in page
     inside = json.loads((ran.files / "report" / "diagnosis.json").read_text())
+    assert sorted(inside.pop("files")) == sorted(file.name for file in (ran.files / "report").iterdir())
     assert inside == {name: ran.facts[name] for name in inside}
 
 
@@ -89,6 +90,7 @@ def test_every_file_that_is_named_is_there(ran: Ran) -> None:
         (["--extend", "nowhere/law.toml"], ["there is no folder"]),
         (["--extend", "-"], ["--extend needs the name of a file"]),
         (["--report", "EXTENDED"], ["no folder"]),
+        (["--report", "BY HAND"], ["holds report.html, which no diagnosis wrote", "--force"]),
         (["--report", "CAMPAIGN"], ["--report", "lies inside", "read"]),
     ],
 )  # fmt: skip
@@ -101,7 +103,8 @@ def test_wrong_usage_is_said_in_one_message(
 
     component = write_leg_law(plain_law("component"), tmp_path / "component.toml")
     stand_for = {"EXTENDED": ran.files / "extended.toml", "INSIDE": ran.campaign / "law.toml", "COMPONENT": component,
-                 "CAMPAIGN": ran.campaign / "report"}  # fmt: skip
+                 "CAMPAIGN": ran.campaign / "report", "BY HAND": tmp_path}  # fmt: skip
+    (tmp_path / "report.html").write_text("my own page")
     before = {file: file.stat().st_mtime_ns for file in ran.files.rglob("*")}
     assert main(["diagnose", str(ran.campaign), *(str(stand_for.get(word, word)) for word in words)]) == 2
     shown = capsys.readouterr()

@@ -15,8 +15,7 @@ from hexathermal.show.commands import Progress
 from hexathermal.show.diagnosis_page import page
 from hexathermal.show.diagnosis_pictures import Picture
 from hexathermal.show.diagnosis_words import sentences
-
-PAGE, NUMBERS = "report.html", "diagnosis.json"
+from hexathermal.show.report_folder import END, FILES, NUMBERS, PAGE, files_of_earlier, remove_stale
 
 
 def report_page(found: Diagnosis, drawn: dict[str, str]) -> str:
@@ -32,7 +31,7 @@ def report_page(found: Diagnosis, drawn: dict[str, str]) -> str:
     return page(
         f"Diagnosis: {title}", f"Diagnosis of {title}, law of {' + '.join(found.law.sensors)}", sentences(found)[0],
         sections.opening(found), sections.all_sections(found, drawn),
-        f"In the sentences at the top, ± is one standard uncertainty. All numbers stand in {NUMBERS}, by hexathermal.",
+        END,
     )  # fmt: skip
 
 
@@ -62,6 +61,8 @@ def write_pages(
 ) -> list[Path]:  # fmt: skip
     """Write a page with pictures by section, and its numbers, into a folder, all or none; returns the paths.
 
+    The files of an earlier report in that folder are replaced or removed, all others stay.
+
     Parameters
     ----------
     pictures : mapping of str to sequence of Picture
@@ -79,6 +80,7 @@ def write_pages(
     ArgumentError
         The folder is none, or cannot be made.
     """
+    earlier = files_of_earlier(folder)
     total = sum(len(group) for group in pictures.values())
     with written_folder(folder) as part:
         files, drawn = [part / PAGE], dict[str, str]()
@@ -91,5 +93,8 @@ def write_pages(
         files[0].write_text(page_of(drawn), encoding="utf-8")
         files += beside(part) if beside is not None else ()
         files.append(part / NUMBERS)
-        files[-1].write_text(json.dumps(facts, indent=2, allow_nan=False) + "\n", encoding="utf-8")
+        names = [file.name for file in files]
+        told = {**facts, FILES: names}
+        files[-1].write_text(json.dumps(told, indent=2, allow_nan=False) + "\n", encoding="utf-8")
+    remove_stale(folder, earlier, names)
     return [folder / file.name for file in files]

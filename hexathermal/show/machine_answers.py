@@ -79,14 +79,14 @@ def diagnose_answer(arguments: argparse.Namespace, progress: Progress) -> Answer
     from hexathermal.learn.campaign_files import load_campaign
     from hexathermal.learn.machine_diagnosis.diagnosing import diagnose_machine
     from hexathermal.machine.writing import write_hexapod
-    from hexathermal.predict.table_writing import refuse_no_place
     from hexathermal.show.machine_report import write_machine_report
     from hexathermal.show.machine_tables import machine_facts
     from hexathermal.show.machine_words import cautions, changed
+    from hexathermal.show.report_folder import refuse_foreign
 
     refuse_other_kind(arguments, True)
     if arguments.report is not None:
-        refuse_no_place(arguments.report)
+        refuse_foreign(arguments.report, arguments.force)
     if arguments.extend is not None:
         _refuse_own_machine(arguments)
     hexapod = None if arguments.machine is None else machine(arguments.machine)

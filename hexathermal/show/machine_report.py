@@ -12,9 +12,10 @@ from hexathermal.learn.machine_diagnosis.result import MachineDiagnosis
 from hexathermal.show import machine_sections as sections
 from hexathermal.show.commands import Progress
 from hexathermal.show.diagnosis_page import page
-from hexathermal.show.diagnosis_report import NUMBERS, write_pages
+from hexathermal.show.diagnosis_report import write_pages
 from hexathermal.show.machine_album import pictures_of
 from hexathermal.show.machine_words import sentences
+from hexathermal.show.report_folder import END
 
 
 def machine_page(found: MachineDiagnosis, drawn: dict[str, str], plan: MachineExperiment | None) -> str:
@@ -32,7 +33,7 @@ def machine_page(found: MachineDiagnosis, drawn: dict[str, str], plan: MachineEx
     return page(
         f"Diagnosis: {title}", f"Diagnosis of {title}{machine}", sentences(found)[0], sections.opening(found),
         sections.all_sections(found, drawn, plan),
-        f"In the sentences at the top, ± is one standard uncertainty. All numbers stand in {NUMBERS}, by hexathermal.",
+        END,
     )  # fmt: skip
 
 

@@ -119,6 +119,7 @@ def test_every_file_that_is_named_is_there(ran: Ran) -> None:
     assert named == {*(ran.files / "report").iterdir(), ran.files / "extended" / "hexapod.toml"}
     assert all(str(file) in ran.out for file in named)
     inside = json.loads((ran.files / "report" / "diagnosis.json").read_text())
+    assert sorted(inside.pop("files")) == sorted(file.name for file in (ran.files / "report").iterdir())
     assert inside == {name: ran.facts[name] for name in inside}
 
 
@@ -193,14 +194,16 @@ def test_the_residual_follows_the_leg_that_is_wrong(page: Page) -> None:
         (["--machine", "nowhere"], ["nowhere", "bundled"]),
         (["--machine", "rubin-m2"], ["rubin-m2", "no thermal law", "identify"]),
         (["--report", "EXTENDED"], ["no folder"]),
+        (["--report", "BY HAND"], ["holds report.html, which no diagnosis wrote", "--force"]),
     ],
 )
 def test_wrong_usage_is_said_in_one_message(
-    ran: Ran, words: list[str], said: list[str], capsys: pytest.CaptureFixture[str]
+    ran: Ran, words: list[str], said: list[str], capsys: pytest.CaptureFixture[str], tmp_path: Path
 ) -> None:
     """Each mistake: exit code 2, what is wrong and what to try, no traceback, nothing written."""
     stand_for = {"EXTENDED": ran.files / "extended" / "hexapod.toml", "INSIDE": ran.campaign / "new.toml",
-                 "FOLDER": ran.files / "extended"}  # fmt: skip
+                 "FOLDER": ran.files / "extended", "BY HAND": tmp_path}  # fmt: skip
+    (tmp_path / "report.html").write_text("my own page")
     before = {file: file.stat().st_mtime_ns for file in ran.files.rglob("*")}
     try:
         code = main(["diagnose", str(ran.campaign), *(str(stand_for.get(word, word)) for word in words)])

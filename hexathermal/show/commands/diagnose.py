@@ -64,6 +64,7 @@ files of --report DIR:
   report.html       the whole diagnosis for people: pictures, tables, words; one file, opens without a network
   *.png             its pictures
   diagnosis.json    everything as numbers
+Files of an earlier report in DIR are replaced or removed; all others stay.
 
 examples:
   hexathermal diagnose my-campaign
@@ -91,9 +92,11 @@ def add(commands: Any) -> None:
         "--report",
         type=path,
         metavar="DIR",
-        help="write report.html and its pictures into this folder, which is created; earlier ones are replaced",
+        help="write report.html and its pictures into this folder, which is created; an earlier report is replaced",
     )
-    one.add_argument("--force", action="store_true", help="overwrite an existing law or machine")
+    one.add_argument(
+        "--force", action="store_true", help="overwrite an existing law or machine, or a page that no diagnosis wrote"
+    )
     add_machine_options(one)
 
 
@@ -102,15 +105,15 @@ def run(arguments: argparse.Namespace, progress: Progress) -> Answer:
     from hexathermal.learn.campaign_files import load_campaign
     from hexathermal.learn.diagnosis import diagnose
     from hexathermal.learn.leg_law_files import read_leg_law, write_leg_law
-    from hexathermal.predict.table_writing import refuse_no_place
     from hexathermal.show.diagnosis_tables import diagnosis_facts
     from hexathermal.show.diagnosis_words import changed
+    from hexathermal.show.report_folder import refuse_foreign
 
     if is_hexapod_campaign(arguments.campaign):
         return diagnose_answer(arguments, progress)
     names = _names(arguments)
     if arguments.report is not None:
-        refuse_no_place(arguments.report)
+        refuse_foreign(arguments.report, arguments.force)
     if arguments.extend is not None:
         _refuse_extended(arguments)
     law = None if arguments.law is None else read_leg_law(arguments.law)
