@@ -52,7 +52,12 @@ Progress = Callable[[int, int, str], None]
 
 
 def load_campaign(
-    path: str | Path, *, needed: tuple[str, ...] = (), scan: bool = True, progress: Progress | None = None
+    path: str | Path,
+    *,
+    needed: tuple[str, ...] = (),
+    scan: bool = True,
+    clocks: bool = True,
+    progress: Progress | None = None,
 ) -> Campaign:
     """Return a campaign after checking its file and, row by row, all its tables.
 
@@ -66,6 +71,9 @@ def load_campaign(
         Roles of which there must be a run, as ``("validation",)``.
     scan : bool
         Whether the rows of the tables are checked too; without it their headers are.
+    clocks : bool
+        Whether clocks that no measurement has are faults too, as a pause of 54 years within a run; `check` tells of
+        them instead.
     progress : callable, optional
         Called as ``progress(done, total, label)``.
 
@@ -86,7 +94,7 @@ def load_campaign(
     faults = Faults()
     faults.extend(file, sorted(form.problems, key=lambda problem: (problem.line, problem.column)))
     if campaign is not None:
-        scan_tables(campaign, faults, rows=scan, progress=progress)
+        scan_tables(campaign, faults, rows=scan, clocks=clocks, progress=progress)
     faults.finish(file)
     assert campaign is not None  # otherwise there are faults
     return campaign

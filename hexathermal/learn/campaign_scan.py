@@ -7,6 +7,7 @@ dead channels are no faults; they are cleaned, see `hexathermal.learn.cleaning`.
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Callable
 
 import numpy as np
@@ -14,6 +15,7 @@ import numpy.typing as npt
 
 from hexathermal.errors import ArgumentError, Problem
 from hexathermal.learn.campaign import Campaign, RunFile
+from hexathermal.learn.campaign_clocks import ClockWarning, RunClock, doubt, impossible, unlike_others
 from hexathermal.learn.campaign_columns import Column
 from hexathermal.learn.campaign_faults import Faults
 from hexathermal.learn.campaign_streams import RunTable
@@ -33,9 +35,15 @@ LARGEST_DISORDER = 0.01
 Progress = Callable[[int, int, str], None]
 
 
-def scan_tables(campaign: Campaign, faults: Faults, *, rows: bool = True, progress: Progress | None = None) -> None:
-    """Note the faults of all tables of a campaign; without `rows` those of their headers."""
+def scan_tables(
+    campaign: Campaign, faults: Faults, *, rows: bool = True, clocks: bool = True, progress: Progress | None = None
+) -> None:
+    """Note the faults of all tables of a campaign; without `rows` those of their headers.
+
+    With `clocks` those of clocks that no measurement has too.
+    """
     count = len(campaign.runs)
+    scans: list[_Scan] = []
     for k, run in enumerate(campaign.runs):
         table = RunTable(campaign, run, faults)
         if not rows:
@@ -50,6 +58,22 @@ def scan_tables(campaign: Campaign, faults: Faults, *, rows: bool = True, progre
             faults.add(run.path, Problem(1, 1, str(error)))
         if table.stream is not None:
             scan.finish()
+            scans.append(scan)
+    if clocks:
+        _scan_clocks(scans, faults)
+
+
+def _scan_clocks(scans: list[_Scan], faults: Faults) -> None:
+    """Note clocks that no measurement has, of runs by themselves and beside the others; warn of what looks odd."""
+    intervals = [scan.clock.interval for scan in scans]
+    unlike = unlike_others(intervals)
+    for k, scan in enumerate(scans):
+        problem = scan.at_clock(0, unlike[k]) if k in unlike else scan.impossible_clock()
+        if problem is not None:
+            message = f"run {scan.run.name!r}: {problem.message}"
+            faults.add(scan.run.path, Problem(problem.line, problem.column, message))
+    if not faults and (said := doubt([scan.run.name for scan in scans], intervals)):
+        warnings.warn(said, ClockWarning, stacklevel=4)
 
 
 class _Scan:
@@ -67,6 +91,7 @@ class _Scan:
         self._waiting = (np.zeros(0), np.zeros(0, dtype=np.int64))
         self._faulty = np.zeros(k, dtype=np.int64)
         self._sample = Sample(k)
+        self.clock = RunClock()
 
     def add(self, numbers: FloatArray) -> None:
         """Look at the next rows."""
@@ -125,6 +150,21 @@ class _Scan:
             self._first_late = int(late[0])
         self._late += late.size
         self._latest = float(before[-1])
+        good = time >= before[:-1]
+        self.clock.add(time[good], rows[good])
+
+    def at_clock(self, row: int, message: str) -> Problem:
+        """Return a problem of the time of a row."""
+        return Problem(self.table.line(row), self.table.place(self.table.columns[self._parts.index("time")]), message)
+
+    def impossible_clock(self) -> Problem | None:
+        """Return what is wrong with the run's clock by itself, or None."""
+        if "time" not in self._parts or self.clock.row < 0:
+            return None
+        jump = self.clock.jump
+        rows = (0, 0) if jump is None else (jump.before, jump.behind)
+        before, behind, last = (self.table.line(row) for row in (*rows, self.clock.row))
+        return impossible(self.clock, (before, behind, last), self.at_clock(0, "").column)
 
     def _fault(self, row: int, k: int, message: str) -> None:
         """Note a fault of one field; the kind is the column's."""

@@ -30,7 +30,7 @@ def overview(check: HexapodCheck) -> str:
     rows, used = sum(one.rows for one in check.runs), sum(len(one.time) for one in check.runs)
     return "\n".join([
         f"{campaign.title or 'Campaign without a title'} (kind hexapod): {len(check.runs)} runs, {roles};",
-        f"{hours:z.1f} h, {rows} rows, {used} of them usable, {len(campaign.sensors)} thermometers.",
+        f"{number(hours, 1)} h, {rows} rows, {used} of them usable, {len(campaign.sensors)} thermometers.",
         f"Temperatures count from the first row of {'each run' if campaign.zero == 'run' else 'the first run'}.",
     ])  # fmt: skip
 
@@ -47,7 +47,7 @@ def runs_table(check: HexapodCheck, pretty: bool) -> Table:
             largest = [np.linalg.norm(part, axis=1).max() * 1e6 for part in np.split(one.deviation, 2, axis=1)]
             shift, turn = (f"{value:z.2f}" for value in largest)
         why = "; ".join(f"{count} {reason}" for reason, count in one.left_out.items()) or "-"
-        table.add_row(one.run.name, one.run.role, f"{one.clock.duration / 3600.0:z.2f}", str(one.rows),
+        table.add_row(one.run.name, one.run.role, number(one.clock.duration / 3600.0, 2), str(one.rows),
                       str(len(one.time)), str(one.poses), span, shift, turn, why)  # fmt: skip
     return table
 

@@ -11,12 +11,23 @@ from hexathermal.learn.check_words import hours, told_apart
 from hexathermal.poses import FloatArray
 from hexathermal.show.tables import framed
 
+LONGEST_NUMBER = 1e9
+"""From here on a number is given to three digits and a power of ten."""
+
 
 def number(value: float, digits: int) -> str:
-    """Return a number with its digits; a dash where it is not known."""
+    """Return a number with its digits; a dash where it is not known.
+
+    Examples
+    --------
+    >>> number(3.996, 2), number(2.8e296, 2), number(float("nan"), 2)
+    ('4.00', '2.8e+296', '-')
+    """
     if np.isnan(value):
         return "-"
-    return f"{value:z.{digits}f}" if np.isfinite(value) else "inf"
+    if abs(value) >= LONGEST_NUMBER:
+        return f"{value:.3g}"
+    return f"{value:z.{digits}f}"
 
 
 def overview(check: CampaignCheck) -> str:
@@ -30,7 +41,7 @@ def overview(check: CampaignCheck) -> str:
     )
     lines = [
         f"{campaign.title or 'Campaign without a title'} (kind {campaign.kind}): {len(check.runs)} runs, {roles};",
-        f"{np.nansum(durations):z.1f} h, one row every {steps}, {rows} rows, {used} of them usable, "
+        f"{number(float(np.nansum(durations)), 1)} h, one row every {steps}, {rows} rows, {used} of them usable, "
         f"{len(campaign.sensors)} thermocouples.",
         f"Temperatures and drift count from the first row of "
         f"{'each run' if campaign.zero == 'run' else 'the first run'}.",

@@ -76,7 +76,7 @@ def run(arguments: argparse.Namespace, progress: Progress) -> Answer:
         refuse_no_place(arguments.plots)
     if arguments.netcdf is not None:
         refuse_netcdf(arguments.netcdf, arguments.force)
-    campaign = load_campaign(arguments.campaign, progress=progress)
+    campaign = load_campaign(arguments.campaign, clocks=False, progress=progress)
     answer = (_hexapod if campaign.kind == "hexapod" else _checked)(campaign, arguments, progress)
     if arguments.netcdf is None:
         return answer
