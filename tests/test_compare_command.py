@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import shutil
 from pathlib import Path
 
 import numpy as np
@@ -15,9 +16,9 @@ from hexathermal.simulate.bench.changed import Change, write_changed_campaign
 
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """A campaign of a bench whose motor is twice as hot, one run of each role."""
+    """A campaign of a bench whose motor is twice as hot, two runs to identify, one to validate."""
     place = tmp_path_factory.mktemp("compare") / "hot-motor"
-    write_changed_campaign(place, Change("motor-heat", "", 2.0), 3, identification=1, duration=5400.0)
+    write_changed_campaign(place, Change("motor-heat", "", 2.0), 3, identification=2, duration=5400.0)
     return place
 
 
@@ -42,7 +43,7 @@ def test_the_cause_is_said_first_and_drawn(folder: Path, tmp_path: Path, capsys:
     assert len(channels) == 18
     assert channels["drift"]["unit"] == "um"
     assert channels["T01"]["rmse_after"] < 0.5 * channels["T01"]["rmse_before"]
-    names = {f"{run}-{kind}.png" for run in ("run-01", "run-02") for kind in ("channels", "residuals")}
+    names = {f"{run}-{kind}.png" for run in ("run-01", "run-02", "run-03") for kind in ("channels", "residuals")}
     assert {file.name for file in pictures.iterdir()} == {"parameters.png", *names}
     assert sorted(Path(file).name for file in facts["written"]) == sorted({"parameters.png", *names})
 
@@ -81,7 +82,7 @@ def test_too_short_a_run_says_how_long_it_must_be(
     place = tmp_path / "short"
     (place / "runs").mkdir(parents=True)
     (place / "campaign.toml").write_text((folder / "campaign.toml").read_text())
-    for name in ("run-01", "run-02"):
+    for name in ("run-01", "run-02", "run-03"):
         rows = (folder / "runs" / f"{name}.csv").read_text().splitlines()
         time = np.array([float(row.split(",")[0]) for row in rows[1:]])
         (place / "runs" / f"{name}.csv").write_text("\n".join(rows[: 1 + int((time < 1200.0).sum())]) + "\n")
@@ -94,4 +95,54 @@ def test_too_short_a_run_says_how_long_it_must_be(
     said = capsys.readouterr().err.splitlines()
     assert said[0].endswith("no run for identification can be compared")
     assert said[1].startswith("  run run-01 is not compared: its usable rows last less than 45 min")
-    assert len(said) == 2
+    assert said[2].startswith("  run run-02 is not compared")
+    assert len(said) == 3
+
+
+def test_one_run_names_nothing(folder: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """With one run for identification none can be left out: refused, with what there is and what it needs."""
+    place = tmp_path / "one"
+    shutil.copytree(folder, place)
+    text = (place / "campaign.toml").read_text()
+    (place / "campaign.toml").write_text(text.replace('"identification"', '"validation"', 1))
+    assert main(["compare", str(place)]) == 2
+    shown = capsys.readouterr()
+    assert "1 run for identification can be compared; it needs 2" in shown.err
+    assert "left out is foretold better: measure more runs" in shown.err
+    assert not shown.out
+
+
+@pytest.mark.parametrize("still", [("T",), ("T", "beam", "q_")])
+def test_data_that_never_change_are_refused(
+    still: tuple[str, ...], folder: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Columns that hold one value throughout: the message asks whether anything changes, none of numerics."""
+    place = tmp_path / "still"
+    shutil.copytree(folder, place)
+    for file in place.rglob("*.csv"):
+        rows = [row.split(",") for row in file.read_text().splitlines()]
+        for k, name in enumerate(rows[0]):
+            if name.startswith(still):
+                for row in rows[2:]:
+                    row[k] = rows[1][k]
+        file.write_text("".join(",".join(row) + "\n" for row in rows))
+    assert main(["compare", str(place)]) == 2
+    shown = capsys.readouterr()
+    assert "no thermocouple changes in any run for identification: do the temperatures" in shown.err
+    assert "inside hexathermal" not in shown.err
+
+
+def test_channels_that_cannot_be_weighed_are_refused(
+    folder: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Where the covariance of the channels cannot be inverted, the data are named, not the numerics."""
+    from hexathermal.compare import comparison
+
+    def singular(*_: object) -> None:
+        raise np.linalg.LinAlgError("not positive definite")
+
+    monkeypatch.setattr(comparison, "calibrated", singular)
+    assert main(["compare", str(folder)]) == 2
+    shown = capsys.readouterr()
+    assert "leave nothing to weigh by: do the temperatures, the drift or q change at all?" in shown.err
+    assert "inside hexathermal" not in shown.err

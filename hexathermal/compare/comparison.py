@@ -32,6 +32,9 @@ Progress = Callable[[int, int, str], None]
 LARGEST_FACTOR = 5.0
 """A named number that is larger or smaller by more than this is said to stand for something else."""
 
+FEWEST_RUNS = 2
+"""For identification: a number is named only where a run left out of its estimate is foretold better."""
+
 OTHER_LEG = 4
 """From so many named numbers on, the campaign's leg is said to be another one than the bench's."""
 
@@ -104,7 +107,8 @@ def compare_campaign(
     Raises
     ------
     ArgumentError
-        The campaign is of another kind, without positions, room or a run for identification that can be compared.
+        The campaign is of another kind, without positions or room, has fewer than `FEWEST_RUNS` runs for identification
+        that can be compared, or nothing changes in them.
     CampaignError
         A file is at fault.
     """
@@ -115,10 +119,14 @@ def compare_campaign(
     runs, skipped = _measured(campaign, where, tell)
     notes = [*where.notes, *skipped.values()]
     fitted = [run for run in runs if run.role == "identification"]
-    if not fitted:
-        raise _no_run(campaign, skipped)
+    if len(fitted) < FEWEST_RUNS:
+        raise _too_few(campaign, len(fitted), skipped)
+    _refuse_unchanged(campaign, fitted)
     bench = BenchRuns(where, fitted)
-    calibration = calibrated(bench, progress)
+    try:
+        calibration = calibrated(bench, progress)
+    except np.linalg.LinAlgError:
+        raise _unchanged(campaign, "the channels of the runs for identification leave nothing to weigh by") from None
     logs, contact_errors = named_values(calibration)
     tell(0, 0, "measuring the gain")
     every = tuple(compared_run(bench, run, logs, contact_errors) for run in runs)
@@ -148,12 +156,31 @@ def _measured(campaign: Campaign, where: Placed, tell: Progress) -> tuple[list[M
     return runs, skipped
 
 
-def _no_run(campaign: Campaign, skipped: Mapping[str, str]) -> ArgumentError:
-    """Return the error of a campaign without a run that the bench can be fitted to, its reasons one a line."""
+def _too_few(campaign: Campaign, count: int, skipped: Mapping[str, str]) -> ArgumentError:
+    """Return the error of a campaign with too few runs that the bench can be fitted to, its reasons one a line."""
     reasons = [skipped[run.name] for run in campaign.runs_of("identification") if run.name in skipped]
-    if not reasons:
+    if not reasons and not count:
         return ArgumentError(f"{campaign.folder} has no run for identification; give a run role = 'identification'")
-    return ArgumentError("\n  ".join([f"{campaign.folder}: no run for identification can be compared", *reasons]))
+    first = f"{campaign.folder}: no run for identification can be compared"
+    if count:
+        first = (
+            f"{campaign.folder}: too little data for a comparison: {count} run for identification can be compared; it "
+            f"needs {FEWEST_RUNS}, for a number is named only where a run left out is foretold better: measure "
+            "more runs"
+        )
+    return ArgumentError("\n  ".join([first, *reasons]))
+
+
+def _refuse_unchanged(campaign: Campaign, runs: list[MeasuredRun]) -> None:
+    """Refuse runs in which no thermocouple ever changes."""
+    columns = [column[np.isfinite(column)] for run in runs for column in run.rises.T]
+    if not any(np.ptp(column) > 0.0 for column in columns if len(column)):
+        raise _unchanged(campaign, "no thermocouple changes in any run for identification")
+
+
+def _unchanged(campaign: Campaign, what: str) -> ArgumentError:
+    """Return the error of a campaign in which too little happens."""
+    return ArgumentError(f"{campaign.folder}: {what}: do the temperatures, the drift or q change at all?")
 
 
 def _doubts(role: str, named: int, logs: Mapping[str, float]) -> list[str]:

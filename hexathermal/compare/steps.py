@@ -248,7 +248,7 @@ def _step(bench: BenchRuns, now: Fit, gains: FloatArray) -> tuple[Step, Fit]:
     # all candidates together are as likely as none before the data
     odds = sum(np.exp(min(exact[j], 500.0)) for j in (chosen, *same)) / (len(NAMES) + now.sums.sensors)
     left_out = _left_out(fit, now)
-    pays = len(left_out) < 2 or (float(left_out.sum()) > 0.0 and float((left_out > 0.0).mean()) >= 0.5)
+    pays = float(left_out.sum()) > 0.0 and float((left_out > 0.0).mean()) >= 0.5  # never with one run alone
     probability = float(odds / (1.0 + odds))
     equivalent = tuple((j, float(fits[j].x[j])) for j in same)
     accepted = bool(probability >= PROBABILITY and pays and gains[chosen] > 0.0)

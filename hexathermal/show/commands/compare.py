@@ -21,7 +21,8 @@ thermometer that reads the air. Runs for validation are never fitted; the gain i
 
 EPILOG = f"""\
 The campaign must be of kind "leg", its thermocouples with part = "body" or "rod" and position_mm, and the air's
-temperature must be recorded. Where the bench's leg is of another length, its lengths are multiplied; notes say so.
+temperature must be recorded, in two runs for identification or more. Where the bench's leg is of another length, its
+lengths are multiplied; notes say so.
 
 A number is named where it is more probable than 0.99 that it differs by more than its tolerance (3 to 6 %), and where
 runs left out of the estimate are foretold better. "would have been named" says how large a difference these data show;
