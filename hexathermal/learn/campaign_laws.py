@@ -42,6 +42,11 @@ class _Passed:
         notes = [f"run {record.run} has no usable row: {record.why_rows}" for record in records if not record.used]
         return (*notes, *cleaning_words(records))
 
+    def why(self, run: str, sensor: str) -> str:
+        """Return how a sensor lost values in a run, by the steps of cleaning; empty where that is not known."""
+        known = [record for record in self.records.values() if record.run == run]
+        return known[0].why_values(f"{sensor}_degC") if len(known) == 1 else ""
+
     def add(self, sensors: Sequence[str], values: FloatArray) -> None:
         """Add rows, shape (n, s)."""
         low, high = np.fmin.reduce(values, axis=0), np.fmax.reduce(values, axis=0)
@@ -167,6 +172,7 @@ def identify_campaign(
         lambda: role_blocks(campaign, "identification", passed=passed, read=read), campaign.sensors, campaign.leg,
         wanted=sensors, sizes=sizes, zero=campaign.zero, origin=Origin(campaign.title, fingerprint(campaign)),
         material=material, positions=[one.position for one in campaign.thermocouples], progress=progress,
+        why=passed.why,
     )  # fmt: skip
     return passed.filled(found)
 

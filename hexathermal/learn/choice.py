@@ -184,6 +184,7 @@ def _nested(grams: Grams) -> tuple[NestedRun, ...]:
             grams.rows[others],
             grams.rows_left_out[others],
             grams.left_out,
+            grams.lacking_in,
         )
         fits = [fit_sets(inner, one) for one in sets]
         found = _decide(fits[0].left_out, fits[1].left_out, inner.rows)

@@ -42,6 +42,8 @@ class CleaningStep:
         The rule that was broken.
     first_time : float [s]
         Time in the table of the first of them.
+    taken_by : str
+        Of a dead channel, the step that took its values: ``"stuck"``, ``"missing"``; empty otherwise.
     """
 
     step: str
@@ -50,6 +52,7 @@ class CleaningStep:
     count: int
     reason: str
     first_time: float
+    taken_by: str = ""
 
 
 @dataclass(frozen=True)
@@ -85,6 +88,12 @@ class CleaningRecord:
         """Share of the rows, those of movements and double ones apart, that cleaning left out; 1 where none is left."""
         harmless = sum(item.count for item in self.steps if item.action == ROW and item.step in HARMLESS)
         return 1.0 - self.used / max(1, self.rows - harmless)
+
+    def why_values(self, channel: str) -> str:
+        """Return by which steps values of a channel were left out, most first, as text; empty where none were."""
+        taken = [item for item in self.steps if item.channel == channel and item.action == VALUE]
+        taken.sort(key=lambda item: -item.count)
+        return ", ".join(dict.fromkeys(item.taken_by or item.step for item in taken))
 
     @property
     def why_rows(self) -> str:
@@ -167,7 +176,7 @@ class Ledger:
         dead = {channel for channel, count in lost.items() if count >= self.rows > 0}
         return tuple(
             CleaningStep("dead channel", item.channel, item.action, item.count,
-                         f"no usable value in the whole run ({item.reason})", item.first_time)
+                         f"no usable value in the whole run ({item.reason})", item.first_time, item.step)
             if item.channel in dead and item.action == VALUE
             else item
             for item in steps

@@ -10,7 +10,7 @@ Rows are summed by the pattern of their missing values, and it is decided afterw
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import TypeAlias
 
 import numpy as np
@@ -99,6 +99,8 @@ class Grams:
         Rows left out because a sensor that is compared has no value there.
     left_out : dict of str to float
         Sensors left out, with the largest part of a run's rows that they lack.
+    lacking_in : dict of str to str
+        Of each sensor left out, the run in which it lacks that part.
     """
 
     columns: Columns
@@ -107,6 +109,7 @@ class Grams:
     rows: npt.NDArray[np.int64]
     rows_left_out: npt.NDArray[np.int64]
     left_out: dict[str, float]
+    lacking_in: dict[str, str] = field(default_factory=dict)
 
     @property
     def kept(self) -> tuple[int, ...]:
@@ -219,11 +222,11 @@ def _add_chunk(run: _RunSum, block: Block, part: slice, columns: Columns, buffer
 def _chosen(runs: dict[str, _RunSum], columns: Columns) -> Grams:
     """Return the sums over the rows in which all sensors have a value, but for sensors that lack too many."""
     s = len(columns.sensors)
-    lacking = np.zeros(s)
-    for run in runs.values():
+    parts = np.zeros((len(runs), s))
+    for part, run in zip(parts, runs.values(), strict=True):
         total = max(sum(run.rows.values()), 1)
-        part = sum((np.frombuffer(p, np.uint8) * float(n) for p, n in run.rows.items()), np.zeros(s)) / total
-        lacking = np.maximum(lacking, part)
+        part[:] = sum((np.frombuffer(p, np.uint8) * float(n) for p, n in run.rows.items()), np.zeros(s)) / total
+    lacking, worst_run = parts.max(axis=0, initial=0.0), [tuple(runs)[k] for k in parts.argmax(axis=0)]
     out = lacking > MOST_MISSING
     matrices, counts, lost = [], [], []
     for run in runs.values():
@@ -242,8 +245,9 @@ def _chosen(runs: dict[str, _RunSum], columns: Columns) -> Grams:
         counts.append(count)
         lost.append(dropped)
     left_out = {columns.sensors[k]: float(lacking[k]) for k in np.flatnonzero(out)}
+    lacking_in = {columns.sensors[k]: worst_run[k] for k in np.flatnonzero(out)}
     if len(left_out) == s:
-        worst = ", ".join(f"{name} {100.0 * part:.0f} %" for name, part in left_out.items())
+        worst = ", ".join(f"{name} {100.0 * part:.0f} % in {lacking_in[name]}" for name, part in left_out.items())
         raise ArgumentError(f"every sensor lacks more than {100.0 * MOST_MISSING:g} % of a run's rows: {worst}")
     empty = [name for name, n in zip(runs, counts, strict=True) if not n]
     if empty:
@@ -251,7 +255,7 @@ def _chosen(runs: dict[str, _RunSum], columns: Columns) -> Grams:
             f"run{'s' if len(empty) > 1 else ''} {', '.join(empty)} hold{'' if len(empty) > 1 else 's'} no row in "
             "which all compared sensors have a value; give another role, or leave the run out of campaign.toml"
         )
-    return Grams(columns, tuple(runs), np.array(matrices), np.array(counts), np.array(lost), left_out)
+    return Grams(columns, tuple(runs), np.array(matrices), np.array(counts), np.array(lost), left_out, lacking_in)
 
 
 def columns_for(sensors: Sequence[str], leg: LegDimensions | None) -> Columns:

@@ -28,6 +28,9 @@ AUTO = "auto"
 Passing = Callable[[int, int, str], None]
 """``progress(done, total, label)``; a total of 0 is not known."""
 
+Why = Callable[[str, str], str]
+"""``why(run, sensor)``: how a sensor lost values in a run, as ``"stuck"``; empty where that is not known."""
+
 COLLINEAR_CONDITION, COLLINEAR_VIF = 30.0, 30.0
 """Above, the coefficients of a pair are large, opposite and badly known, though their sum may be well known."""
 
@@ -89,6 +92,7 @@ def identify(
     positions: Sequence[float | None] = (),
     degC: tuple[float, float] | None = None,
     progress: Passing | None = None,
+    why: Why = lambda run, sensor: "",
 ) -> Identification:
     """Return the law of a leg or a component, chosen among all sets of its sensors.
 
@@ -114,7 +118,8 @@ def identify(
         Of the sensors along the leg.
     degC : (float, float), optional
         Range of temperatures met.
-    progress : function, optional
+    progress, why : function, optional
+        See `Passing`; `Why`, asked after the rows have passed.
 
     Raises
     ------
@@ -123,20 +128,17 @@ def identify(
     UnknownNameError
         No such sensor or material.
     """
-    columns = columns_for(sensors, leg)
+    columns, marks = columns_for(sensors, leg), RowFingerprints()
     wanted_names = None if isinstance(wanted, str) and wanted == AUTO else _names(wanted, columns)
-    marks = RowFingerprints()
     grams, windows, ranked = _searched(rows, columns, sizes, marks, progress or (lambda _done, _total, _label: None))
-    choice = _choice(ranked, grams, wanted_names)
-    made = windows.made()
-    errors = sensor_errors(made, grams.kept_mask, zero == "run")
+    choice = _choice(ranked, grams, wanted_names, lacking := _lacking(grams, why))
+    errors = sensor_errors(made := windows.made(), grams.kept_mask, zero == "run")
     fit = _fitted(made, [sensors.index(name) for name in choice.sensors], errors)
     law = _law(made, fit, choice, leg, zero, _origin(origin or Origin(), made, marks), degC)
     check = physical_check(law, material)
-    notes = _notes(grams, fit, [name for k, name in enumerate(columns.sensors) if k in errors.local])
-    warnings = (*_warnings(fit, ranked, choice, grams, made), *(check.warnings if check else ()))
-    warnings += _profile(made, positions)
-    return Identification(law, fit, ranked, choice, grams, check, notes, warnings)
+    notes = _notes(grams, lacking, fit, [name for k, name in enumerate(columns.sensors) if k in errors.local])
+    warnings = _warnings(fit, ranked, choice, grams, made) + (check.warnings if check else ())
+    return Identification(law, fit, ranked, choice, grams, check, notes, warnings + _profile(made, positions))
 
 
 def _searched(
@@ -161,14 +163,24 @@ def _fitted(windows: WindowSet, chosen: Sequence[int], errors: SensorErrors) -> 
         return fit_law(windows, chosen, errors)
 
 
-def _choice(ranked: RankedSets, grams: Grams, names: tuple[str, ...] | None) -> Choice:
+def _lacking(grams: Grams, why: Why) -> dict[str, str]:
+    """Return of each sensor left out how much of which run it lacks, and how it lost it."""
+    found = {}
+    for name, part in grams.left_out.items():
+        run = grams.lacking_in[name]
+        how = why(run, name)
+        found[name] = f"{100.0 * part:.0f} % of the rows of run {run}{f' ({how})' if how else ''}"
+    return found
+
+
+def _choice(ranked: RankedSets, grams: Grams, names: tuple[str, ...] | None, lacking: dict[str, str]) -> Choice:
     """Return the choice, or what was asked for; sensors that were left out for their gaps are refused."""
     choice = choose(ranked, grams) if names is None else given(names)
     gone = [name for name in choice.sensors if name in grams.left_out]
     if gone:
         raise ArgumentError(
-            f"sensor {gone[0]} lacks {100.0 * grams.left_out[gone[0]]:.0f} % of a run's rows, allowed "
-            f"{100.0 * MOST_MISSING:g} %; choose another, or leave that run out"
+            f"sensor {gone[0]} lacks {lacking[gone[0]]}, allowed {100.0 * MOST_MISSING:g} %; choose another, or leave "
+            "that run out"
         )
     return choice
 
@@ -212,12 +224,9 @@ def _origin(origin: Origin, windows: WindowSet, marks: RowFingerprints) -> Origi
                    run_fingerprints=tuple(prints[run] for run in runs))  # fmt: skip
 
 
-def _notes(grams: Grams, fit: LawFit, local: Sequence[str]) -> tuple[str, ...]:
+def _notes(grams: Grams, lacking: dict[str, str], fit: LawFit, local: Sequence[str]) -> tuple[str, ...]:
     """Return what was left out."""
-    notes = [
-        f"sensor {name} was left out of the search: it lacks {100.0 * part:.0f} % of a run's rows"
-        for name, part in grams.left_out.items()
-    ]
+    notes = [f"sensor {name} was left out of the search: it lacks {words}" for name, words in lacking.items()]
     lost = int(grams.rows_left_out.sum())
     if lost:
         notes.append(

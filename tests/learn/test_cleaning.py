@@ -11,6 +11,7 @@ from hexathermal.errors import ArgumentError
 from hexathermal.learn.campaign import joined
 from hexathermal.learn.campaign_faults import CampaignError
 from hexathermal.learn.campaign_files import load_campaign
+from hexathermal.learn.campaign_laws import identify_campaign
 from hexathermal.learn.cleaning import usable_blocks, used_run
 
 from .campaign_folders import (
@@ -102,6 +103,22 @@ def test_long_runs_come_as_many_blocks_with_damage_at_their_seams(tmp_path: Path
     assert block.q is not None
     law = (A_PER_K * Q0_M + B_PER_K * block.q) * block.dT[:, 0]
     assert np.nanmax(np.abs(block.drift - law)) < 0.9e-6  # noise of 0.05 K makes 0.6 um at most
+
+
+@pytest.mark.parametrize(
+    ("value", "how"), [(21.0, "stuck"), (np.nan, "missing"), (9999.0, "missing code")], ids=["flat", "empty", "code"]
+)
+def test_a_law_that_lacks_its_sensor_tells_the_run_and_how(tmp_path: Path, value: float, how: str) -> None:
+    """A thermometer that is of no use in one run: the refusal names that run, and what took the values away."""
+
+    def edit(table: Table) -> None:
+        table["T02_degC"][:] = value
+
+    campaign = load_campaign(leg_campaign(tmp_path, edit=edit))
+    with pytest.raises(ArgumentError, match=rf"sensor T02 lacks 100 % of the rows of run a \({how}\), allowed 10 %"):
+        identify_campaign(campaign, ["T02"])
+    notes = identify_campaign(campaign, ["T01"]).notes
+    assert f"sensor T02 was left out of the search: it lacks 100 % of the rows of run a ({how})" in notes
 
 
 def test_channels_are_cleaned_one_by_one(tmp_path: Path) -> None:
