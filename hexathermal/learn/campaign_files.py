@@ -48,6 +48,12 @@ TABLES: dict[str, dict[str, str]] = {
 }  # fmt: skip
 """Keys of each table and their rules, see `hexathermal.machine.forms.Form`."""
 
+SHORTEST_LEG_M, LEAST_STROKES = 0.01, 0.1
+"""No leg is shorter between its joint centres, retracted, than the first [m], nor than this share of its stroke.
+
+A rod that leaves its tube is about as long as the tube; telescopes of several stages reach a third. Metres written for
+millimetres are a thousandth."""
+
 Progress = Callable[[int, int, str], None]
 
 
@@ -213,10 +219,23 @@ def _leg(form: Form, top: dict[str, Any], kind: str) -> LegDimensions | None:
         low, high = found["stroke_mm"]
         if form.check((*at, "stroke_mm"), low < high, "[low, high] with low < high") and "q0_mm" in found:
             form.check((*at, "stroke_mm"), found["q0_mm"] + low > 0.0, "[low, high] with q0 + low above 0")
+    if len(form.problems) == before and {"q0_mm", "stroke_mm"} <= found.keys():
+        _refuse_short(form, at, float(found["q0_mm"]), float(found["stroke_mm"][1] - found["stroke_mm"][0]))
     if len(form.problems) > before:
         return None
     low, high = found["stroke_mm"]
     return LegDimensions(float(found["q0_mm"]), (float(low), float(high)))
+
+
+def _refuse_short(form: Form, at: Where, length: float, stroke: float) -> None:
+    """Complain of a leg that is too short to be one, or to hold its stroke [m]."""
+    shown_mm = f"q0_mm is {length * 1e3:g}"
+    if length < LEAST_STROKES * stroke:
+        what = f"{shown_mm}, less than a tenth of the stroke of {stroke * 1e3:g} mm: a leg holds its retracted rod"
+        form.complain((*at, "q0_mm"), f"{what}; is q0_mm in metres?")
+    elif length < SHORTEST_LEG_M:
+        what = f"{shown_mm}, expected {SHORTEST_LEG_M * 1e3:g} or more between the joint centres, rod retracted"
+        form.complain((*at, "q0_mm"), f"{what}; are q0_mm and stroke_mm in metres?")
 
 
 def _beams(form: Form, top: dict[str, Any], kind: str) -> BeamLayout | None:

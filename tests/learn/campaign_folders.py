@@ -113,7 +113,7 @@ def cleaned(folder: Path, edit: Callable[[Table], Table | None] = lambda table: 
     return used_run(load_campaign(leg_campaign(folder, edit=edit)), "a")
 
 
-def messages(folder: Path, **options: tuple[str, ...]) -> list[str]:
+def messages(folder: Path, **options: tuple[str, ...] | bool) -> list[str]:
     """Return the faults of a campaign as texts, file names without folders."""
     with pytest.raises(CampaignError) as error:
         load_campaign(folder, **options)  # type: ignore[arg-type]
