@@ -42,7 +42,9 @@ CONSTANTS = {
     ),
     "trials": ("USUAL_BIAS_K", "FEIGNED", "FEIGNED_NOISE", "MOST_FEIGNED", "QUICKLY"),
     "recorded": ("NOISY",),
-    "base_choice": ("NEIGHBOURS",),
+    "base_choice": ("FEWEST_WINDOWS", "MOST_TURNS", "CLOSER"),
+    "places": ("OFF", "OFF_M", "MOST_ON", "SHARES", "LEAST_STEP_M"),
+    "next_experiments": ("DECIDED", "SUPPOSED"),
     "evidence": ("LEAST", "RHO", "TOLERATED", "START"),
     "rivals": ("SHAPE_ERROR", "LITTLE", "SHIFTED"),
     "order": ("PROFILES", "FEWEST", "HEAVY", "MOST", "UNSURE", "FEIGNED"),
@@ -105,13 +107,14 @@ def constants_table() -> str:
 
 def catalogue_table() -> str:
     """Return the catalogue: physics, signature, parameters, what it is confused with, and the experiment."""
-    lines = ["| cause | physics | signature | parameters: what is known before | confused with | what decides |",
-             "|---|---|---|---|---|---|"]  # fmt: skip
+    lines = ["| cause | physics | signature | parameters: what is known before | confused with | what decides | readings |",
+             "|---|---|---|---|---|---|---|"]  # fmt: skip
     for name, module in catalogue().items():
         cause = module.CAUSE
         known = "; ".join(f"`{one.name}` [{one.unit}]: {one.prior}" for one in cause.parameters)
         alike = ", ".join(cause.confused_with)
-        lines.append(f"| `{name}` | {cause.physics} | {cause.signature} | {known} | {alike} | {cause.experiment} |")
+        decides = f"{cause.experiment} | {cause.readings or 'the fault itself'}"
+        lines.append(f"| `{name}` | {cause.physics} | {cause.signature} | {known} | {alike} | {decides} |")
     return "\n".join(lines) + "\n"
 
 

@@ -18,8 +18,8 @@ from hexathermal.show.diagnosis_words import (
     gain_words,
     how_apart,
     noise_rows,
-    odds,
     placed,
+    promise_words,
     sentences,
     settings_words,
     shared_words,
@@ -197,8 +197,7 @@ def _signals(found: Diagnosis, drawn: dict[str, str]) -> str:
 
 def _ranking(found: Diagnosis, drawn: dict[str, str]) -> str:
     """Return the ranking."""
-    between = " (95 %)" if found.effects else ""
-    head = ("cause", f"visible RMS, um{between}>", "evidence>", "probability>", "at best with")
+    head = ("cause", "visible RMS, um (95 %)>", "evidence>", "probability>", "at best with")
     rows = [
         (placed(one.cause, one.target), visible_words(found, k),
          f"{one.evidence:z.1f}", probability(one.probability), settings_words(one.settings) or "-")
@@ -227,12 +226,15 @@ def _next(found: Diagnosis) -> str:
     if not found.experiments:
         return paragraph("No experiment is proposed.")
     items = "".join(
-        f"<li>{text(one.words)}<small>Tells apart: {text(', '.join(dict.fromkeys(one.causes)))}; promised "
-        f"separation {one.separation:.1f} of log evidence, odds {odds(one.separation)}.</small></li>"
+        f"<li>{text(one.words)}<small>Tells apart: {text(', '.join(dict.fromkeys(one.causes)))}; "
+        f"{text(promise_words(one))}.</small></li>"
         for one in found.experiments
     )
     return (
-        paragraph("The separation is what one more campaign of this size and noise promises.")
+        paragraph(
+            "The promise is the log evidence that the measurement brings on average, with the noise of a landing in "
+            "this campaign, for an effect as large as found here, or twice as large as the least that would be named."
+        )
         + f'<ol class="next">{items}</ol>'
     )
 

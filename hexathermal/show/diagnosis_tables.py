@@ -96,11 +96,13 @@ def confusions_table(found: Diagnosis, pretty: bool) -> Table:
 
 def experiments_table(found: Diagnosis, pretty: bool) -> Table:
     """Return what to measure next and what it promises."""
-    table = framed(pretty, "next", "experiment", "tells apart", "promised\nlog>", "odds")
+    from hexathermal.learn.diagnosis.words import two_digits
+
+    table = framed(pretty, "next", "experiment", "tells apart", "for an effect of\num>", "promised\nlog>", "odds")
     for k, one in enumerate(found.experiments):
-        table.add_row(
-            f"{k + 1}", one.words, ", ".join(dict.fromkeys(one.causes)), f"{one.separation:z.1f}", odds(one.separation)
-        )
+        size = two_digits(one.size * 1e6) if one.size > 0.0 else "-"
+        table.add_row(f"{k + 1}", one.words, ", ".join(dict.fromkeys(one.causes)), size, f"{one.separation:z.1f}",
+                      odds(one.separation))  # fmt: skip
     return table
 
 

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 from hexathermal.show.shares import less, proven
 
 if TYPE_CHECKING:
-    from hexathermal.learn.diagnosis.result import Diagnosis, Effect, Quantity
+    from hexathermal.learn.diagnosis.result import Diagnosis, Effect, Experiment, Quantity
     from hexathermal.learn.law import IdentifiedLaw
 
 COVERAGE = 1.96
@@ -245,6 +245,21 @@ def duration(seconds: float) -> str:
         if size < 7200.0
         else f"{seconds / 3600.0:.3g} h"
     )
+
+
+def promise_words(one: Experiment) -> str:
+    """Return what an experiment promises.
+
+    Examples
+    --------
+    >>> from hexathermal.learn.diagnosis.result import Experiment
+    >>> promise_words(Experiment("Rest.", ("zero-drift",), 2.3, 1.2e-7))
+    'log evidence 2.3, odds 10 to 1, for an effect of 0.12 um RMS'
+    """
+    from hexathermal.learn.diagnosis.words import two_digits
+
+    told = f"log evidence {one.separation:.1f}, odds {odds(one.separation)}"
+    return f"{told}, for an effect of {two_digits(one.size * 1e6)} um RMS" if one.size > 0.0 else told
 
 
 def odds(evidence: float) -> str:

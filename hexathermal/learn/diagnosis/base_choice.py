@@ -8,7 +8,7 @@ the part follows would be diagnosed as wrong, rightly and to no use.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from dataclasses import replace
 from itertools import combinations
 
 import numpy as np
@@ -16,28 +16,29 @@ import numpy as np
 from hexathermal.learn.diagnosis.channels import Levels, solution
 from hexathermal.learn.diagnosis.evidence import LEAST
 from hexathermal.learn.diagnosis.search import base_sizes
+from hexathermal.learn.diagnosis.stage import Stage
 from hexathermal.learn.diagnosis.view import View
-from hexathermal.poses import FloatArray
 
 FEWEST_WINDOWS = 40
 """Less tells nothing in a diagnosis."""
 
 MOST_TURNS = 4
 
-CLOSER = 3
-"""Sets of a turn whose noise is fitted anew."""
+CLOSER = 2
+"""Ones, and pairs, of a turn whose noise is fitted anew."""
 
 
 def likelier_sensors(view: View) -> tuple[str, ...]:
     """Return the one or two sensors that make the drift likeliest.
 
-    All sets are compared at the noise of the best one so far; the best of them with noise of their own, until none is
-    better. A set with more sensors must be ahead by `LEAST`.
+    All sets are compared at the noise of the best one so far; the best of them with noise of their own and with what
+    their thermometers may err, until none is better by `LEAST`. So must a pair be beside one: two thermometers err less
+    than one of them, which is no reason to read both.
 
     Parameters
     ----------
     view : View
-        Its `base` is where to start, and stays where nothing gains `LEAST` in log evidence.
+        Its `base` is where to start.
 
     Returns
     -------
@@ -47,20 +48,18 @@ def likelier_sensors(view: View) -> tuple[str, ...]:
     if len(channel) < FEWEST_WINDOWS:
         return chosen
 
-    def sizes(columns: FloatArray) -> FloatArray:
-        return base_sizes(channel, columns)
+    def fitted(names: tuple[str, ...], begin: Levels | None = None) -> tuple[Levels, float]:
+        base = Stage(replace(view, base=names)).base
+        levels, said = channel.fitted(base.X, base.sd, begin, 30 if begin else 90)
+        return levels, said - LEAST * len(names)
 
-    def columns(names: Sequence[str]) -> FloatArray:
-        return view.base_of([view.temperatures(name) for name in names])
-
-    levels, best = channel.fitted(columns(chosen), sizes(columns(chosen)))
+    levels, best = fitted(chosen)
     for _turn in range(MOST_TURNS):
-        ranked = [names for names in _ranked(view, levels) if names != chosen][:CLOSER]
-        fits = {names: channel.fitted(columns(names), sizes(columns(names)), levels, 30) for names in ranked}
-        # more sensors must pay
-        over = {names: fits[names][1] - LEAST * (len(names) - len(chosen)) for names in ranked}
-        other = max(over, key=lambda names: over[names], default=chosen)
-        if other == chosen or over[other] < best + LEAST * (len(other) == len(chosen)):
+        ranked = [names for names in _ranked(view, levels) if names != chosen]
+        near = [names for size in (1, 2) for names in [one for one in ranked if len(one) == size][:CLOSER]]
+        fits = {names: fitted(names, levels) for names in near}
+        other = max(fits, key=lambda names: fits[names][1], default=chosen)
+        if other == chosen or fits[other][1] < best + LEAST * (len(other) == len(chosen)):
             break
         chosen, (levels, best) = other, fits[other]
     return chosen

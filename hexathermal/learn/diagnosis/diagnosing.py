@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import replace
 
-
 from hexathermal.learn.campaign import Campaign
 from hexathermal.learn.cleaning_record import HARMLESS, cleaning_words
 from hexathermal.learn.diagnosis.causes import catalogue
@@ -78,8 +77,8 @@ def diagnose(
     return Diagnosis(
         verdict, probability, effects, follows, candidates, base, extended, gained(base, extended, seen, read),
         reachable(campaign, last, held, base.sensors), last.levels, course.threshold, limits, confusions,
-        next_experiments(course, confusions, candidates), run_residuals(campaign, course, rows, held, base, extended),
-        campaign.title, (*_notes(course), *_unseen(course, rows, mute), *_cleaned((*rows, *judged))),
+        next_experiments(course, limits, confusions, candidates),
+        run_residuals(campaign, course, rows, held, base, extended), campaign.title, (*_notes(course), *_unseen(course, rows, mute), *_cleaned((*rows, *judged))),
     )  # fmt: skip
 
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 from scipy import linalg
 
@@ -22,33 +24,63 @@ ROUNDING = 1e-9
 """Log evidence below which two causes are the same column: what is left is rounding, and would order the pairs."""
 
 
+@dataclass(frozen=True, eq=False)
+class Shape:
+    """A cause as these data see it.
+
+    Attributes
+    ----------
+    directions : array, shape (n, t)
+        Of its trials in whitened data, the law refitted.
+    strength : float [1/m^2]
+        ``s`` of `limits_of`.
+    least : float [m]
+        Visible RMS from which on it would be named.
+    witness : array, shape (t,)
+        Log evidence that other witnesses would have for each trial at twice that.
+    """
+
+    directions: FloatArray
+    strength: float
+    least: float
+    witness: FloatArray
+
+
 def limits_of(stage: Stage, levels: Levels, threshold: float) -> tuple[tuple[Limit, ...], tuple[Confusion, ...]]:
     """Return each cause's limit of detection, and pairs that these data confuse.
 
     The evidence that an effect of visible size ``a`` brings on average is ``1/2 a^2 s`` with
     ``s = z' P z / visible(z)^2`` in whitened data; what the search over a cause's parameters costs is added to the
     threshold, and the null's tolerance sets a floor: less is named only where every run left out shows it. Two causes
-    differ by ``1/2 a^2 s (1 - r^2)``, r the correlation of their whitened columns with the law refitted.
+    differ by ``1/2 a^2 s (1 - r^2)``, r the correlation of their whitened columns with the law refitted, and by what
+    other witnesses than the drift would say for the one and not for the other: the parity of a thermometer, the
+    order along the leg, the motion that warms it.
     """
+    limits, shapes = _shapes_of(stage, levels, threshold)
+    return tuple(limits), _confused(shapes)
+
+
+def _shapes_of(stage: Stage, levels: Levels, threshold: float) -> tuple[list[Limit], dict[str, Shape]]:
+    """Return each cause's limit of detection, and how these data see it."""
     causes: dict[str, list[Trial]] = {}
     for trial in stage.search.trials:
         if trial.named:
             causes.setdefault(trial.cause, []).append(trial)
     Q = _whitened_base(stage, levels)
-    limits, shapes = [], {}
+    limits, shapes = [], dict[str, Shape]()
     for name, trials in sorted(causes.items()):
-        found = [_strength(stage, levels, Q, trial) for trial in evenly(trials, ASKED)]
-        usable = [one for one in found if one is not None]
+        asked = {trial: _strength(stage, levels, Q, trial) for trial in evenly(trials, ASKED)}
+        usable = {trial: one for trial, one in asked.items() if one is not None}
         if not usable:
             continue
-        s = float(np.median([one[0] for one in usable]))
-        share = float(np.median([one[1] for one in usable]))
+        s, share = (float(np.median([one[k] for one in usable.values()])) for k in (0, 1))
         need = threshold + np.log(len(trials))
         tolerated = tolerance(levels.rms, max(trial.feigned for trial in trials))
         least = max(np.sqrt(2.0 * need / s), np.sqrt(2.0 * threshold) * tolerated)
         limits.append(Limit(name, float(least), float(least / max(share, 1e-3))))
-        shapes[name] = (np.column_stack([one[2] for one in usable]), s, least)
-    return tuple(limits), _confused(shapes)
+        witness = np.array([_witness(stage, trial, 2.0 * least) for trial in usable])
+        shapes[name] = Shape(np.column_stack([one[2] for one in usable.values()]), s, float(least), witness)
+    return limits, shapes
 
 
 def _whitened_base(stage: Stage, levels: Levels) -> FloatArray:
@@ -79,15 +111,26 @@ def _strength(stage: Stage, levels: Levels, Q: FloatArray, trial: Trial) -> tupl
     return size / left**2, left / rms, white / np.sqrt(size)
 
 
-def _confused(shapes: dict[str, tuple[FloatArray, float, float]]) -> tuple[Confusion, ...]:
+def _witness(stage: Stage, trial: Trial, size: float) -> float:
+    """Return the log evidence that other witnesses than the drift would have for a trial of a visible size [m].
+
+    What they say now against a clock that is off, or an exchange, they would say for it, were it true.
+    """
+    if not trial.columns.shape[1]:
+        return max(-trial.advantage, 0.0)
+    left = float(visible(trial.columns[:, -1:], stage.base.X[:, : stage.base.plain])[0])
+    return stage.search.witnesses.would_say(trial, size / left) if left > 0.0 else 0.0
+
+
+def _confused(shapes: dict[str, Shape]) -> tuple[Confusion, ...]:
     """Return pairs of causes that differ by less than `CLOSE` at twice the limit."""
     names = list(shapes)
     found = []
     for i, first in enumerate(names):
         for second in names[i + 1 :]:
-            (U, s, least), (V, _s, _least) = shapes[first], shapes[second]
-            alike = float(np.abs(U.T @ V).max())
-            gap = 0.5 * (2.0 * least) ** 2 * s * (1.0 - alike**2)
+            one, other = shapes[first], shapes[second]
+            gaps = 0.5 * (2.0 * one.least) ** 2 * one.strength * (1.0 - (one.directions.T @ other.directions) ** 2)
+            gap = float((gaps + np.abs(one.witness[:, None] - other.witness)).min())
             gap = gap if gap > ROUNDING else 0.0
             if gap < CLOSE:
                 found.append(Confusion((first, second), gap))

@@ -1,47 +1,96 @@
-"""The next experiments: which measurement would tell causes apart, and by how much."""
+"""The next experiments: which measurement would tell causes apart, and by how much.
+
+An experiment shows a cause's whole effect in N readings, while what looks alike holds still. Of an effect of RMS w
+beside a noise of sigma a reading it brings, on average, the log evidence::
+
+    1/2 N (w / sigma)^2
+
+(half the noncentrality of a chi-squared: Basseville and Nikiforov, Detection of Abrupt Changes, 1993, 4.2). Sigma is
+that of a landing in this campaign; N stands with each cause. What shows the fault itself decides.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 
+import numpy as np
+
 from hexathermal.learn.diagnosis.causes import catalogue
 from hexathermal.learn.diagnosis.course import Course
-from hexathermal.learn.diagnosis.result import Candidate, Confusion, Experiment
+from hexathermal.learn.diagnosis.result import Candidate, Confusion, Experiment, Limit
 
 MOST = 3
 
+DECIDED = 150.0
+"""Log evidence that is told of an experiment at most, and of one that shows the fault itself."""
+
+SUPPOSED = 2.0
+"""Size of an effect that was not found, over its limit of detection: what confusions are told for."""
+
 
 def next_experiments(
-    course: Course, confusions: Sequence[Confusion], candidates: Sequence[Candidate]
+    course: Course, limits: Sequence[Limit], confusions: Sequence[Confusion], candidates: Sequence[Candidate]
 ) -> tuple[Experiment, ...]:
     """Return up to three measurements.
 
-    First for what was named and its closest rival, then for pairs that this campaign confuses. The separation promised
-    is that of one more campaign of this size in which the rival's part is taken away: the leader's whole evidence.
+    First for what was named and its closest rivals, or for what stood above chance but foretold runs left out no
+    better; then for pairs that this campaign confuses, then for what it sees worst.
+
+    Parameters
+    ----------
+    course : Course
+    limits : sequence of Limit
+    confusions : sequence of Confusion
+    candidates : sequence of Candidate
+        Best first.
     """
-    known = {name: module.CAUSE.experiment for name, module in catalogue().items()}
+    known = {name: module.CAUSE for name, module in catalogue().items()}
+    ranked = [one for one in candidates if one.cause in known]
+    seen = {one.cause: one for one in reversed(ranked)}
+    sizes = {one.cause: one for one in limits}
     found: dict[str, Experiment] = {}
-    names = [one for one in candidates if one.cause in known]
+
+    def add(cause: str, causes: tuple[str, ...], visible: float | None) -> None:
+        size = _whole(sizes.get(cause), visible)
+        own = known[cause]
+        words = _where(own.experiment, seen.get(cause), course.first.view.base[0])
+        promise = _promised(own.readings, size, course)
+        found.setdefault(own.experiment, Experiment(words, causes, promise, size))
+
     if course.found:
-        leader = names[0]
-        rivals = tuple(dict.fromkeys(one.cause for one in names[1:] if one.cause != leader.cause))[:2]
-        words = known[leader.cause]
-        found[words] = Experiment(_where(words, leader), (leader.cause, *rivals), leader.evidence)
-    seen = {one.cause: one for one in reversed(names) if one.evidence > 0.0}
+        leader = ranked[0]
+        rivals = tuple(dict.fromkeys(one.cause for one in ranked[1:] if one.cause != leader.cause))[:2]
+        add(leader.cause, (leader.cause, *rivals), leader.visible)
+    for one in course.refused:
+        if one.cause in known:
+            add(one.cause, (one.cause,), one.best.visible)
     for pair in confusions:
         for cause in pair.causes:
-            separation = course.threshold + max(pair.separation, 0.0)
-            words = _where(known[cause], seen.get(cause))
-            found.setdefault(known[cause], Experiment(words, pair.causes, separation))
-    for one in names:
-        words = _where(known[one.cause], seen.get(one.cause))
-        found.setdefault(known[one.cause], Experiment(words, (one.cause,), course.threshold))
+            add(cause, pair.causes, None)
+    for limit in sorted(limits, key=lambda one: -one.whole):
+        add(limit.cause, (limit.cause,), None)
     return tuple(found.values())[:MOST]
 
 
-def _where(words: str, one: Candidate | None) -> str:
-    """Return an experiment with the thermometers that it is about, where something speaks for some."""
-    target, pair = "the thermometer in question", "one of the two thermometers in question"
+def _whole(limit: Limit | None, visible: float | None) -> float:
+    """Return the whole RMS of an effect [m]: of one that was found, or of one that would be named well."""
+    if limit is None:
+        return 0.0 if visible is None else visible
+    return SUPPOSED * limit.whole if visible is None else visible * limit.whole / limit.visible
+
+
+def _promised(readings: int, size: float, course: Course) -> float:
+    """Return the log evidence that an experiment brings on average."""
+    if not readings:
+        return DECIDED
+    levels, rows = course.last.levels, float(np.median(course.first.channel.rows))
+    variance = levels.white**2 / rows + levels.landing**2 + levels.slow**2
+    return float(min(0.5 * readings * size**2 / max(variance, np.finfo(float).tiny), DECIDED))
+
+
+def _where(words: str, one: Candidate | None, usual: str) -> str:
+    """Return an experiment with the thermometers that it is about: those that the data speak for, or one of the law."""
+    target, pair = usual, f"{usual} or another one"
     if one is not None and one.target is not None:
         target = one.target
         pair = f"{target} or {one.settings['other']}" if "other" in one.settings else target

@@ -61,5 +61,7 @@ def alias_words(view: View, pitch: float | None) -> str | None:
         alike = np.unique(np.concatenate([k - 1.0 / pitch, k + 1.0 / pitch]).round(3))
         alike = alike[alike > 1.01 / pitch][:PITCHES]
         others = ", ".join(f"{1e3 / wave:.3g}" for wave in alike)
-        words += f": {pitch * 1e3:.3g} mm may as well be {others} mm or shorter, and the law between these places is a guess"
+        words += (
+            f": {pitch * 1e3:.3g} mm may as well be {others} mm or shorter, and the law between these places is a guess"
+        )
     return f"{words}; take steps that have no common length to tell the pitch"

@@ -107,11 +107,23 @@ class Confusion:
 
 @dataclass(frozen=True)
 class Experiment:
-    """A measurement to make next: what it is, and which causes it tells apart by how much log evidence."""
+    """A measurement to make next: which causes it tells apart, by how much log evidence for an effect of some size.
+
+    Attributes
+    ----------
+    words : str
+    causes : tuple of str
+        The one that it shows, and those that it is confused with.
+    separation : float
+        Log evidence that it brings on average.
+    size : float [m]
+        RMS of the whole effect that this is told for.
+    """
 
     words: str
     causes: tuple[str, ...]
     separation: float
+    size: float = 0.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -251,8 +263,8 @@ class Diagnosis(Shown):
             },
             "candidates": [_ranked(one) for one in self.candidates],
             "next_experiment": self.experiments[0].words if self.experiments else None,
-            "experiments": [{"words": one.words, "causes": list(one.causes), "separation": one.separation}
-                            for one in self.experiments],
+            "experiments": [{"words": one.words, "causes": list(one.causes), "separation": one.separation,
+                             "size_um": one.size * UM} for one in self.experiments],
             "detection_limits_um": {one.cause: one.visible * UM for one in self.limits},
             "confusions": [{"causes": list(one.causes), "separation": one.separation} for one in self.confusions],
             "noise_um": {"white": self.noise.white * UM, "landing": self.noise.landing * UM,

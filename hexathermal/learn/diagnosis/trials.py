@@ -75,6 +75,9 @@ class Cause:
         Whether thermometers that wander from run to run can feign it, where runs have one zero.
     words : str
         The effect in a sentence of the report, with ``{target}`` where it sits.
+    readings : int
+        Of the whole effect in that measurement, each with noise of its own, while what looks alike holds still; 0
+        where the measurement shows the fault itself: a finger, a pulse.
     """
 
     name: str
@@ -86,6 +89,7 @@ class Cause:
     words: str
     thermal: bool = False
     wanders: bool = False
+    readings: int = 0
 
 
 @dataclass(frozen=True, eq=False)

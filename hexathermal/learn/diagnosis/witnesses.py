@@ -103,6 +103,18 @@ class Witnesses:
                        both=min(drift, sure) * trial.fault, seconded=self._gain(trial, trial.target) * trial.fault,
                        withheld=most - drift)  # fmt: skip
 
+    def would_say(self, trial: Trial, amplitude: float) -> float:
+        """Return the log evidence that the parity would have on average for a fault of an amplitude in the drift.
+
+        ``1/2 (error / t)^2`` with t the RMS of what the parity of a sound thermometer shows of the same; 0 where an
+        error in the drift and one in the parity are no one number.
+        """
+        shown = self._shown(trial, trial.target)
+        if trial.target is None or shown is None or not trial.in_parity:
+            return 0.0
+        error = amplitude / self.bench.slopes[trial.target] * trial.in_parity
+        return float(min(0.5 * error**2 / self._chance(trial, shown), MOST_PARITY))
+
     def parity(self, trial: Trial) -> float:
         """Return the log evidence of the parity for a trial, less what other sensors show of the same by chance."""
         return self._parities(trial)[0]

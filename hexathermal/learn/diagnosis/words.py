@@ -73,6 +73,11 @@ UNITS = {"time_constant_s": "s", "pitch_m": "m", "time_s": "s", "offset_s": "s",
          "middle_degC": "degC", "width_K": "K"}  # fmt: skip
 
 
+def amplitudes_of(shape: str, count: int) -> tuple[tuple[str, ...], str, float]:
+    """Return names, unit and factor of a shape's amplitudes; of a shape that has none here, micrometres for a unit."""
+    return AMPLITUDES.get(shape, (tuple(f"amplitude_{k + 1}_um" for k in range(count)), "um", UM))
+
+
 def effect_of(found: Found, stage: Stage, final: Stage, covariance: FloatArray, mean: FloatArray) -> Effect:
     """Return a named cause with its parameters.
 
@@ -90,7 +95,7 @@ def effect_of(found: Found, stage: Stage, final: Stage, covariance: FloatArray, 
     parameters, settings = _set(found, stage)
     amplitudes, spread = _amplitudes(found, final, mean, covariance)
     if trial.shape:
-        names, unit, factor = AMPLITUDES[trial.shape]
+        names, unit, factor = amplitudes_of(trial.shape, len(amplitudes))
         if stage.view.kind != "leg" and unit in ("1/K", "1/K^2"):
             # a part without a stroke: lengths for a kelvin
             unit, factor = unit.replace("1/", "um/"), UM

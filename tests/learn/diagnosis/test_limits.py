@@ -15,7 +15,7 @@ from hexathermal.learn.diagnosis.chance import chance_threshold
 from hexathermal.learn.diagnosis.course import Course
 from hexathermal.learn.diagnosis.deciding import Decision, decided
 from hexathermal.learn.diagnosis.evidence import LEAST, visible
-from hexathermal.learn.diagnosis.limits import limits_of
+from hexathermal.learn.diagnosis.limits import _confused, _shapes_of, limits_of
 from hexathermal.learn.diagnosis.next_experiments import next_experiments
 from hexathermal.learn.diagnosis.result import Candidate, Confusion, Limit
 from hexathermal.learn.diagnosis.stage import Stage
@@ -102,14 +102,54 @@ def test_nameless_shapes_follow_something_and_are_no_cause() -> None:
         assert np.ptp(trial.columns, axis=0).max() > 0.0
 
 
+def course_with(*found: object, refused: tuple[object, ...] = ()) -> Course:
+    """A course on the clean leg, as far as experiments ask for it."""
+    stage = clean()
+    last = SimpleNamespace(levels=stage.step.levels)
+    return cast(Course, SimpleNamespace(found=found, refused=refused, first=stage, last=last, threshold=threshold()))
+
+
 def test_an_experiment_stands_once_and_names_its_thermometers() -> None:
     """What decides the leader is not told again, without its thermometer, for a pair that the campaign confuses."""
-    course = cast(Course, SimpleNamespace(found=(None,), threshold=LEAST))
+    limits = (Limit("missing-sensor", 1e-7, 2e-7), Limit("swapped-sensors", 1e-7, 1e-7))
     leader = Candidate("swapped-sensors", "T06", 20.0, 0.9, 1e-7, {"other": "T08"})
     pair = Confusion(("missing-sensor", "swapped-sensors"), 0.0)
-    found = next_experiments(course, (pair,), (leader, Candidate("missing-sensor", "T03", 5.0, 0.1, 1e-7, {})))
+    candidates = (leader, Candidate("missing-sensor", "T03", 5.0, 0.1, 1e-7, {}))
+    found = next_experiments(course_with(None), limits, (pair,), candidates)
     assert [one.words for one in found] == [
         "Warm T06 or T08 with a finger.",
         "Heat the part near T03 alone.",
     ]
-    assert [one.separation for one in found] == [20.0, LEAST]
+    assert [one.size for one in found] == pytest.approx([1e-7, 4e-7])
+
+
+def test_an_experiment_promises_more_for_a_larger_effect_and_more_readings() -> None:
+    """Half the readings times the square of the whole effect over the noise of a landing; a finger decides."""
+    levels, rows = clean().step.levels, float(np.median(clean().channel.rows))
+    noise = np.sqrt(levels.white**2 / rows + levels.landing**2 + levels.slow**2)
+    sizes = {"backlash": 0.3 * noise, "zero-drift": 0.3 * noise, "clock-offset": 0.3 * noise}
+    limits = tuple(Limit(name, 0.25 * size, 0.5 * size) for name, size in sizes.items())
+    told = {one.causes[0]: one.separation for one in next_experiments(course_with(), limits, (), ())}
+    assert told["backlash"] == pytest.approx(0.5 * 40 * 0.3**2)
+    assert told["zero-drift"] == pytest.approx(0.5 * 12 * 0.3**2)
+    assert told["clock-offset"] == 150.0
+
+
+def test_what_runs_left_out_refused_is_asked_next() -> None:
+    """A cause above chance that foretold no better comes before pairs that the campaign confuses."""
+    suspect = SimpleNamespace(cause="hidden-heat", best=SimpleNamespace(visible=1e-7))
+    limits = (Limit("hidden-heat", 1e-7, 2e-7), Limit("creep", 1e-7, 1e-7), Limit("backlash", 1e-7, 1e-7))
+    found = next_experiments(course_with(refused=(suspect,)), limits, (Confusion(("creep", "backlash"), 1.0),), ())
+    assert [one.causes[0] for one in found] == ["hidden-heat", "creep", "creep"]
+    assert found[0].size == pytest.approx(2e-7)
+
+
+def test_other_witnesses_than_the_drift_tell_causes_apart() -> None:
+    """Of a leg whose thermometers are sound, their parity would tell a drifting one from a drifting zero."""
+    stage = Stage(viewed("finite_volume", 21, (), 1.0)[0])
+    shapes = _shapes_of(stage, stage.step.levels, LEAST)[1]
+    pair = {name: shapes[name] for name in ("sensor-drift", "zero-drift")}
+    drift = pair["sensor-drift"]
+    alone = pair | {"sensor-drift": replace(drift, witness=0.0 * drift.witness)}
+    (weaker,) = _confused(alone)
+    assert not _confused(pair) or _confused(pair)[0].separation > weaker.separation + 1.0

@@ -17,8 +17,9 @@ CAUSE = Cause(
         "missing-sensor",
         "zero-drift",
     ),
-    experiment="Tilt the target by hand at constant temperature, or turn the beams by 60 degrees and repeat.",
+    experiment="Tilt the target by hand ten times at constant temperature, or turn the beams by 60 degrees and repeat.",
     words="tilt of the target leaks into the mean of the beams",
+    readings=10,
 )
 
 

@@ -22,8 +22,9 @@ CAUSE = Cause(
         "frame-expansion",
         "zero-drift",
     ),
-    experiment="Leave the leg at rest for a day on which the weather changes, and compare with a refractometer.",
+    experiment="A day at rest on which the weather changes, compared with a refractometer every hour.",
     words="the index of refraction of air was not applied over the whole path",
+    readings=24,
 )
 
 

@@ -19,6 +19,7 @@ CAUSE = Cause(
     ),
     experiment="Approach the same positions from both sides, twenty times, without warming.",
     words="the leg stops in another place when it comes from the other side",
+    readings=40,
 )
 
 

@@ -27,6 +27,7 @@ CAUSE = Cause(
     experiment="One move, then half an hour of rest, ten times, without warming.",
     words="the leg relaxes after each move",
     thermal=True,
+    readings=20,
 )
 
 TIMES_S = (20.0, 45.0, 100.0, 220.0, 480.0, 1000.0, 2000.0, 4400.0)

@@ -29,6 +29,7 @@ CAUSE = Cause(
     experiment="Let the room step by 2 K with the leg at rest and unheated; fix a thermometer on the frame.",
     words="the bench follows the temperature of the room",
     thermal=True,
+    readings=6,
 )
 
 TIMES_S = (0.0, 600.0, 1800.0, 5400.0, 14400.0)

@@ -27,6 +27,7 @@ CAUSE = Cause(
     experiment="Move for an hour and rest for two, twice, and fix one more thermometer near the nut or the motor.",
     words="heat of {target} is stored where no thermometer sees it",
     thermal=True,
+    readings=12,
 )
 
 TIMES_S = (120.0, 240.0, 480.0, 960.0, 1920.0, 3840.0, 7680.0, 15360.0)

@@ -19,6 +19,7 @@ CAUSE = Cause(
     experiment="Heat the part near that thermometer alone.",
     words="the temperature at {target}, which the law does not read, moves the part",
     thermal=True,
+    readings=10,
 )
 
 

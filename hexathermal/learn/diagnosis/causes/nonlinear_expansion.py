@@ -24,6 +24,7 @@ CAUSE = Cause(
     experiment="Soak at three or more temperatures, at rest.",
     words="the expansion is not proportional to the temperature at {target}",
     thermal=True,
+    readings=6,
 )
 
 STANDARD_DEGC = 20.0

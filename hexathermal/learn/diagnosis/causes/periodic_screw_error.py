@@ -25,8 +25,9 @@ CAUSE = Cause(
         "scale-error",
         "backlash",
     ),
-    experiment="Steps of a fraction of the pitch over three pitches, without warming.",
+    experiment="Steps of an eighth of the pitch over three pitches, without warming.",
     words="an error repeats with the displacement",
+    readings=24,
 )
 
 LONGEST_M, SHORTEST_M = 0.040, 0.00125

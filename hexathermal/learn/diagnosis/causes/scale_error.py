@@ -18,8 +18,9 @@ CAUSE = Cause(
         "periodic-screw-error",
         "air-refraction",
     ),
-    experiment="The whole stroke up and down within minutes, before any warming.",
+    experiment="The whole stroke up and down within minutes, ten times, before any warming.",
     words="the scale of the displacement is wrong by a constant part",
+    readings=20,
 )
 
 

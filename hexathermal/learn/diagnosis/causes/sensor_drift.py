@@ -30,6 +30,7 @@ CAUSE = Cause(
     experiment="Read the thermometer beside a second one for a day at constant temperature.",
     words="the reading of {target} drifts",
     thermal=True,
+    readings=24,
 )
 
 SLOW_S = 1800.0

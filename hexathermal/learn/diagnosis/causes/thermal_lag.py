@@ -36,6 +36,7 @@ CAUSE = Cause(
     ),
     words="{target} and the part behind it do not warm together",
     thermal=True,
+    readings=10,
 )
 
 TIMES_S = (15.0, 30.0, 60.0, 120.0, 240.0, 480.0, 960.0, 1920.0, 3840.0, 7680.0, 15360.0)

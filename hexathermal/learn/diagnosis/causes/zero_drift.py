@@ -19,6 +19,7 @@ CAUSE = Cause(
     experiment="A night at rest at constant temperature.",
     words="the zero drifts with time",
     wanders=True,
+    readings=12,
 )
 
 

@@ -25,6 +25,7 @@ CAUSE = Cause(
     ),
     experiment="Return to the first position and temperature after the run: the step stays.",
     words="the zero jumps in {target}",
+    readings=2,
 )
 
 MOST_MOMENTS = 960
