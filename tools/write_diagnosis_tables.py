@@ -107,8 +107,10 @@ def constants_table() -> str:
 
 def catalogue_table() -> str:
     """Return the catalogue: physics, signature, parameters, what it is confused with, and the experiment."""
-    lines = ["| cause | physics | signature | parameters: what is known before | confused with | what decides | readings |",
-             "|---|---|---|---|---|---|---|"]  # fmt: skip
+    head = (
+        "| cause | physics | signature | parameters: what is known before | confused with | what decides | readings |"
+    )
+    lines = [head, "|---|---|---|---|---|---|---|"]
     for name, module in catalogue().items():
         cause = module.CAUSE
         known = "; ".join(f"`{one.name}` [{one.unit}]: {one.prior}" for one in cause.parameters)

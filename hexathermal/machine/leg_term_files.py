@@ -50,7 +50,8 @@ PARAMETERS: dict[str, dict[str, str]] = {
 
 POSITIVE = {
     "lag": ("time_constant_s", "order"), "lead": ("time_constant_s",), "foretold": ("time_constant_s", "order"),
-    "relaxation": ("time_constant_s",), "periodic": ("pitch_mm",), "wave": ("pitch_mm",), "bend": ("width_K",), "direction": ("play_mm",),
+    "relaxation": ("time_constant_s",), "periodic": ("pitch_mm",), "wave": ("pitch_mm",), "bend": ("width_K",),
+    "direction": ("play_mm",),
 }  # fmt: skip
 """Parameters that must be above 0; other time constants may be 0, which stands for no delay."""
 

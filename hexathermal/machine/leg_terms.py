@@ -303,7 +303,7 @@ def time(signals: LegSignals, parameters: Mapping[str, Any], memory: Memory) -> 
 SHAPES: dict[str, Shape] = {
     "lag": lag, "lead": lead, "foretold": foretold, "temperature": temperature, "expansion": expansion,
     "stored-heat": stored_heat, "square": square, "bend": bend, "room": room,
-    "air-index": air_index, "tilt": tilt, "direction": direction, "periodic": periodic, "wave": wave, "position": position,
-    "relaxation": relaxation, "time": time,
+    "air-index": air_index, "tilt": tilt, "direction": direction, "periodic": periodic, "wave": wave,
+    "position": position, "relaxation": relaxation, "time": time,
 }  # fmt: skip
 """Shapes of terms by name."""

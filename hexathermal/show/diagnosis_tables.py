@@ -37,7 +37,7 @@ def ranking_table(found: Diagnosis, pretty: bool) -> Table:
 
 
 def visible_words(found: Diagnosis, k: int) -> str:
-    """Return what stays visible of a candidate [um], with its 95 % interval where amplitudes tell it: not where data are mended."""
+    """Return what stays visible of a candidate [um], with its 95 % interval; of mended data only where named."""
     from hexathermal.learn.diagnosis.words import two_digits
 
     one: Candidate = found.candidates[k]

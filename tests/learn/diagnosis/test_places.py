@@ -55,9 +55,11 @@ def diagnosed(folder: Path, pitch: float | None) -> Diagnosis:
 def test_the_common_step_of_places_is_found(step: float, first: float) -> None:
     """Whatever the first place is, and however many steps the moves have; no step is found of places anywhere."""
     view, _ = viewed("quiet", 12, (), 1.0)
-    assert common_step(view) is None and alias_words(view, 0.004) is None
+    assert common_step(view) is None
+    assert alias_words(view, 0.004) is None
     found = common_step(on_a_grid(view, step, first))
-    assert found is not None and found[0] == pytest.approx(step, rel=1e-6)
+    assert found is not None
+    assert found[0] == pytest.approx(step, rel=1e-6)
 
 
 def test_trials_differ_at_the_places_that_were_visited() -> None:
@@ -66,7 +68,8 @@ def test_trials_differ_at_the_places_that_were_visited() -> None:
     grid = on_a_grid(view, STEP, 0.0037)
     trials = list(periodic_screw_error.trials(Workbench(grid, np.ones(2 * len(answer.base)), 1e-7)))
     pitches = [trial.parameters["pitch_m"] for trial in trials]
-    assert min(pitches) == pytest.approx(2.0 * STEP) and len(trials) > 10
+    assert min(pitches) == pytest.approx(2.0 * STEP)
+    assert len(trials) > 10
     for trial in trials:
         assert np.linalg.svd(trial.columns - trial.columns.mean(axis=0), compute_uv=False)[-1] > 0.1
 
