@@ -23,10 +23,14 @@ from hexathermal.show.diagnosis_words import (
 )
 from hexathermal.show.report_chart import Chart
 from hexathermal.show.report_diagnosis_charts import disturbances_chart, gain_chart, limits_chart, ranking_chart
+from hexathermal.show.report_diagnosis_fields import wrong_fields
 from hexathermal.show.report_page import Report, Section
 
 MOST_LIMITS = 40
 """Limits of a machine that the page lists; the JSON has all."""
+
+MOST_WRONG = 5
+"""Wrong fields that are listed; the rest is counted."""
 
 Facts = dict[str, Any]
 
@@ -44,14 +48,22 @@ def diagnosis_report(told: Facts, place: Path) -> Report:
     Raises
     ------
     FileFormatError
-        It lacks what a diagnosis has.
+        It lacks what a diagnosis has; every such field is listed.
     """
+    if wrong := wrong_fields(told):
+        raise _unreadable(place, wrong)
     try:
         return _report(told, place)
-    except (KeyError, TypeError, ValueError, AttributeError) as error:
-        what = f"{error} is missing" if isinstance(error, KeyError) else str(error)
-        words = f"no diagnosis that can be read: {what}; write it anew with 'diagnose'"
-        raise FileFormatError(str(place), (Problem(1, 1, words),)) from None
+    except (KeyError, TypeError, ValueError, AttributeError, IndexError):
+        raise _unreadable(place, ("the settings of a cause, or what it is named, are of no diagnosis",)) from None
+
+
+def _unreadable(place: Path, wrong: tuple[str, ...]) -> FileFormatError:
+    """Return the error about fields that are no diagnosis's."""
+    more = f" (and {len(wrong) - MOST_WRONG} more)" if len(wrong) > MOST_WRONG else ""
+    words = f"no diagnosis that can be read: {'; '.join(wrong[:MOST_WRONG])}{more}; write it anew with 'diagnose'"
+    file = place / "diagnosis.json" if place.is_dir() else place
+    return FileFormatError(str(file), (Problem(1, 1, words),))
 
 
 def _report(told: Facts, place: Path) -> Report:
