@@ -2,10 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from itertools import pairwise
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from hexathermal.compare.bench_runs import CONTACT_ERROR
+from hexathermal.poses import FloatArray
 from hexathermal.show.figures import BLACK, BLUE, GREEN, GREY, PURPLE, STYLE, VERMILION
 
 if TYPE_CHECKING:
@@ -14,14 +18,26 @@ if TYPE_CHECKING:
 
     from hexathermal.compare.bench_runs import RunCurves
     from hexathermal.compare.comparison import Comparison
+    from hexathermal.compare.differences import ParameterFound
     from hexathermal.compare.scores import ComparedRun
 
 COLUMNS = 3
 SHOWN_ROWS = 1500
 """Rows of a run that are drawn."""
 
-GAP_H = 0.2
-"""Lines are not drawn across so many hours without settled rows."""
+GAP_H, GAP_STEPS = 0.2, 2.5
+"""Lines are not drawn across so many hours without settled rows, nor across less than so many usual steps."""
+
+MEANS = 120
+"""Residuals are drawn as so many means of rows."""
+
+STANDING_OUT = (VERMILION, BLUE, GREEN, PURPLE, BLACK)
+"""Colours of the thermocouples with the largest residuals; all others are grey."""
+
+OTHERS = "#BDBDBD"
+
+FACTORS, FARTHEST = (0.2, 5.0), (0.05, 20.0)
+"""The axis of factors goes from here to here at least; what is not named widens it no farther than that."""
 
 
 def channels_figure(found: Comparison, run: ComparedRun) -> Figure:
@@ -69,17 +85,36 @@ def _channel(curves: RunCurves, k: int) -> Any:
 
 def _pair(axes: Axes, hours: Any, run: ComparedRun, k: int, thin: slice, changed: bool) -> None:
     """Draw one channel."""
-    # no line across hours without settled rows
-    gap = np.flatnonzero(np.diff(hours[thin]) > GAP_H) + 1
-
-    def broken(values: Any) -> Any:
-        return np.insert(np.asarray(values[thin], dtype=np.float64), gap, np.nan)
-
-    time = broken(hours)
-    axes.plot(hours[thin], _channel(run.measured, k)[thin], ".", color=BLACK, ms=1.2, label="measured")
-    axes.plot(time, broken(_channel(run.before, k)), color=VERMILION, lw=1.1, ls="--", label="bench as it is")
+    shown = hours[thin]
+    starts = piece_starts(shown)
+    axes.plot(shown, _channel(run.measured, k)[thin], ".", color=BLACK, ms=1.2, label="measured")
+    _pieces(
+        axes, shown, _channel(run.before, k)[thin], starts, color=VERMILION, lw=1.1, ls="--", label="bench as it is"
+    )
     if changed:
-        axes.plot(time, broken(_channel(run.after, k)), color=BLUE, lw=1.2, label="with what was named")
+        _pieces(axes, shown, _channel(run.after, k)[thin], starts, color=BLUE, lw=1.2, label="with what was named")
+
+
+def piece_starts(hours: FloatArray) -> list[int]:
+    """Return the rows with which pieces begin, between which time passes without settled rows; the first is 0.
+
+    Parameters
+    ----------
+    hours : array, shape (n,) [h]
+    """
+    step = np.diff(hours)
+    gap = max(GAP_H, GAP_STEPS * float(np.median(step))) if len(step) else GAP_H
+    return [0, *(np.flatnonzero(step > gap) + 1).tolist()]
+
+
+def _pieces(axes: Axes, hours: Any, values: Any, starts: list[int], **look: Any) -> None:
+    """Draw a curve in pieces; one of a single point is a dot."""
+    gaps = np.array(starts[1:], dtype=np.int64)
+    values = np.asarray(values, dtype=np.float64)
+    axes.plot(np.insert(hours, gaps, np.nan), np.insert(values, gaps, np.nan), **look)
+    alone = [start for start, end in pairwise([*starts, len(hours)]) if end - start == 1]
+    if alone:
+        axes.plot(hours[alone], values[alone], ".", color=look["color"], ms=3.0)
 
 
 def residuals_figure(found: Comparison, run: ComparedRun) -> Figure:
@@ -97,14 +132,18 @@ def residuals_figure(found: Comparison, run: ComparedRun) -> Figure:
     stages = [("bench as it is", run.before)] + ([("with what was named", run.after)] if found.differences else [])
     hours = run.time / 3600.0
     with mpl.rc_context(STYLE):
-        figure = Figure(figsize=(4.2 * len(stages) + 0.8, 2.1 * (len(parts) + 1) + 0.5), layout="constrained")
+        figure = Figure(figsize=(4.2 * len(stages) + 1.5, 2.1 * (len(parts) + 1) + 0.5), layout="constrained")
         axes = figure.subplots(len(parts) + 1, len(stages), sharex=True, sharey="row", squeeze=False)
-        for column, (stage, curves) in enumerate(stages):
-            for line, part in enumerate([*parts, "drift"]):
+        for line, part in enumerate([*parts, "drift"]):
+            looks = _looks(found, run, [curves for _stage, curves in stages], part)
+            for column, (stage, curves) in enumerate(stages):
                 one = axes[line, column]
                 one.axhline(0.0, color=GREY, lw=0.6)
-                _residuals(one, found, run, curves, part)
+                _residuals(one, run, curves, looks)
                 one.set_title(f"{part}: {stage}")
+            if part != "drift":
+                _names_beside(axes[line, -1], found, looks)
+        for column in range(len(stages)):
             axes[-1, column].set_xlabel("time (h)")
             axes[-1, column].set_xlim(0.0, float(hours[-1]))
         for line in range(len(parts)):
@@ -114,34 +153,67 @@ def residuals_figure(found: Comparison, run: ComparedRun) -> Figure:
     return figure
 
 
-def _residuals(axes: Axes, found: Comparison, run: ComparedRun, curves: RunCurves, part: str) -> None:
-    """Draw the residuals of one part as means over some minutes, coloured from foot to top."""
-    width = max(1, len(run.time) // 120)
-    count = len(run.time) // width * width
+def _looks(found: Comparison, run: ComparedRun, stages: list[RunCurves], part: str) -> dict[int, str]:
+    """Return the colour of each channel of a part, in the order in which they are drawn: those that stand out last.
+
+    These have the largest residuals (RMS) of the bench as it is, and then of the last stage.
+    """
+    if part == "drift":
+        return {len(found.placed.places): VERMILION}
+    own = [k for k, place in enumerate(found.placed.places) if place[0] == part]
+    most = len(STANDING_OUT)
+    first = _largest(own, run, stages[0])[: most // 2 + 1]
+    chosen = sorted([*first, *(k for k in _largest(own, run, stages[-1]) if k not in first)][:most])
+    grey = {k: OTHERS for k in own if k not in chosen}
+    return grey | dict(zip(chosen, STANDING_OUT, strict=False))
+
+
+def _largest(channels: list[int], run: ComparedRun, curves: RunCurves) -> list[int]:
+    """Return channels by the RMS of their residuals, the largest first."""
+
+    def square(k: int) -> float:
+        rest = _channel(curves, k) - _channel(run.measured, k)
+        good = rest[np.isfinite(rest)]
+        return float(np.mean(good**2)) if len(good) else 0.0
+
+    return sorted(channels, key=square, reverse=True)
+
+
+def _residuals(axes: Axes, run: ComparedRun, curves: RunCurves, looks: dict[int, str]) -> None:
+    """Draw the residuals of some channels as means over some minutes, none across times without settled rows."""
+    hours = run.time / 3600.0
+    width, rows = max(1, len(hours) // MEANS), piece_starts(hours)
+    # the last mean of a piece takes a short rest along
+    bins = [np.arange(start, max(start + 1, end - width // 2), width) for start, end in pairwise([*rows, len(hours)])]
+    first = np.concatenate(bins)
+    starts = np.cumsum([0, *(len(one) for one in bins[:-1])]).tolist()
 
     def smooth(values: Any) -> Any:
-        cut = values[:count].reshape(-1, width)
-        good = np.isfinite(cut)
+        good = np.isfinite(values)
         with np.errstate(divide="ignore", invalid="ignore"):
-            return np.where(good, cut, 0.0).sum(axis=1) / good.sum(axis=1)
+            return np.add.reduceat(np.where(good, values, 0.0), first) / np.add.reduceat(good.astype(float), first)
 
-    hours = smooth(run.time) / 3600.0
-    if part == "drift":
-        axes.plot(hours, smooth(curves.drift - run.measured.drift) * 1e6, color=VERMILION, lw=1.1)
-        return
-    own = [k for k, place in enumerate(found.placed.places) if place[0] == part]
-    foot, top = np.array([0xD5, 0x5E, 0x00]) / 255.0, np.array([0x00, 0x72, 0xB2]) / 255.0
-    for order, k in enumerate(own):
-        share = order / max(1, len(own) - 1)
-        name = found.sensors[k] if order in (0, len(own) - 1) else None
-        axes.plot(hours, smooth(curves.rises[:, k] - run.measured.rises[:, k]), lw=0.9,
-                  color=tuple((1.0 - share) * foot + share * top), label=name)  # fmt: skip
-    # beside the title: curves fill the panel
-    axes.legend(loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=2, fontsize=7.5, borderaxespad=0.1)
+    middle = smooth(hours)
+    for k, colour in looks.items():
+        rest = smooth(_channel(curves, k) - _channel(run.measured, k))
+        _pieces(axes, middle, rest, starts, color=colour, lw=0.8 if colour == OTHERS else 1.2)
+
+
+def _names_beside(axes: Axes, found: Comparison, looks: dict[int, str]) -> None:
+    """Name the channels that stand out beside a panel."""
+    from matplotlib.lines import Line2D
+
+    named = {found.sensors[k]: colour for k, colour in looks.items() if colour != OTHERS}
+    rest = {"others": OTHERS} if len(named) < len(looks) else {}
+    lines = [Line2D([], [], color=colour, lw=1.4, label=name) for name, colour in (named | rest).items()]
+    axes.legend(handles=lines, loc="upper left", bbox_to_anchor=(1.01, 1.0), handlelength=1.4, borderaxespad=0.1)
 
 
 def parameters_figure(found: Comparison) -> Figure:
-    """Return a figure of all physical numbers: factor with its 95 % interval, and from where it would be named.
+    """Return a figure of all physical numbers, and of what was named besides, with 95 % intervals.
+
+    Factors stand on an axis that holds every one that was named; thermocouples that were named below, by the part by
+    which they follow the air.
 
     Parameters
     ----------
@@ -150,41 +222,77 @@ def parameters_figure(found: Comparison) -> Figure:
     import matplotlib as mpl
     from matplotlib.figure import Figure
 
-    shown = [one for one in found.parameters if not one.target][::-1]
+    factors = [one for one in found.parameters if not one.target][::-1]
+    sensors = [one for one in found.parameters if one.target and one.named][::-1]
+    count = [len(factors), len(sensors)] if sensors else [len(factors)]
     with mpl.rc_context(STYLE):
-        figure = Figure(figsize=(7.4, 0.9 + 0.27 * len(shown)), layout="constrained")
-        axes = figure.subplots()
-        axes.set_xscale("log")
-        low, high = 0.2, 5.0
-        for k, one in enumerate(shown):
-            edges = np.clip([max(one.limit_low, 1e-9), one.limit_high], low, high)
-            axes.barh(k, edges[1] - edges[0], left=edges[0], height=0.72, color="#ECECEC", zorder=1)
-            colour = VERMILION if one.named else BLACK
-            ends = np.clip([one.low, one.high], low, high)
-            axes.plot(ends, [k, k], color=colour, lw=2.2 if one.named else 1.0, zorder=3)
-            marker = "<" if one.value < low else ">" if one.value > high else "o"
-            axes.plot(np.clip(one.value, low, high), k, marker, color=colour, ms=5.0 if one.named else 3.0, zorder=4,
-                      clip_on=False)  # fmt: skip
-            for arrow, edge, beyond in (("<", low, one.low < low), (">", high, one.high > high)):
-                if beyond and marker == "o":
-                    axes.plot(edge, k, arrow, color=colour, ms=4.0, zorder=3, clip_on=False)
-            if marker != "o":
-                side = (8, "left") if marker == "<" else (-8, "right")
-                axes.annotate(f"{one.value:.2g}", (np.clip(one.value, low, high), k), (side[0], 0), ha=side[1],
-                              textcoords="offset points", va="center", fontsize=7.5, color=colour)  # fmt: skip
-            if one.alike:
-                names = ", ".join(name for name, _value in one.alike)
-                axes.annotate(f"not separated from {names}", (1.0, k), (5, 0), xycoords=("axes fraction", "data"),
-                              textcoords="offset points", va="center", fontsize=7.0, color=PURPLE,
-                              annotation_clip=False)  # fmt: skip
-        axes.axvline(1.0, color=GREEN, lw=0.9)
-        axes.set_yticks(range(len(shown)), [one.name for one in shown])
-        for tick, one in zip(axes.get_yticklabels(), shown, strict=True):
-            tick.set_color(VERMILION if one.named else BLACK)
-        axes.set_xlim(low, high)
-        axes.set_xticks([0.2, 0.5, 1.0, 2.0, 5.0], ["0.2", "0.5", "1", "2", "5"])
-        axes.minorticks_off()
-        axes.set_ylim(-0.6, len(shown) - 0.4)
-        axes.set_xlabel("factor on the bench's number, 95 % interval\n(grey: too small to be named; orange: named)")
-        axes.set_title(f"{found.title}: the bench's numbers")
+        height = 0.9 + 0.27 * len(factors) + (0.75 + 0.27 * len(sensors) if sensors else 0.0)
+        figure = Figure(figsize=(7.4, height), layout="constrained")
+        top, *below = figure.subplots(len(count), 1, height_ratios=count, squeeze=False).ravel()
+        low, high = factor_axis(factors)
+        top.set_xscale("log")
+        _rows(top, factors, (low, high))
+        top.axvline(1.0, color=GREEN, lw=0.9)
+        top.set_xticks(*_factor_ticks(low, high))
+        top.minorticks_off()
+        top.set_xlabel("factor on the bench's number, 95 % interval\n(grey: too small to be named; orange: named)")
+        top.set_title(f"{found.title}: the bench's numbers")
+        for axes in below:
+            ends = [
+                CONTACT_ERROR,
+                *(end for one in sensors for end in (one.low, one.high, one.limit_low, one.limit_high)),
+            ]
+            wide = 0.05 * (max(ends) - min(ends))
+            _rows(axes, sensors, (min(ends) - wide, max(ends) + wide))
+            axes.axvline(CONTACT_ERROR, color=GREEN, lw=0.9)
+            axes.set_xlabel("part by which a thermocouple follows the air, 95 % interval (green: as usual)")
     return figure
+
+
+def factor_axis(shown: Sequence[ParameterFound]) -> tuple[float, float]:
+    """Return the ends of the axis of factors: every named one with its interval, others as far as `FARTHEST`.
+
+    Parameters
+    ----------
+    shown : sequence of ParameterFound
+    """
+    ends = [*FACTORS]
+    for one in shown:
+        ends += [one.low, one.high] if one.named else np.clip([one.low, one.high], *FARTHEST).tolist()
+    return min(ends) / 1.1 if min(ends) < FACTORS[0] else FACTORS[0], max(ends) * 1.1 if max(ends) > FACTORS[
+        1
+    ] else FACTORS[1]
+
+
+def _factor_ticks(low: float, high: float) -> tuple[list[float], list[str]]:
+    """Return ticks of the axis of factors, and their words."""
+    decades = range(int(np.floor(np.log10(low))), int(np.ceil(np.log10(high))) + 1)
+    steps = (1.0, 2.0, 5.0) if high < 1e4 * low else (1.0,)
+    ticks = [step * 10.0**decade for decade in decades for step in steps]
+    ticks = [tick for tick in ticks if low * 0.999 <= tick <= high * 1.001]
+    return ticks, [f"{tick:.4g}" for tick in ticks]
+
+
+def _rows(axes: Axes, shown: Sequence[ParameterFound], ends: tuple[float, float]) -> None:
+    """Draw numbers with their intervals, a row each, the first at the bottom."""
+    low, high = ends
+    for k, one in enumerate(shown):
+        edges = np.clip([max(one.limit_low, 1e-9) if low > 0.0 else one.limit_low, one.limit_high], low, high)
+        axes.barh(k, edges[1] - edges[0], left=edges[0], height=0.72, color="#ECECEC", zorder=1)
+        colour = VERMILION if one.named else BLACK
+        axes.plot(np.clip([one.low, one.high], low, high), [k, k], color=colour, lw=2.2 if one.named else 1.0, zorder=3)
+        if low <= one.value <= high:
+            axes.plot(one.value, k, "o", color=colour, ms=5.0 if one.named else 3.0, zorder=4)
+        for arrow, edge, beyond in (("<", low, one.low < low), (">", high, one.high > high)):
+            if beyond:
+                axes.plot(edge, k, arrow, color=colour, ms=4.0, zorder=3, clip_on=False)
+        if one.alike:
+            names = ", ".join(name for name, _value in one.alike)
+            axes.annotate(f"not separated from {names}", (1.0, k), (5, 0), xycoords=("axes fraction", "data"),
+                          textcoords="offset points", va="center", fontsize=7.0, color=PURPLE,
+                          annotation_clip=False)  # fmt: skip
+    axes.set_yticks(range(len(shown)), [f"{one.name} {one.target}".strip() for one in shown])
+    for tick, one in zip(axes.get_yticklabels(), shown, strict=True):
+        tick.set_color(VERMILION if one.named else BLACK)
+    axes.set_xlim(low, high)
+    axes.set_ylim(-0.6, len(shown) - 0.4)

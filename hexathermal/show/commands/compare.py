@@ -32,7 +32,8 @@ whose marks in these data are alike by more than 0.95. See docs/compare.md.
 files of --plots DIR:
   parameters.png      factors of all numbers with intervals, and how large a difference would have been named
   RUN-channels.png    each run: every channel, measured, and simulated before and after
-  RUN-residuals.png   each run: simulated less measured, by part
+  RUN-residuals.png   each run: simulated less measured, by part; thermocouples with the largest are named
+White spaces between curves are times without a settled row.
 
 examples:
   hexathermal compare my-campaign
