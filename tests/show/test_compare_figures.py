@@ -101,7 +101,7 @@ def test_thermocouples_that_stand_out_are_named_in_their_colours(run: ComparedRu
 
 
 def test_all_that_was_named_is_inside_the_picture_of_the_numbers() -> None:
-    """Each named number, a thermocouple too, has its row, its whole interval is within the axis, and no text hides it."""
+    """Each named number, a thermocouple too, has its row, its whole interval is on the axis, and no text hides it."""
     figure = parameters_figure(comparison())
     rows = {label.get_text(): (axes, k) for axes in figure.axes for k, label in enumerate(axes.get_yticklabels())}
     assert set(rows) == {*(one.name for one in PARAMETERS[:4]), "sensor-reads-air T01"}
