@@ -182,6 +182,22 @@ def test_a_run_without_a_verdict_leaves_old_results_alone(files: list[str], tmp_
     assert not list(tmp_path.glob("*.part"))
 
 
+@pytest.mark.parametrize("text", ["notes\n", "", "<html><testsuites/></html>", '{"format": "x"}'])
+def test_a_file_that_is_no_earlier_result_is_kept(files: list[str], tmp_path: Path, text: str, capsys: Said) -> None:
+    """--junit replaces JUnit XML, of whatever writer, and nothing else but with --force."""
+    out = tmp_path / "out.xml"
+    out.write_text(text, encoding="utf-8")
+    assert cli.main([*files, "--junit", str(out)]) == 3
+    assert "exists and is no earlier JUnit XML" in capsys.readouterr().err
+    assert out.read_text(encoding="utf-8") == text
+    assert cli.main([*files, "--junit", str(out), "--force"]) == 0
+    assert ET.parse(out).getroot().tag == "testsuites"
+    for other in ("<testsuite name='a'/>", "\ufeff<?xml version='1.0'?>\n<!-- mine -->\n<testsuites>\n</testsuites>"):
+        out.write_text(other, encoding="utf-8")
+        assert cli.main([*files, "--junit", str(out)]) == 0
+        assert len(ET.parse(out).getroot()) == 1
+
+
 def test_help_teaches_both_files(capsys: Said) -> None:
     """After reading the help both files can be written; its example of a specification is one."""
     assert cli.main(["accept", "--help"]) == 0

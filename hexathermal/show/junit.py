@@ -8,12 +8,34 @@ from __future__ import annotations
 
 import re
 from collections import Counter
+from pathlib import Path
 from xml.etree import ElementTree as ET
 
 from hexathermal.predict.acceptance import FAIL, NOT_DECIDED, Acceptance, Result
 from hexathermal.show.acceptance_tables import label, place, sentence
 
 _NOT_XML = re.compile("[^\t\n\r\u0020-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]")
+
+
+_HEAD = re.compile(rb"\A(?:\xef\xbb\xbf)?(?:\s|<\?.*?\?>|<!--.*?-->)*<testsuites?[\s/>]", re.DOTALL)
+"""How a file of JUnit XML begins."""
+
+_HEAD_BYTES = 65536
+
+
+def is_junit(path: Path) -> bool:
+    """Whether a file is JUnit XML, by how it begins.
+
+    Parameters
+    ----------
+    path : Path
+        Of a plain file.
+    """
+    try:
+        with path.open("rb") as file:
+            return _HEAD.match(file.read(_HEAD_BYTES)) is not None
+    except OSError:
+        return False
 
 
 def junit(acceptance: Acceptance) -> bytes:

@@ -73,7 +73,9 @@ def add(commands: Any) -> None:
     accept.add_argument("measured", type=path, metavar="MEASURED", help="measured poses, CSV or .parquet")
     accept.add_argument("--spec", required=True, type=path, metavar="FILE", help="limits and decision rules")
     add_frames(accept, "axes in which poses are judged", "the point that is judged: the tool")
-    accept.add_argument("--junit", type=path, metavar="FILE", help="write JUnit XML for test systems")
+    accept.add_argument("--junit", type=path, metavar="FILE",
+                        help="write JUnit XML for test systems; an earlier one is replaced")  # fmt: skip
+    accept.add_argument("--force", action="store_true", help="overwrite files that are no earlier results")
 
 
 def run(arguments: argparse.Namespace, progress: Progress) -> Answer:
@@ -97,7 +99,9 @@ def run(arguments: argparse.Namespace, progress: Progress) -> Answer:
 
 
 def _check_targets(arguments: argparse.Namespace) -> None:
-    """Refuse result files that are read, or that are one and the same."""
+    """Refuse result files that are read, that are one and the same, or that are no earlier results."""
+    from hexathermal.show.junit import is_junit
+
     targets = {"--junit": arguments.junit, "--json": None if arguments.json in (None, "-") else Path(arguments.json)}
     named = {name: target for name, target in targets.items() if target is not None}
     for name, target in named.items():
@@ -107,3 +111,7 @@ def _check_targets(arguments: argparse.Namespace) -> None:
             raise ArgumentError(f"will not write {target} ({name}): it is one of the files that are read")
     if len(named) == 2 and len({target.resolve() for target in named.values()}) == 1:
         raise ArgumentError("--junit and --json name the same file; give two names")
+    if (there := arguments.junit) is not None and there.is_file() and not arguments.force and not is_junit(there):
+        raise ArgumentError(
+            f"--junit {there} exists and is no earlier JUnit XML; give another name, or --force to replace it"
+        )
