@@ -78,7 +78,8 @@ def diagnose(
         verdict, probability, effects, follows, candidates, base, extended, gained(base, extended, seen, read),
         reachable(campaign, last, held, base.sensors), last.levels, course.threshold, limits, confusions,
         next_experiments(course, limits, confusions, candidates),
-        run_residuals(campaign, course, rows, held, base, extended), campaign.title, (*_notes(course), *_unseen(course, rows, mute), *_cleaned((*rows, *judged))),
+        run_residuals(campaign, course, rows, held, base, extended), campaign.title,
+        (*_notes(course), *_unseen(course, rows, mute), *_cleaned((*rows, *judged))),
     )  # fmt: skip
 
 

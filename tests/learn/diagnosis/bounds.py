@@ -14,7 +14,7 @@ from benchmarks.hidden_rates import of_kind, stronger
 CHANCE = 1e-4
 """Chance that a diagnosis of the stated rate breaks one bound; there are ten."""
 
-SHORTFALL = 0.25
+SHORTFALL = 0.05
 """Stated probabilities may be so much above the rate of being right."""
 
 VISIBLE = 0.7
@@ -29,7 +29,7 @@ class Bound:
     ----------
     claim : str
     rate : float
-        As stated: measured over more draws, and taken below (above) that.
+        As stated: a little below (above) what 820 draws of these benches had (docs/diagnosis-figures.md and -later.md).
     least : bool
         Whether the rate is a least one.
     draws : function
@@ -82,16 +82,16 @@ def _named(one: Outcome) -> bool:
 
 
 BOUNDS = (
-    Bound("plain single effect, first name right", 0.60, True, _plain(ONE), _found),
-    Bound("faint single effect, first name right", 0.45, True, _faint, _found),
-    Bound("single effect, wrong name", 0.35, False, _all(ONE), lambda one: one.wrong),
-    Bound("nothing hidden, something named", 0.20, False, _all(CLEAN), _named),
-    Bound("plain effect outside the catalogue, unexplained", 0.45, True, _plain(OUTSIDE), _found),
-    Bound("outside the catalogue, something named", 0.40, False, _all(OUTSIDE), _named),
-    Bound("two effects, first name right", 0.55, True, _all(TWO), _found),
-    Bound("any effects, first name right", 0.60, True, lambda draws: of_kind(draws, ONE, TWO), _found),
-    Bound("worse than the law on runs never fitted", 0.15, False, list, lambda one: (one.gain or 0.0) < -0.02),
-    Bound("the same without their noise", 0.10, False, list, lambda one: (one.true_gain or 0.0) < -0.02),
+    Bound("plain single effect, first name right", 0.93, True, _plain(ONE), _found),
+    Bound("faint single effect, first name right", 0.72, True, _faint, _found),
+    Bound("single effect, wrong name", 0.04, False, _all(ONE), lambda one: one.wrong),
+    Bound("nothing hidden, something named", 0.03, False, _all(CLEAN), _named),
+    Bound("plain effect outside the catalogue, unexplained", 0.85, True, _plain(OUTSIDE), _found),
+    Bound("outside the catalogue, something named", 0.08, False, _all(OUTSIDE), _named),
+    Bound("two effects, first name right", 0.90, True, _all(TWO), _found),
+    Bound("any effects, first name right", 0.87, True, lambda draws: of_kind(draws, ONE, TWO), _found),
+    Bound("worse than the law on runs never fitted", 0.10, False, list, lambda one: (one.gain or 0.0) < -0.02),
+    Bound("the same without their noise", 0.04, False, list, lambda one: (one.true_gain or 0.0) < -0.02),
 )
 
 

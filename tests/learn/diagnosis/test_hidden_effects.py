@@ -17,8 +17,8 @@ from benchmarks.hidden_effects import CLEAN, KINDS, TESTED, Outcome
 from hexathermal.learn.diagnosis.causes import catalogue
 from tests.learn.diagnosis.bounds import BOUNDS, Bound, gains_of, overconfidence
 
-LEAST_GAIN = 0.5
-"""Median of a draw's gain over the oracle's, stated; that of 20 draws is above it in all but one of 1000 sets."""
+LEAST_GAIN, GAINED = 0.5, 0.65
+"""Part of the oracle's gain that a draw gains at least, and the part of draws that do, as stated: 0.75 of 395 did."""
 
 MOST_OVERCONFIDENCE = 4.0
 
@@ -51,13 +51,13 @@ def test_rates_are_as_stated(outcomes: list[Outcome], bound: Bound) -> None:
 
 
 def test_knowing_the_name_pays(outcomes: list[Outcome]) -> None:
-    """Where the truth would gain a tenth on runs never fitted, half of the draws gain half of that or more."""
+    """Where the truth would gain a tenth on runs never fitted, two in three draws gain half of that or more."""
     gains, oracle = gains_of(outcomes)
     if len(gains) < 8:
         pytest.skip(f"only {len(gains)} draws with something to gain")
     from scipy.stats import binom
 
-    assert (gains >= LEAST_GAIN * oracle).sum() >= binom.ppf(1e-4, len(gains), 0.5), np.round(gains / oracle, 2)
+    assert (gains >= LEAST_GAIN * oracle).sum() >= binom.ppf(1e-4, len(gains), GAINED), np.round(gains / oracle, 2)
 
 
 def test_probabilities_mean_what_they_say(outcomes: list[Outcome]) -> None:
@@ -78,6 +78,25 @@ def test_blind_diagnoses_break_the_bounds(outcomes: list[Outcome], verdict: str,
     guessed = blind(outcomes, verdict, rng)
     assert [bound.claim for bound in BOUNDS if bound.broken(guessed)]
     assert overconfidence(guessed) > MOST_OVERCONFIDENCE
+
+
+def drawn(cause: str, count: int) -> list[Outcome]:
+    """Draws that hide something plain, of which two in three get a wrong name and a law that is worse."""
+    told = Outcome("bench", 0, [cause] if cause else [], [1.0] if cause else [], "effect", ["zero-jump"], before=1.0)
+    better = {"after": 0.5, "true_before": 1.0, "true_after": 0.5}
+    worse = {"after": 1.5, "true_before": 1.0, "true_after": 1.5}
+    outside = cause.startswith("outside")
+    good = replace(told, verdict="unexplained" if outside else "effect" if cause else "none",
+                   names=[] if outside or not cause else [cause], **better)  # fmt: skip
+    return [replace(told, **worse) if k % 3 else good for k in range(count)]
+
+
+def test_a_diagnosis_that_errs_in_two_of_three_draws_breaks_all_bounds() -> None:
+    """With as many draws as a run of the tests has, each bound tells a diagnosis that is right in one of three."""
+    draws = drawn("creep", 30) + drawn("", 14) + drawn("outside: bump", 14)
+    draws += [replace(one, causes=["creep", "backlash"], strengths=[1.0, 1.0]) for one in drawn("creep", 14)]
+    draws += [replace(one, strengths=[0.5]) for one in drawn("creep", 14)]
+    assert [bound.claim for bound in BOUNDS if not bound.broken(draws)] == []
 
 
 def test_a_wrong_name_is_not_rescued_by_its_rank(outcomes: list[Outcome]) -> None:
