@@ -81,21 +81,21 @@ def test_blind_diagnoses_break_the_bounds(outcomes: list[Outcome], verdict: str,
 
 
 def drawn(cause: str, count: int) -> list[Outcome]:
-    """Draws that hide something plain, of which two in three get a wrong name and a law that is worse."""
+    """Draws that hide something plain, of which three in four get a wrong name and a law that is worse."""
     told = Outcome("bench", 0, [cause] if cause else [], [1.0] if cause else [], "effect", ["zero-jump"], before=1.0)
     better = {"after": 0.5, "true_before": 1.0, "true_after": 0.5}
     worse = {"after": 1.5, "true_before": 1.0, "true_after": 1.5}
     outside = cause.startswith("outside")
     good = replace(told, verdict="unexplained" if outside else "effect" if cause else "none",
                    names=[] if outside or not cause else [cause], **better)  # fmt: skip
-    return [replace(told, **worse) if k % 3 else good for k in range(count)]
+    return [replace(told, **worse) if k % 4 else good for k in range(count)]
 
 
-def test_a_diagnosis_that_errs_in_two_of_three_draws_breaks_all_bounds() -> None:
-    """With as many draws as a run of the tests has, each bound tells a diagnosis that is right in one of three."""
+def test_a_diagnosis_that_errs_in_three_of_four_draws_breaks_all_bounds() -> None:
+    """With as many draws as a run of the tests has, each bound tells a diagnosis that is right in one of four."""
     draws = drawn("creep", 30) + drawn("", 14) + drawn("outside: bump", 14)
-    draws += [replace(one, causes=["creep", "backlash"], strengths=[1.0, 1.0]) for one in drawn("creep", 14)]
-    draws += [replace(one, strengths=[0.5]) for one in drawn("creep", 14)]
+    draws += [replace(one, causes=["creep", "backlash"], strengths=[1.0, 1.0]) for one in drawn("creep", 20)]
+    draws += [replace(one, strengths=[0.5]) for one in drawn("creep", 20)]
     assert [bound.claim for bound in BOUNDS if not bound.broken(draws)] == []
 
 
