@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from functools import cache
 from pathlib import Path
 
@@ -33,6 +34,34 @@ def bundled_hexapods() -> tuple[str, ...]:
     return tuple(_folders())
 
 
+def unmistakable(place: Path) -> str:
+    """Return a path that is never taken for the name of a bundled machine.
+
+    Examples
+    --------
+    >>> unmistakable(Path("mine")), unmistakable(Path("reference"))
+    ('mine', './reference')
+    """
+    return f".{os.sep}{place}" if str(place) in _folders() else str(place)
+
+
+def refuse_two_meanings(name: str) -> None:
+    """Refuse a name that is that of a bundled machine and of another machine's folder, here.
+
+    Raises
+    ------
+    ArgumentError
+        Tells the paths of both.
+    """
+    bundled, own = _folders().get(name), Path(name) / "hexapod.toml"
+    if bundled is None or not own.is_file() or own.samefile(bundled / "hexapod.toml"):
+        return
+    raise ArgumentError(
+        f"{name!r} is the name of a bundled machine, and a folder here holds a machine too: give "
+        f"{unmistakable(Path(name))} for the folder, or {bundled} for the bundled one"
+    )
+
+
 def _exists(path: Path) -> bool:
     """Whether there is such a file or folder; a text that cannot be a path names none."""
     try:
@@ -48,6 +77,8 @@ def _bundled(name: str) -> Hexapod:
 
 def load_hexapod(name_or_path: str | Path) -> Hexapod:
     """Return a bundled machine by name, or the machine of a hexapod.toml, or of a folder that holds one.
+
+    The name of a bundled machine means that one, also where a folder of that name is here: ``./NAME`` is the folder.
 
     Raises
     ------

@@ -13,7 +13,7 @@ from typing import Any
 
 from hexathermal.errors import ArgumentError, KinematicsError
 from hexathermal.machine.hexapod import Hexapod
-from hexathermal.machine.library import bundled_hexapods, load_hexapod
+from hexathermal.machine.library import bundled_hexapods, load_hexapod, refuse_two_meanings
 from hexathermal.poses import CONVENTIONS, FloatArray, Frames, pose_from_coordinates
 
 WIDTH = 118
@@ -194,7 +194,11 @@ thermometer since the campaign's zero; the law's coefficients are A (um per metr
 
 
 def machine(name: str) -> Hexapod:
-    """Return a machine by name or path; a path that is no plain file is refused before it is opened."""
+    """Return a machine by name or path; a path that is no plain file is refused before it is opened.
+
+    A name that is a bundled machine's and that of a folder with another one is refused.
+    """
+    refuse_two_meanings(name)
     file = Path(name) / "hexapod.toml" if os.path.isdir(name) else Path(name)
     if name not in bundled_hexapods() and os.path.exists(file) and not os.path.isfile(file):
         raise ArgumentError(f"{file} is no plain file (a device, pipe or folder); give a hexapod.toml or its folder")

@@ -14,7 +14,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from hexathermal.errors import ArgumentError, FileFormatError, Problem, UnknownNameError
-from hexathermal.machine.library import bundled_hexapods
+from hexathermal.machine.library import bundled_hexapods, refuse_two_meanings, unmistakable
 
 if TYPE_CHECKING:
     from hexathermal.show.report_page import Report
@@ -66,7 +66,7 @@ def subject_of(place: str) -> Subject:
     Raises
     ------
     ArgumentError
-        There is nothing of which a report could be, or more than one thing.
+        There is nothing of which a report could be, or more than one thing; or a name has two meanings.
     UnknownNameError
         Neither a place nor a bundled machine.
     FileFormatError
@@ -78,6 +78,7 @@ def subject_of(place: str) -> Subject:
     'machine'
     """
     path = Path(place)
+    refuse_two_meanings(place)
     if not path.exists():
         if place in bundled_hexapods():
             return Subject("machine", path)
@@ -155,7 +156,8 @@ def report_of(subject: Subject, law: Path | str | None, progress: Progress) -> R
         from hexathermal.show.options import machine
         from hexathermal.show.report_machine import machine_report
 
-        return machine_report(machine(str(subject.place)), str(subject.place), progress)
+        named = unmistakable(subject.place) if subject.place.exists() else str(subject.place)
+        return machine_report(machine(named), str(subject.place), progress)
     if subject.kind == "budget":
         from hexathermal.show.report_budget import budget_report, read_budget
 

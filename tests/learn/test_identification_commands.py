@@ -289,3 +289,23 @@ def test_a_machine_is_never_written_into_measurements(
         assert said in capsys.readouterr().err
     assert sorted(campaign.iterdir()) == before
     assert not (tmp_path / "m").exists()
+
+
+def test_a_folder_named_as_a_bundled_machine_is_not_mistaken(
+    campaign: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """`apply` proposes a path that means the new machine; the bare name, which has two meanings then, is refused."""
+    monkeypatch.chdir(tmp_path)
+    law = write_leg_law(identify_campaign(load_campaign(campaign), ["T07"]).law, tmp_path / "leg.toml")
+    assert main(["apply", str(law), "--machine", "reference", "--out", "reference"]) == 0
+    assert capsys.readouterr().out.endswith("next: hexathermal demo --machine ./reference\n")
+    for command in ("show-machine", "report"):
+        assert main([command, "reference"]) == 2
+        said = capsys.readouterr().err
+        assert "give ./reference for the folder, or " in said
+    bundled = said.rpartition(", or ")[2].partition(" for")[0]
+    for name, sensors in (("./reference", "T07"), (bundled, "T1")):
+        assert main(["show-machine", name, "--json", "-"]) == 0
+        assert sensors in capsys.readouterr().out
+    monkeypatch.chdir(Path(bundled).parent)
+    assert main(["show-machine", "reference"]) == 0  # the folder is the bundled machine itself

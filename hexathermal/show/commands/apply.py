@@ -61,6 +61,7 @@ def run(arguments: argparse.Namespace, progress: Progress) -> Answer:
     """Write a machine that carries laws."""
     from hexathermal.learn.cleaning_rules import COLDEST_DEGC, HOTTEST_DEGC
     from hexathermal.learn.leg_law_files import read_leg_law
+    from hexathermal.machine.library import unmistakable
     from hexathermal.machine.writing import write_hexapod
     from hexathermal.show.commands.identify import free
 
@@ -105,7 +106,7 @@ def run(arguments: argparse.Namespace, progress: Progress) -> Answer:
         f"{', '.join(model.sensor_names)}.\n{_extended(model, carried)}Temperatures are accepted from {low:g} to "
         f"{high:g} degC.\n"
         f"Written:\n  {file}\nnext: hexathermal {'correct' if model.states else 'demo'} --machine "
-        f"{file.parent if out.name == 'hexapod.toml' else file}"
+        f"{unmistakable(file.parent if out.name == 'hexapod.toml' else file)}"
     )
     return Answer((text,), facts, tuple(f"warning: {one}" for one in warnings))
 
