@@ -9,6 +9,8 @@ from typing import Any
 from hexathermal.errors import FileFormatError, Problem
 from hexathermal.learn.diagnosis.result import Quantity, in_turn
 from hexathermal.learn.diagnosis.words import two_digits
+from hexathermal.learn.validation_scores import Figure
+from hexathermal.show import shares
 from hexathermal.show.diagnosis_page import paragraph, table, text
 from hexathermal.show.diagnosis_tables import probability
 from hexathermal.show.diagnosis_words import (
@@ -83,8 +85,10 @@ def _report(told: Facts, place: Path) -> Report:
             shown = unit.replace("um", "µm").replace("urad", "µrad")
             same = not _joined(gain)
             value = f"{before:.3f} {shown}" if same else f"{before:.3f} → {after:.3f} {shown}"
+            part = _reduction(best, key)
+            sure = "" if same or part is None else f": {_worth(part)}"
             what = "nothing joined the law" if same else "before → after"
-            pairs.append((f"{_measure(key)}, for validation", value, what + aside))
+            pairs.append((f"{_measure(key)}, for validation", value, what + aside + sure))
     notes = [str(note) for note in told["notes"]]
     folder = place if place.is_dir() else place.parent
     if (folder / "report.html").is_file():
@@ -113,6 +117,24 @@ def _measures(gain: Facts) -> list[tuple[str, str]]:
     known = [("translation_rmse", "um"), ("rotation_rmse", "urad"), ("rmse", "um")]
     found = [(key, unit) for key, unit in known if f"{key}_before_{unit}" in gain]
     return found[:2] if len(found) > 2 else found  # of a machine "rmse" repeats the first
+
+
+def _reduction(one: Facts, key: str) -> Figure | None:
+    """Return by which part a measure became less, with its 95 % interval; None where that is not told."""
+    name = "rmse_gain" if key == "rmse" else f"{key.removesuffix('_rmse')}_reduction"
+    ends = one.get(f"{name}_95")
+    if one.get(name) is None or not ends or len(ends) != 2:
+        return None
+    low, high = (math.nan if end is None else float(end) for end in ends)
+    return Figure(float(one[name]), low, high)
+
+
+def _worth(part: Figure) -> str:
+    """Return by how much an error became less, and whether that is proven."""
+    if not math.isfinite(part.low + part.high):
+        word = "less" if part.value >= 0.0 else "more"
+        return f"{shares.parts(abs(part.value))} % {word}; not proven: it has no interval"
+    return f"{shares.less(part)}; {shares.proven(part)}"
 
 
 def _finding(told: Facts) -> Section:
@@ -193,18 +215,34 @@ def _gain(gain: Facts, bare: Facts | None) -> Section:
             if not joined:
                 rows.append((name, _measure(key), f"{one[f'{key}_before_{unit}']:.3f}", unit))
                 continue
-            less = 100.0 * (1.0 - one[f"{key}_after_{unit}"] / max(one[f"{key}_before_{unit}"], 1e-12))
             rows.append((name, _measure(key), f"{one[f'{key}_before_{unit}']:.3f}",
-                         f"{one[f'{key}_after_{unit}']:.3f}", f"{less:.1f} %", unit))  # fmt: skip
+                         f"{one[f'{key}_after_{unit}']:.3f}", _less_by(one, key, unit), unit))  # fmt: skip
     drawn = gain_chart({**gain, "runs": unframed} if unframed else gain, _measures, joined)
     if not joined:
         head: tuple[str, ...] = ("run", "measure", "RMSE>", "unit")
         words = paragraph("Nothing joined: what is left on runs never fitted is what was left before.")
         return Section("gain", "What is left", "What is left on runs never fitted",
                        (words, *drawn, table("What is left, run by run", head, rows, stacked=True)))  # fmt: skip
-    head = ("run", "measure", "before>", "after>", "less by>", "unit")
+    head = ("run", "measure", "before>", "after>", "less by (95 %)>", "unit")
+    whole = [(_measure(key), _reduction(gain if bare is None else bare, key)) for key, _unit in _measures(gain)]
+    said = [f"{name} {_worth(part)}" for name, part in whole if part is not None]
+    runs = "All runs never fitted together" + (
+        ", each without the frame that suits it best" if bare is not None else ""
+    )
+    words = (
+        paragraph(f"{runs}: {'. '.join([*said[:1], *(one[0].upper() + one[1:] for one in said[1:])])}.") if said else ""
+    )
     return Section("gain", "Before and after", "Before and after, on runs never fitted",
-                   (*drawn, table("Before and after the extension", head, rows)))  # fmt: skip
+                   (words, *drawn, table("Before and after the extension", head, rows)))  # fmt: skip
+
+
+def _less_by(one: Facts, key: str, unit: str) -> str:
+    """Return by how much a measure became less, with its interval where that is told."""
+    part = _reduction(one, key)
+    if part is None or not math.isfinite(part.low + part.high):
+        share = 1.0 - one[f"{key}_after_{unit}"] / max(one[f"{key}_before_{unit}"], 1e-12)
+        return f"{shares.parts(share)} %"
+    return f"{shares.parts(part.value)} % ({shares.parts(part.low)} to {shares.parts(part.high)})"
 
 
 def _measure(key: str) -> str:

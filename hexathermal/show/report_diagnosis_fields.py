@@ -25,6 +25,10 @@ _MACHINE_SCORES = {
     f"{key}_rmse_{when}_{unit}": NUMBER
     for key, unit in (("translation", "um"), ("rotation", "urad"))
     for when in ("before", "after")
+} | {
+    f"{key}_{name}": shape
+    for key in ("translation", "rotation")
+    for name, shape in (("reduction?", NUMBER), ("reduction_95?", [NUMBER + NULL]))
 }
 _AXES = {f"{axis}_{'urad' if axis.startswith('r') else 'um'}": NUMBER for axis in ("x", "y", "z", "rx", "ry", "rz")}
 _PARAMETER = {"value": NUMBER + NULL, "std": NUMBER + NULL, "unit": TEXT}
@@ -40,7 +44,7 @@ _ALL: dict[str, Shape] = {
 }  # fmt: skip
 
 LEG: dict[str, Shape] = _ALL | {
-    "gain?": _SCORES | {"runs?": {"*": _SCORES}},
+    "gain?": _SCORES | {"rmse_gain?": NUMBER, "rmse_gain_95?": [NUMBER + NULL], "runs?": {"*": _SCORES}},
     "sensors": [TEXT],
     "detection_limits_um": {"*": NUMBER},
     "experiments": [{"words": TEXT, "causes": [TEXT], "separation": NUMBER}],

@@ -105,7 +105,9 @@ def test_a_report_takes_frames_of_runs_out_of_what_is_left(ran: Ran, tmp_path: P
                                                        "translation_rmse_after_um": 0.6906}  # fmt: skip
         (tmp_path / f"{name}.json").write_text(json.dumps(facts))
         report = report_of(subject_of(str(tmp_path / f"{name}.json")), None, lambda done, total, label: None)
-        value, aside = next(pair[1:] for pair in report.pairs if pair[0].startswith("translation RMSE"))
+        value, beside = next(pair[1:] for pair in report.pairs if pair[0].startswith("translation RMSE"))
+        aside, _, worth = beside.partition(": ")
+        assert re.fullmatch(r"\S+ % \w+, 95 %: \S+ to \S+ %; (not )?proven.*", worth)
         chart = next(one for one in report.charts if one.name == "gain")
         said[name] = (value, aside, chart.panels[0].marks[0].names)
     assert said["differs"] == ("0.916 → 0.691 µm", "before → after, frame of each run out", ("all, no frame",))
