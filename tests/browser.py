@@ -82,4 +82,10 @@ def complaints(window: Callable[..., Any], file: Path) -> list[str]:
             )
             if width < 640 and (count := page.evaluate(f"{tables}.length")):
                 found.append(f"{where} {count} tables that are stacked are cut off")
+            cut = (
+                "[...document.querySelectorAll('.scroll')].filter(one => one.scrollWidth > one.clientWidth && "
+                "!one.closest('details')).map(one => one.getAttribute('aria-label'))"
+            )
+            if width > 640 and (names := page.evaluate(cut)):
+                found.append(f"{where} tables are cut off: {', '.join(names)}")
     return found

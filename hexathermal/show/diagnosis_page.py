@@ -45,12 +45,12 @@ th,td{text-align:left;vertical-align:top;padding:.32rem .9rem .32rem 0;border-bo
 thead th{font-size:.84rem;color:var(--soft);vertical-align:bottom}
 tbody th{font-weight:500;min-width:9.5rem}
 td.n,th.n{text-align:right}
-td.n{white-space:nowrap}
 td:last-child:not(.n){min-width:8rem}
 .card td:last-child:not(.n){min-width:0}
 .dense th,.dense td{padding-right:.5rem}
-.dense td{font-size:.86rem}
+.dense td,.dense tbody th{font-size:.86rem}
 .dense tbody th{min-width:4rem}
+.dense td:last-child:not(.n){min-width:4.5rem}
 tr.named th,tr.named td{color:var(--warm);font-weight:650}
 figure{margin:1.1rem 0 1.6rem}
 figure img{display:block;width:100%;height:auto}
@@ -151,7 +151,7 @@ def table(
     role = ' role="{}"' if stacked else ""
     numbers = ["", *(' class="n"' if column.endswith(">") else "" for column in columns[1:])]
     head = "".join(
-        f'<th scope="col"{number}{role.format("columnheader")}>{text(column.removesuffix(">"))}</th>'
+        f'<th scope="col"{number}{role.format("columnheader")}>{running(column.removesuffix(">"))}</th>'
         for column, number in zip(columns, numbers, strict=True)
     )
     body = []
@@ -159,7 +159,7 @@ def table(
         first, *others = row
         names = [f' data-of="{text(one.removesuffix(">"))}"' if stacked else "" for one in columns[1:]]
         cells = "".join(
-            f"<td{number}{role.format('cell')}{name}>{text(cell)}</td>"
+            f"<td{number}{role.format('cell')}{name}>{_number(cell) if number else text(cell)}</td>"
             for cell, number, name in zip(others, numbers[1:], names, strict=True)
         )
         mark = ' class="named"' if k in named else ""
@@ -174,7 +174,18 @@ def table(
     )
 
 
-MOST_COLUMNS, LONG, MOST_CELLS, DENSE = 4, 50, 200, 7
+def _number(cell: str) -> str:
+    """Return a cell of a column of numbers: where there is no room, a line breaks before an interval, and nowhere else.
+
+    Examples
+    --------
+    >>> _number("0.68 (0.61 to 0.74)").replace(chr(160), "~")
+    '0.68 (0.61~to~0.74)'
+    """
+    return text(cell).replace(" ", "\N{NO-BREAK SPACE}").replace("\N{NO-BREAK SPACE}(", " (")
+
+
+MOST_COLUMNS, LONG, MOST_CELLS, DENSE = 4, 50, 200, 6
 """A table with more columns, or one whose last column tells in words, is stacked on a phone, unless it has more cells.
 One with more columns than the last is set closely."""
 

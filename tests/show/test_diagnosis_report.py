@@ -18,7 +18,7 @@ import pytest
 
 from hexathermal.learn.diagnosis.result import Diagnosis, Effect, Quantity, RunResidual
 from hexathermal.show.diagnosis_album import pictures_of
-from hexathermal.show.diagnosis_page import table
+from hexathermal.show.diagnosis_page import CSS, table
 from hexathermal.show.diagnosis_pictures import BLACK, DARK, PAPER, WIDE_IN, themed_svg
 from hexathermal.show.diagnosis_report import report_page, write_report
 from hexathermal.show.diagnosis_run_figures import binned, gaps, run_figure, runs_figure, without_steps
@@ -289,6 +289,15 @@ def test_a_step_of_the_zero_is_off_in_the_pictures_of_what_is_left() -> None:
     assert "It joined the law" not in page
     other = drawn()
     assert without_steps(other).residuals == other.residuals
+
+
+def test_an_interval_may_take_a_line_of_its_own() -> None:
+    """So a table of many columns has room: in a cell of numbers a line breaks before the bracket and nowhere else."""
+    page = table("Room", ("run", "less by (95 %)>", "why"), [("run 1", "20 % (-35 to 53)", "a (b c)")])
+    assert "20\N{NO-BREAK SPACE}% (-35\N{NO-BREAK SPACE}to\N{NO-BREAK SPACE}53)</td>" in page
+    assert "(95\N{NO-BREAK SPACE}%)</th>" in page
+    assert "<td>a (b c)</td>" in page
+    assert "td.n{white-space:nowrap}" not in CSS
 
 
 def test_wide_tables_are_stacked_on_a_phone_and_stay_tables() -> None:
