@@ -88,6 +88,7 @@ def test_every_file_that_is_named_is_there(ran: Ran) -> None:
         (["--law", "EXTENDED"], ["extended already, by backlash", "--sensors T"]),
         (["--extend", "EXTENDED", "--law", "EXTENDED", "--force"], ["--extend", "is one of the files that are read"]),
         (["--extend", "nowhere/law.toml"], ["there is no folder"]),
+        (["--extend", "nowhere/in/law.toml", "--report", "nowhere"], ["there is no folder"]),
         (["--extend", "-"], ["--extend needs the name of a file"]),
         (["--report", "EXTENDED"], ["no folder"]),
         (["--report", "BY HAND"], ["holds report.html, which no diagnosis wrote", "--force"]),
@@ -169,6 +170,22 @@ def test_where_nothing_joins_the_law_is_written_and_said(
     assert ht.read_leg_law(out).coefficients.tolist() == found.law.coefficients.tolist()
     assert not ht.read_leg_law(out).extended
     assert "RMSE after" not in shown.out
+
+
+@pytest.mark.parametrize("found", [{}], indirect=True)
+@pytest.mark.parametrize("place", ["new/report/law.toml", "new/law.toml"])
+def test_a_law_may_go_into_the_folder_that_the_report_makes(
+    found: Diagnosis, place: str, ran: Ran, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """--extend into the folder of --report, or a parent made with it: both are written, and stay side by side."""
+    report, law = tmp_path / "new" / "report", tmp_path / place
+    words = ["diagnose", str(ran.campaign), "--report", str(report), "--extend", str(law)]
+    assert main(words) == 0
+    assert ht.read_leg_law(law).extended == found.extended.extended
+    assert (report / "report.html").is_file()
+    assert main([*words, "--force"]) == 0
+    assert law.is_file()
+    assert not capsys.readouterr().err
 
 
 @pytest.mark.parametrize("found", [{"verdict": "unexplained"}, {"held": False}], indirect=True)

@@ -148,7 +148,7 @@ def _names(arguments: argparse.Namespace) -> tuple[str, ...] | None:
 
 def _refuse_extended(arguments: argparse.Namespace) -> None:
     """Refuse a law file that exists, is read, or cannot be written, before any work is done."""
-    from hexathermal.predict.table_writing import refuse_no_folder
+    from hexathermal.predict.table_writing import refuse_no_folder, target_of
 
     if str(arguments.extend) == "-":
         raise ArgumentError("--extend needs the name of a file, as extended.toml; only --json writes to stdout with -")
@@ -156,6 +156,10 @@ def _refuse_extended(arguments: argparse.Namespace) -> None:
         free(arguments.extend, arguments.force)
     except ArgumentError as error:
         raise ArgumentError(str(error).replace("--out", "--extend")) from None
+    if arguments.report is not None:
+        report = arguments.report.resolve()
+        if target_of(arguments.extend).parent in (report, *report.parents):
+            return  # the report is written first, and its folder with it
     refuse_no_folder(arguments.extend)
 
 
