@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 CLEAN, ONE, TWO, OUTSIDE = "clean", "one", "two", "outside"
 KINDS = (CLEAN, ONE, TWO, OUTSIDE)
-BENCHES = ("modal", "finite_volume", "component", "quiet", "rough")
+BENCHES = ("modal", "finite_volume", "component", "quiet", "rough", "actuator")
 """Benches of `hexathermal.simulate.hidden`."""
 
 HELD_OUT = "held_out"
@@ -28,8 +28,11 @@ HELD_OUT = "held_out"
 LATER = "free_convection"
 """A bench that came when the diagnosis was made: no figure of it was chosen by that one either."""
 
-TESTED = ("finite_volume", HELD_OUT, LATER)
-"""The benches of the test suite: figures of the diagnosis were chosen by the first of them only."""
+PARTS = "held_out_actuator"
+"""Parts with a stroke, of the physics of the bench `HELD_OUT`."""
+
+TESTED = ("finite_volume", HELD_OUT, LATER, PARTS)
+"""The benches of the test suite, legs and a part: figures of the diagnosis were chosen by the first of them only."""
 
 TOP = 4
 

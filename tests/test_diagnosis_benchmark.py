@@ -14,7 +14,7 @@ sys.path.insert(0, str(Path(__file__).parents[1]))
 
 from benchmarks import diagnosis, hidden_rates
 from benchmarks.ablation import SWITCHES, without
-from benchmarks.hidden_effects import BENCHES, CLEAN, HELD_OUT, LATER, ONE, OUTSIDE, TWO, Outcome, plan
+from benchmarks.hidden_effects import BENCHES, CLEAN, HELD_OUT, LATER, ONE, OUTSIDE, PARTS, TWO, Outcome, plan
 from benchmarks.hidden_timing import finer, longer
 from hexathermal.simulate.hidden import benches
 from hexathermal.simulate.hidden.drawing import campaign_of
@@ -26,12 +26,12 @@ CLEARED = replace(CREEP, causes=[], strengths=[], verdict="none", names=[], afte
 
 def test_all_benches_take_turns() -> None:
     """A plan holds every bench of the generator, equally often, and repeats for its seed."""
-    assert {*BENCHES, HELD_OUT, LATER} == set(benches.found())
-    draws = plan(50, 7)
-    assert draws == plan(50, 7)
+    assert {*BENCHES, HELD_OUT, LATER, PARTS} == set(benches.found())
+    draws = plan(60, 7)
+    assert draws == plan(60, 7)
     assert draws[:20] == plan(20, 7)
     assert {name: [bench for bench, _ in draws].count(name) for name in BENCHES} == dict.fromkeys(BENCHES, 10)
-    assert len({seed for _, seed in draws}) == 50
+    assert len({seed for _, seed in draws}) == 60
 
 
 def test_outcomes_are_judged_as_they_are() -> None:

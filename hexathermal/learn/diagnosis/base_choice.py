@@ -38,14 +38,14 @@ def likelier_sensors(view: View) -> tuple[str, ...]:
     Parameters
     ----------
     view : View
-        Its `base` is where to start.
+        Its `base` is where to start, and what stays where nothing moves: there are no landings then to tell noise from what is quick.
 
     Returns
     -------
     tuple of str
     """
     chosen, channel = view.base, view.channel
-    if len(channel) < FEWEST_WINDOWS:
+    if len(channel) < FEWEST_WINDOWS or not view.moves:
         return chosen
 
     def fitted(names: tuple[str, ...], begin: Levels | None = None) -> tuple[Levels, float]:

@@ -53,7 +53,7 @@ class Channel:
         That the window is the mean of.
     run : array of int, shape (n,)
     has_landings : bool
-        Whether landings scatter: a part without a stroke has none.
+        Whether landings scatter: there is none where nothing moves.
     tied_offsets : bool
         Whether the offset of a run is the noise of its own first row, from which it counts; otherwise offsets of
         runs are what they are: thermometers walk through a long campaign.

@@ -39,7 +39,8 @@ def diagnose(
     campaign : Campaign
         Of kind ``"leg"`` or ``"component"``.
     sensors : sequence of str, optional
-        Of the law; by default those that `identify_campaign` chooses, exchanged for likelier ones.
+        Of the law; by default the one or two that make the drift likeliest, of a part without a stroke those that
+        `identify_campaign` chooses. What is wrong with a thermometer that the law does not read does not show.
     law : IdentifiedLaw, optional
         A law whose sensors are taken; its coefficients are fitted anew, since a cause biases them.
     progress : function, optional
@@ -79,7 +80,8 @@ def diagnose(
         reachable(campaign, last, held, base.sensors), last.levels, course.threshold, limits, confusions,
         next_experiments(course, limits, confusions, candidates),
         run_residuals(campaign, course, rows, held, base, extended), campaign.title,
-        (*_notes(course), *_unseen(course, rows, mute), *_cleaned((*rows, *judged))),
+        (*_notes(course), *_chosen(base, given=sensors is not None or law is not None), *_unseen(course, rows, mute),
+         *_cleaned((*rows, *judged))),
     )  # fmt: skip
 
 
@@ -130,6 +132,16 @@ def _notes(course: Course) -> tuple[str, ...]:
     if len(view.base) == 1 and view.kind == "leg" and course.first.bench.model(view.base[0]) is None:
         notes.append("too few other thermometers: a fault of the law's own sensor cannot be told from the leg's")
     return tuple(notes)
+
+
+def _chosen(base: IdentifiedLaw, *, given: bool) -> list[str]:
+    """Return what a law that these data chose cannot show."""
+    if given:
+        return []
+    return [
+        f"the law's sensors ({', '.join(base.sensors)}) are those that these data speak for: what is wrong with another "
+        "thermometer does not show in them; name the sensors of your law where you know them"
+    ]
 
 
 def _unseen(course: Course, rows: Sequence[RunRows], mute: Sequence[str]) -> list[str]:

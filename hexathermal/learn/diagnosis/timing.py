@@ -36,6 +36,9 @@ REACH_S, STEP_S, FINE_S = 1300.0, 20.0, 2.5
 GRID_STEPS = 3
 """Steps of the offset from one point of the grid to the next."""
 
+MOST_POINTS = 2_000_000
+"""A run whose grid every `STEP_S` would have more points bears no witness: more than a year."""
+
 MOST = 150.0
 
 
@@ -54,6 +57,9 @@ class Timing:
         found = []
         for signals, table in zip(view.signals, tables, strict=True):
             time = signals.time
+            span = float(time[-1] - time[0])
+            if span > REACH_S * len(time) or span > MOST_POINTS * STEP_S:  # rows farther apart than shifts tell nothing
+                continue
             grid = np.arange(time[0] + REACH_S, time[-1] - REACH_S, GRID_STEPS * STEP_S)
             if len(grid) < FEWEST:
                 continue

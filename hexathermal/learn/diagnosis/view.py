@@ -167,7 +167,7 @@ class View:
             step = np.diff(time, prepend=time[:1])
             parts.append((piece.means(rows.drift), start, fresh, step, piece.rows, np.full(w, k)))
         y, start, fresh, step, count, run = (np.concatenate(items) for items in zip(*parts, strict=True))
-        has = bool((fresh & ~start).any())
+        has = self.moves and bool((fresh & ~start).any())
         tied = self.zeroed_by_run and self.kind == "leg"  # of a part thermometers' first rows are most of an offset
         return Channel(y, start, fresh, step, count, run, has, tied, self.zeroed_by_run)
 

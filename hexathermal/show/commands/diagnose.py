@@ -55,10 +55,10 @@ what the tables say:
   as likely     names that these data cannot tell from it: an experiment decides, it stands under "next"
   confuse       pairs of names that could be taken for each other here, were one twice as large as its limit
 
-The law's sensors are those of --sensors or --law, else those that 'identify' chooses, exchanged for likelier ones where
-there are such. Its coefficients are always fitted again: an effect biases them. --extend writes the law with what
-joined it; it is used like any other: 'validate', 'apply'. Where nothing joined, the law without terms is written, and
-stderr says so.
+The law's sensors are those of --sensors or --law, else the one or two that these data speak for. Around a thermometer
+that drifts or came off those are its sound neighbours: name the sensors of your law where you know them. Its
+coefficients are always fitted again: an effect biases them. --extend writes the law with what joined it; it is used
+like any other: 'validate', 'apply'. Where nothing joined, the law without terms is written, and stderr says so.
 
 files of --report DIR:
   report.html       the whole diagnosis for people: pictures, tables, words; one file, opens without a network

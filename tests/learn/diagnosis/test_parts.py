@@ -140,3 +140,17 @@ def test_the_bias_of_a_thermometer_that_wanders_stays() -> None:
     model = Stage(view).bench.model(view.base[0])
     assert model is not None
     assert model.bias > 0.01
+
+
+def test_landings_of_a_part_with_a_stroke_scatter_as_those_of_a_leg_do() -> None:
+    """Their scatter is found, so that it feigns no wave of the displacement; a part without a stroke has none."""
+    found = []
+    for seed in range(6):
+        truth, _ = campaign_of("held_out_actuator", seed, causes=())
+        stage = Stage(viewed("held_out_actuator", seed, (), 1.0)[0])
+        assert stage.channel.has_landings
+        found.append(1e6 * stage.levels.landing / float(str(truth.notes["landing_um"])))
+        assert first_name(stage.view) is None
+    assert np.median(found) == pytest.approx(1.0, rel=0.4)
+    still = next(view for view in (viewed(PART, seed, (), 1.0)[0] for seed in range(20)) if not view.moves)
+    assert not still.channel.has_landings
