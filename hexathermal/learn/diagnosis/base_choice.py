@@ -38,7 +38,8 @@ def likelier_sensors(view: View) -> tuple[str, ...]:
     Parameters
     ----------
     view : View
-        Its `base` is where to start, and what stays where nothing moves: there are no landings then to tell noise from what is quick.
+        Its `base` is where to start, and what stays where nothing moves: without landings
+        noise is not told from what is quick.
 
     Returns
     -------

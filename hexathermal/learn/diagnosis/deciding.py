@@ -119,7 +119,7 @@ def decided(step: Step, threshold: float) -> Decision:
         for item in names
         if item is not best and probabilities[item.cause] > EQUIVALENT * probabilities[best.cause]
     ]
-    alike += [name for name in faults if name not in alike]
+    alike += [name for name in (*faults, *_as_likely(best, named, threshold)) if name not in alike]
     return Decision(best, own / (1.0 + sum(faults.values())), probabilities, tuple(alike))
 
 
@@ -127,6 +127,13 @@ def _handed(standing: Sequence[Ranked], probabilities: dict[str, float]) -> Deci
     """Return the verdict for what has no name, behind a name that is not far enough ahead of it: as likely as that."""
     best = next(item for item in standing if not item.named)
     return Decision(best, max(EVEN, probabilities[best.cause]), probabilities, ())
+
+
+def _as_likely(best: Ranked, named: Sequence[Ranked], threshold: float) -> list[str]:
+    """Return names that the data speak for as they do for the best, but which errors of the thermometers may feign."""
+    cool = 1.0 + SHAPE_ERROR * max(best.value, 0.0)
+    others = [item for item in named if item is not best and item.value >= threshold]
+    return [item.cause for item in others if (item.value - best.value) / cool > np.log(EQUIVALENT)]
 
 
 def _as_good(best: Ranked, named: Sequence[Ranked]) -> dict[str, float]:

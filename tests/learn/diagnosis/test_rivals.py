@@ -8,8 +8,9 @@ import numpy as np
 import pytest
 
 from hexathermal.learn.diagnosis.channels import Levels
+from hexathermal.learn.diagnosis.deciding import decided
 from hexathermal.learn.diagnosis.evidence import Base, Scored
-from hexathermal.learn.diagnosis.ranking import Ranked
+from hexathermal.learn.diagnosis.ranking import Ranked, Step
 from hexathermal.learn.diagnosis.rivals import late_or_off, with_a_misfit
 from hexathermal.learn.diagnosis.search import Search
 from hexathermal.learn.diagnosis.trials import Trial
@@ -66,3 +67,15 @@ def test_a_clock_must_lead_a_lag_clearly(late: float, off: float, timed: bool, l
     assert after[0].value == max(late, off)
     lag = next(item for item in after if item.cause == "thermal-lag")
     assert (lag.gated > 50.0) == stands
+
+
+@pytest.mark.parametrize(("other", "alike"), [(54.0, ("missing-sensor",)), (20.0, ())])
+def test_a_name_as_likely_by_the_data_is_told_though_thermometers_may_feign_it(
+    other: float, alike: tuple[str, ...]
+) -> None:
+    """Two causes of like evidence are told together, even where one would not stand alone."""
+    first, second = ranked("frame-expansion", 54.2, 10.0, 0.0), ranked("missing-sensor", other, 1.0, 5.0)
+    assert second.gated < 4.5 < second.value
+    found = decided(Step((first, second), SHARP, 0.0), 4.5)
+    assert found.leader is first
+    assert found.equivalent == alike
