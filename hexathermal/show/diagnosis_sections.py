@@ -162,10 +162,12 @@ def _gain(found: Diagnosis, drawn: dict[str, str]) -> str:
         rows = [
             (name, f"{one.rmse_before * 1e6:.3f}", _with_interval(one.rmse_after),
              f"{parts(one.rmse_gain.value)} % ({parts(one.rmse_gain.low)} to {parts(one.rmse_gain.high)})",
-             f"{one.linf_before * 1e6:.2f} → {one.linf_after.value * 1e6:.2f}")
+             f"{one.linf_before * 1e6:.2f} → {one.linf_after.value * 1e6:.2f}",
+             f"{parts(one.linf_gain.value)} % ({parts(one.linf_gain.low)} to {parts(one.linf_gain.high)})")
             for name, one in (*found.gain.runs.items(), ("all", found.gain.total))
         ]  # fmt: skip
-        head = ("run", "RMSE before, um>", "RMSE after, um (95 %)>", "less by (95 %)>", "largest, um>")  # fmt: skip
+        head = ("run", "RMSE before, um>", "RMSE after, um (95 %)>", "less by (95 %)>", "largest, um>",
+                "less by (95 %)>")  # fmt: skip
         lines += [drawn["gain"], table("The law and the extended law, run by run", head, rows, [len(rows) - 1])]
     else:
         plain = [(name, f"{one.rmse_before * 1e6:.3f}", f"{one.linf_before * 1e6:.2f}")

@@ -211,11 +211,12 @@ def validation_table(found: Validation, pretty: bool) -> Table:
 def gain_table(found: Gain, pretty: bool) -> Table:
     """Return what a law leaves of each run and of all, before and after."""
     table = framed(pretty, "run", "RMSE before\num>", "RMSE after\num>", "RMSE\ngain>", "95 % interval",
-                   "largest before\num>", "largest after\num>", "largest\ngain>")  # fmt: skip
+                   "largest before\num>", "largest after\num>", "largest\ngain>", "95 % interval")  # fmt: skip
     for name, one in (*found.runs.items(), ("all", found.total)):
         table.add_row(name, _um(one.rmse_before), _um(one.rmse_after.value), _part(one.rmse_gain.value),
                       f"{_part(one.rmse_gain.low)} to {_part(one.rmse_gain.high)}", _um(one.linf_before, 2),
-                      _um(one.linf_after.value, 2), _part(one.linf_gain.value))  # fmt: skip
+                      _um(one.linf_after.value, 2), _part(one.linf_gain.value),
+                      f"{_part(one.linf_gain.low)} to {_part(one.linf_gain.high)}")  # fmt: skip
     return table
 
 

@@ -21,6 +21,7 @@ SHOWN = 40
 """Letters of a wrong value that are shown."""
 
 _SCORES = {"rmse_before_um": NUMBER, "rmse_after_um": NUMBER}
+_ENDS = {"rmse_gain?": NUMBER, "rmse_gain_95?": [NUMBER + NULL], "linf_gain?": NUMBER, "linf_gain_95?": [NUMBER + NULL]}
 _MACHINE_SCORES = {
     f"{key}_rmse_{when}_{unit}": NUMBER
     for key, unit in (("translation", "um"), ("rotation", "urad"))
@@ -44,7 +45,7 @@ _ALL: dict[str, Shape] = {
 }  # fmt: skip
 
 LEG: dict[str, Shape] = _ALL | {
-    "gain?": _SCORES | {"rmse_gain?": NUMBER, "rmse_gain_95?": [NUMBER + NULL], "runs?": {"*": _SCORES}},
+    "gain?": _SCORES | _ENDS | {"runs?": {"*": _SCORES | _ENDS}},
     "sensors": [TEXT],
     "detection_limits_um": {"*": NUMBER},
     "experiments": [{"words": TEXT, "causes": [TEXT], "separation": NUMBER}],

@@ -139,8 +139,8 @@ def _chosen(base: IdentifiedLaw, *, given: bool) -> list[str]:
     if given:
         return []
     return [
-        f"the law's sensors ({', '.join(base.sensors)}) are those that these data speak for: what is wrong with another "
-        "thermometer does not show in them; name the sensors of your law where you know them"
+        f"the law's sensors ({', '.join(base.sensors)}) are those that these data speak for: what is wrong with "
+        "another thermometer does not show in them; name the sensors of your law where you know them"
     ]
 
 

@@ -10,7 +10,7 @@ import numpy as np
 
 from hexathermal.learn.diagnosis.channels import Levels
 from hexathermal.learn.law import IdentifiedLaw
-from hexathermal.learn.validation_gain import Gain
+from hexathermal.learn.validation_gain import Gain, RunGain
 from hexathermal.machine.shown import Shown
 from hexathermal.poses import FloatArray
 
@@ -253,12 +253,8 @@ class Diagnosis(Shown):
             ],
             "follows": self.follows,
             "gain": None if total is None else {
-                "rmse_before_um": total.rmse_before * UM, "rmse_after_um": total.rmse_after.value * UM,
-                "linf_before_um": total.linf_before * UM, "linf_after_um": total.linf_after.value * UM,
-                "rmse_gain": total.rmse_gain.value, "rmse_gain_95": [total.rmse_gain.low, total.rmse_gain.high],
-                "runs": {name: {"rmse_before_um": run.rmse_before * UM, "rmse_after_um": run.rmse_after.value * UM,
-                                "linf_before_um": run.linf_before * UM, "linf_after_um": run.linf_after.value * UM}
-                         for name, run in self.gain.runs.items()} if self.gain is not None else {},
+                **_gained(total),
+                "runs": {name: _gained(run) for name, run in self.gain.runs.items()} if self.gain is not None else {},
                 "rmse_reachable_um": None if self.reachable is None else self.reachable * UM,
             },
             "candidates": [_ranked(one) for one in self.candidates],
@@ -279,6 +275,18 @@ class Diagnosis(Shown):
 def in_turn(said: Sequence[str]) -> tuple[str, ...]:
     """Return sentences of causes, the later ones of what those before them left."""
     return (*said[:1], *(words.replace("The residual is ", "What is then left is ", 1) for words in said[1:]))
+
+
+def _gained(one: RunGain) -> dict[str, Any]:
+    """Return what an extension leaves of a run, or of all, with 95 % intervals of the gains."""
+    found: dict[str, Any] = {
+        "rmse_before_um": one.rmse_before * UM, "rmse_after_um": one.rmse_after.value * UM,
+        "linf_before_um": one.linf_before * UM, "linf_after_um": one.linf_after.value * UM,
+    }  # fmt: skip
+    for name, gain in (("rmse_gain", one.rmse_gain), ("linf_gain", one.linf_gain)):
+        ends = [end if np.isfinite(end) else None for end in (gain.low, gain.high)]
+        found |= {name: gain.value, f"{name}_95": ends}
+    return found
 
 
 def _target(one: Effect | Candidate) -> str | None:
