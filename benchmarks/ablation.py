@@ -111,6 +111,28 @@ def _no_gain_gate() -> list[Any]:
     return [patch.object(course, "worth", _constant((True, True)))]
 
 
+def _no_tempering() -> list[Any]:
+    """Evidence between causes counts in full, as if models were no sketches."""
+    from hexathermal.learn.diagnosis import deciding
+
+    return [patch.object(deciding, "SHAPE_ERROR", 0.0)]
+
+
+def _best_alone() -> list[Any]:
+    """A cause says what its best trial says at its best size: parameters are not integrated over."""
+    from hexathermal.learn.diagnosis import evidence, search
+
+    return [patch.object(module, "mean_log", lambda values: values.max(axis=0)) for module in (evidence, search)]
+
+
+def _no_pairs() -> list[Any]:
+    """Causes are taken one after the other: two are not weighed together, nor is a first name asked again."""
+    from hexathermal.learn.diagnosis import course
+
+    alone = patch.object(course, "_two_for", lambda _stage, decision, _threshold: decision)
+    return [alone, patch.object(course, "rival_beside", _constant(None))]
+
+
 SWITCHES: dict[str, Callable[[], list[Any]]] = {
     "the whole method": list,
     "thermometers taken as exact": _exact_thermometers,
@@ -123,6 +145,9 @@ SWITCHES: dict[str, Callable[[], list[Any]]] = {
     "windows as independent": _white_noise,
     "nothing nameless": _no_strangers,
     "no gain gate": _no_gain_gate,
+    "evidence not tempered": _no_tempering,
+    "the best trial alone": _best_alone,
+    "no pairs": _no_pairs,
 }
 """What is taken off, and how."""
 
