@@ -120,9 +120,9 @@ def _no_tempering() -> list[Any]:
 
 def _best_alone() -> list[Any]:
     """A cause says what its best trial says at its best size: parameters are not integrated over."""
-    from hexathermal.learn.diagnosis import evidence, search
+    from hexathermal.learn.diagnosis import chance, evidence, search
 
-    return [patch.object(module, "mean_log", lambda values: values.max(axis=0)) for module in (evidence, search)]
+    return [patch.object(module, "mean_log", lambda values: values.max(axis=0)) for module in (chance, evidence, search)]
 
 
 def _no_pairs() -> list[Any]:
