@@ -122,7 +122,10 @@ def _best_alone() -> list[Any]:
     """A cause says what its best trial says at its best size: parameters are not integrated over."""
     from hexathermal.learn.diagnosis import chance, evidence, search
 
-    return [patch.object(module, "mean_log", lambda values: values.max(axis=0)) for module in (chance, evidence, search)]
+    def best(values: Any) -> Any:
+        return values.max(axis=0)
+
+    return [patch.object(module, "mean_log", best) for module in (chance, evidence, search)]
 
 
 def _no_pairs() -> list[Any]:
