@@ -19,7 +19,7 @@ def part(request: pytest.FixtureRequest, seed: int) -> CampaignTruth:
 
 
 def test_the_drift_is_that_of_its_law(part: CampaignTruth) -> None:
-    """``sum_s C_s dT_s`` from the first row, a coefficient a thermometer; nothing goes with the displacement besides."""
+    """``sum_s C_s dT_s`` from the first row, a coefficient a thermometer; nothing else goes with the displacement."""
     base = [part.sensors.index(name) for name in part.base]
     assert part.kind == "component"
     assert len(part.coefficients) == len(base)
