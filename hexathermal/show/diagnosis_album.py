@@ -34,7 +34,7 @@ def pictures_of(found: Diagnosis) -> dict[str, list[Picture]]:
         "ranking": [_ranking(found)] if found.candidates else [],
         "gain": [_gain(found)] if found.gain is not None and changed(found) else [],
         "limits": [_limits(found)] if found.limits else [],
-        "noise": [_noise(found)],
+        "noise": [_noise(found), *_whiteness(found)],
     }
     return pictures
 
@@ -159,3 +159,19 @@ def _noise(found: Diagnosis) -> Picture:
     )
     caption = "Parts of the noise, and what is left on runs for validation. A law that leaves only noise is done."
     return Picture("noise", alt, caption, partial(figures.noise_figure, found))
+
+
+def _whiteness(found: Diagnosis) -> list[Picture]:
+    """Return the picture of the autocorrelation, where it is known."""
+    told = found.whiteness
+    if told is None:
+        return []
+    shown = [told.before, told.after] if changed(found) else [told.before]
+    outside = [int((np.abs(one) > told.band).sum()) for one in shown]
+    both = f"{outside[0]} of {len(told.before)} lags stand out of the band of independent noise"
+    both += f", with the extended law {outside[1]}" if len(outside) > 1 else ""
+    caption = f"Whitened by the fitted noise, what is left of a window says little of the next one: {both}."
+    if min(outside) > 0.2 * len(told.before):
+        caption = f"Something is left that windows share: {both}."
+    return [Picture("autocorrelation", f"{caption} Band: {told.band:.3f}.", caption,
+                    partial(figures.whiteness_figure, found))]  # fmt: skip

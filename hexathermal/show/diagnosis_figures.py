@@ -152,3 +152,26 @@ def noise_figure(found: Diagnosis, width: float) -> Figure:
         axes.set_xlim(0.0, 1.15 * max(value for _name, value, *_rest in rows) * 1e6)
         axes.set_xlabel("standard deviation (µm)")
     return figure
+
+
+def whiteness_figure(found: Diagnosis, width: float) -> Figure:
+    """Return the autocorrelation of whitened residuals, and the band in which independent noise stays."""
+    import matplotlib as mpl
+    from matplotlib.figure import Figure
+
+    told = found.whiteness
+    assert told is not None  # the caller asks
+    lags = np.arange(1, len(told.before) + 1)
+    with mpl.rc_context(LOOK):
+        figure = Figure(figsize=(width, 2.4), layout="constrained")
+        axes = figure.subplots()
+        axes.axhspan(-told.band, told.band, color=GREY, alpha=0.25, lw=0.0, label="independent noise")
+        axes.plot(lags, told.before, "D", mfc="none", color=VERMILION, ms=4.5, label="law")
+        if changed(found):
+            axes.plot(lags, told.after, "o", color=BLUE, ms=4.5, label="extended law")
+        axes.axhline(0.0, color=BLACK, lw=0.8)
+        axes.set_xticks(lags[4::5])
+        axes.set_xlabel("windows from one to the other")
+        axes.set_ylabel("autocorrelation")
+        figure.legend(loc="outside upper left", ncols=3)
+    return figure

@@ -14,7 +14,7 @@ from hexathermal.learn.diagnosis.limits import limits_of
 from hexathermal.learn.diagnosis.next_experiments import next_experiments
 from hexathermal.learn.diagnosis.places import alias_words
 from hexathermal.learn.diagnosis.recorded import judged_runs, refuse_silent, silence_words
-from hexathermal.learn.diagnosis.residuals import run_residuals
+from hexathermal.learn.diagnosis.residuals import run_residuals, whiteness
 from hexathermal.learn.diagnosis.result import Candidate, Diagnosis
 from hexathermal.learn.diagnosis.words import effect_of
 from hexathermal.learn.law import IdentifiedLaw
@@ -81,7 +81,7 @@ def diagnose(
         next_experiments(course, limits, confusions, candidates),
         run_residuals(campaign, course, rows, held, base, extended), campaign.title,
         (*_notes(course), *_chosen(base, given=sensors is not None or law is not None), *_unseen(course, rows, mute),
-         *_cleaned((*rows, *judged))),
+         *_cleaned((*rows, *judged))), whiteness(course),
     )  # fmt: skip
 
 

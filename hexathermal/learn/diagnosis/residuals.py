@@ -5,12 +5,13 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
+import numpy.typing as npt
 
 from hexathermal.learn.campaign import Campaign
 from hexathermal.learn.diagnosis.course import Course
-from hexathermal.learn.diagnosis.result import RunResidual
+from hexathermal.learn.diagnosis.result import Autocorrelation, RunResidual
 from hexathermal.learn.diagnosis.smoothing import smoothed
-from hexathermal.learn.diagnosis.stage import view_of
+from hexathermal.learn.diagnosis.stage import Stage, view_of
 from hexathermal.learn.diagnosis.view import View
 from hexathermal.learn.law import IdentifiedLaw
 from hexathermal.learn.signals import RunRows
@@ -18,6 +19,44 @@ from hexathermal.learn.validation_rows import memories
 from hexathermal.machine.leg_signals import Memory
 from hexathermal.machine.leg_states import LegMemory
 from hexathermal.poses import FloatArray
+
+LAGS = 20
+"""Windows from one to another up to which whitened residuals are held against each other."""
+
+
+def whiteness(course: Course) -> Autocorrelation | None:
+    """Return the autocorrelation of whitened residuals of the runs for identification, before and after.
+
+    ``r_l = sum x_i x_(i+l) / sum x_i^2`` within runs; of independent noise ``N(0, 1 / n)``, n the pairs of the first
+    lag (Box and Jenkins, Time Series Analysis, 1976, 2.1.6).
+
+    Parameters
+    ----------
+    course : Course
+
+    Returns
+    -------
+    Autocorrelation or None
+        None where no run has twice as many windows as lags.
+    """
+    run = course.first.channel.run
+    if len(run) != len(course.last.channel.run) or np.bincount(run).max() < 2 * LAGS:
+        return None
+    before, after = (_autocorrelation(_whitened(stage), run) for stage in (course.first, course.last))
+    return Autocorrelation(before, after, 1.96 / float(np.sqrt((run[1:] == run[:-1]).sum())))
+
+
+def _whitened(stage: Stage) -> FloatArray:
+    """Return the whitened residual of a stage's law, with what it allows its thermometers, shape (n,)."""
+    base, levels = stage.base, stage.step.levels
+    _, mean, _ = stage.channel.solved(base.X, base.sd, levels)
+    return stage.channel.whitened((stage.channel.y - base.X @ mean)[:, None], levels)[0][:, 0]
+
+
+def _autocorrelation(values: FloatArray, run: npt.NDArray[np.int64]) -> FloatArray:
+    """Return the autocorrelation within runs at 1 to `LAGS`."""
+    found = [(values[lag:] * values[:-lag])[run[lag:] == run[:-lag]].sum() for lag in range(1, LAGS + 1)]
+    return np.array(found) / max(float(values @ values), np.finfo(float).tiny)
 
 
 def run_residuals(

@@ -127,6 +127,23 @@ class Experiment:
 
 
 @dataclass(frozen=True, eq=False)
+class Autocorrelation:
+    """How whitened residuals of neighbouring windows go together, runs for identification.
+
+    Attributes
+    ----------
+    before, after : array, shape (l,)
+        At lags of 1 to l windows, within runs: what the law leaves and what the extended law leaves.
+    band : float
+        Independent noise stays within plus and minus this at 19 of 20 lags.
+    """
+
+    before: FloatArray
+    after: FloatArray
+    band: float
+
+
+@dataclass(frozen=True, eq=False)
 class RunResidual:
     """What the law leaves of a run in windows, for pictures: SI units.
 
@@ -182,6 +199,8 @@ class Diagnosis(Shown):
     experiments : tuple of Experiment
     residuals : tuple of RunResidual
     notes : tuple of str
+    whiteness : Autocorrelation or None
+        None where runs are too short to tell.
     """
 
     verdict: str
@@ -201,6 +220,7 @@ class Diagnosis(Shown):
     residuals: tuple[RunResidual, ...]
     title: str = ""
     notes: tuple[str, ...] = field(default=())
+    whiteness: Autocorrelation | None = None
 
     def __repr__(self) -> str:
         return f"{type(self).__name__}: {self.sentence}"
@@ -266,6 +286,9 @@ class Diagnosis(Shown):
             "noise_um": {"white": self.noise.white * UM, "landing": self.noise.landing * UM,
                          "slow": self.noise.slow * UM, "offset": self.noise.offset * UM,
                          "slow_time_s": self.noise.slow_time},
+            "autocorrelation": None if self.whiteness is None else {
+                "before": self.whiteness.before.tolist(), "after": self.whiteness.after.tolist(),
+                "band_95": self.whiteness.band},
             "threshold": self.threshold,
             "sensors": list(self.law.sensors),
             "notes": list(self.notes),
