@@ -226,16 +226,24 @@ def _threshold(first: Stage) -> float:
 
 
 def _asked_again(course: Course) -> Course:
-    """Return a course whose causes still pay at the end; what does not stays named, but leaves the law."""
+    """Return a course whose causes still pay at the end; what does not stays named, but leaves the law.
+
+    In a part that does not move all that warms goes alike: there a later cause that others make needless has no name.
+    """
     if sum(one.joined for one in course.found) < 2 or course.last.repairs:
         return course
     kinds = [(item.trial.cause, item.trial.target) for item in course.last.joined]
     bests = [one.ranked.best for one in course.found]
     asked = [best for best in bests if best.trial.shape and kinds.count((best.trial.cause, best.trial.target)) == 1]
     last, gone = pruned(course.last, asked)
-    found = tuple(replace(one, joined=one.joined and all(one.ranked.best is not item for item in gone))
-                  for one in course.found)  # fmt: skip
-    return replace(course, last=last, found=found)
+    found = [replace(one, joined=one.joined and all(one.ranked.best is not item for item in gone))
+             for one in course.found]  # fmt: skip
+    needless = [k for k, one in enumerate(found) if k and course.found[k].joined and not one.joined]
+    needless = [] if course.first.view.moves else needless
+    kept = [k for k in range(len(found)) if k not in needless]
+    return replace(course, last=last, found=tuple(found[k] for k in kept),
+                   stages=tuple(course.stages[k] for k in kept),
+                   refused=(*course.refused, *(found[k].ranked for k in needless)))  # fmt: skip
 
 
 def _tolerant(stage: Stage, threshold: float) -> Stage:

@@ -117,13 +117,13 @@ def _candidates(course: Course) -> tuple[Candidate, ...]:
 def _notes(course: Course) -> tuple[str, ...]:
     """Return what a reader must know besides."""
     notes = [
-        f"{item.cause} stands above chance, but predicts runs left out of the fit no better: it is not named"
+        f"{placed(item.cause, item.best.trial.target)} stands above chance, but predicts runs left out of the fit no "
+        "better: it is not named"
         for item in course.refused
     ]
     for one in course.found:
         if not one.joined:
-            target = one.ranked.best.trial.target
-            which = one.ranked.cause if target is None else f"{one.ranked.cause} ({target})"
+            which = placed(one.ranked.cause, one.ranked.best.trial.target)
             notes.append(f"{which} does not pay on runs left out of the fit: it does not join the law")
     view = course.first.view
     pitches = [one.ranked.best.trial.parameters.get("pitch_m") for one in course.found]
@@ -132,6 +132,11 @@ def _notes(course: Course) -> tuple[str, ...]:
     if len(view.base) == 1 and view.kind == "leg" and course.first.bench.model(view.base[0]) is None:
         notes.append("too few other thermometers: a fault of the law's own sensor cannot be told from the leg's")
     return tuple(notes)
+
+
+def placed(cause: str, target: str | None) -> str:
+    """Return a cause with what it sits on."""
+    return cause if target is None else f"{cause} ({target})"
 
 
 def _chosen(base: IdentifiedLaw, *, given: bool) -> list[str]:
