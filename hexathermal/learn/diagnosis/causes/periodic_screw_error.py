@@ -31,11 +31,12 @@ CAUSE = Cause(
 )
 
 LONGEST_M, SHORTEST_M = 0.040, 0.00125
-PARTS = 8.0
-"""Waves are tried so closely that a phase is off by at most pi / PARTS at the end of the stroke."""
+PARTS, FINER = 4.0, 8.0
+"""Waves are tried so closely that a phase is off by at most pi / PARTS at the end of the stroke; or, at few places with
+a common step, where bumps imitate any long wave, by pi / FINER."""
 
 BOTH = 0.1
-"""Sine and cosine must differ: the least singular value of both over the largest."""
+"""There sine and cosine must differ: the least singular value of both over the largest."""
 
 
 def trials(bench: Workbench) -> Iterator[Trial]:
@@ -48,19 +49,21 @@ def _waves(view: View) -> Iterator[Trial]:
     """Give the trials; of waves that look alike at places with a common step, the longest."""
     if not view.moves:
         return
-    stroke = float(np.ptp(view.q))
-    step = 1.0 / (PARTS * stroke)
-    first, last = max(1.0 / LONGEST_M, 1.5 / stroke), 1.0 / SHORTEST_M
-    common = common_step(view)
-    if common is not None:  # a short wave may look like one of any length
-        first, last = 1.5 / stroke, min(last, 0.5 / common[0])
+    stroke, common = float(np.ptp(view.q)), common_step(view)
+    if common is None:
+        for frequency in np.arange(max(1.0 / LONGEST_M, 1.5 / stroke), 1.0 / SHORTEST_M, 1.0 / (PARTS * stroke)):
+            own = {"pitch_m": 1.0 / float(frequency)}
+            yield Trial(CAUSE.name, _counted(view, "periodic", own), None, "periodic", own)
+        return
+    # a short wave may look like one of any length
+    first, last, step = 1.5 / stroke, min(1.0 / SHORTEST_M, 0.5 / common[0]), 1.0 / (FINER * stroke)
     for frequency in np.arange(first, last - 0.5 * step, step):
         own = {"pitch_m": 1.0 / float(frequency)}
         waves = _counted(view, "periodic", own)
         size = np.linalg.svd(waves - waves.mean(axis=0), compute_uv=False)
         if size[1] > BOTH * size[0]:
             yield Trial(CAUSE.name, waves, None, "periodic", own)
-    if common is not None and last >= first:
+    if last >= first:
         own = {"pitch_m": 2.0 * common[0], "origin_m": common[1]}
         yield Trial(CAUSE.name, _counted(view, "wave", own), None, "wave", own)
 
