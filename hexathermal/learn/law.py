@@ -162,28 +162,34 @@ class IdentifiedLaw(Shown):
             raise ArgumentError("a leg's law needs the displacement q")
         return np.concatenate([dT * float(self.retracted_length or 0.0), dT * q[:, None]], axis=1)
 
-    def predict(self, dT: FloatArray, q: FloatArray | None = None) -> FloatArray:
-        """Return the predicted drift [m] of rows; of a law without terms and repairs.
+    def predict(self, dT: FloatArray | LegSignals, q: FloatArray | None = None) -> FloatArray:
+        """Return the predicted drift [m] of rows.
 
         Parameters
         ----------
-        dT : array, shape (n, k) [K]
-            Of the law's sensors, in their order.
+        dT : array, shape (n, k) [K], or LegSignals
+            Of the law's sensors, in their order; or all rows of a run, which a law with terms or repairs needs.
         q : array, shape (n,) [m]
-            Displacement of the rod; None for a component.
+            Displacement of the rod, beside an array; None for a component.
+
+        Returns
+        -------
+        array, shape (n,) [m]
 
         Raises
         ------
         ArgumentError
-            The law has terms or repairs, which need more than that.
+            The law has terms or repairs, which temperatures and displacements of single rows do not tell.
         """
+        if isinstance(dT, LegSignals):
+            return self.predict_signals(dT)
         if self.extended:
             causes = [term.cause for term in self.terms] + [repair.cause for repair in self.repairs]
             names = ", ".join(dict.fromkeys(causes))
             raise ArgumentError(
                 f"this law is extended by {names}, which dT and q of single rows do not tell: call "
-                "predict_signals(signals) with all rows of a run (hexathermal.learn.signals.run_rows), or feed "
-                "law.controller() row by row"
+                "predict(signals) or predict_signals(signals) with all rows of a run "
+                "(hexathermal.learn.signals.run_rows), or feed law.controller() row by row"
             )
         return np.asarray(self.columns(dT, q) @ self.coefficients)
 

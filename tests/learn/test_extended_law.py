@@ -133,6 +133,16 @@ def test_a_leg_that_follows_the_law_is_corrected_to_zero(shape: str) -> None:
     assert np.abs(law.predict_signals(signals)).max() > 1e-7
 
 
+@pytest.mark.parametrize("shape", EVERY)
+def test_predict_takes_an_extended_law_as_it_is(shape: str) -> None:
+    """Given all rows of a run, `predict` is what the law says of them, terms, states and all."""
+    law, signals = law_with(terms_of(shape)), drawn_signals(11, 80)
+    assert np.array_equal(law.predict(signals), law.predict_signals(signals))
+    plain = dataclasses.replace(law, terms=(), joint_covariance=None)
+    dT = np.column_stack([signals.dT[name] for name in plain.sensors])
+    np.testing.assert_allclose(plain.predict(signals), plain.predict(dT, signals.q), rtol=0.0, atol=1e-18)
+
+
 def test_single_rows_are_refused_by_name() -> None:
     """`predict` of a law with a lag says which term is in the way and what to call; so does `validate` on blocks."""
     law = law_with(terms_of("lag"))
