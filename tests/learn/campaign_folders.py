@@ -113,6 +113,14 @@ def cleaned(folder: Path, edit: Callable[[Table], Table | None] = lambda table: 
     return used_run(load_campaign(leg_campaign(folder, edit=edit)), "a")
 
 
+def changed(folder: Path, old: str, new: str, count: int = 1) -> None:
+    """Replace a text in campaign.toml."""
+    file = folder / "campaign.toml"
+    text = file.read_text(encoding="utf-8")
+    assert old in text
+    file.write_text(text.replace(old, new, count), encoding="utf-8")
+
+
 def messages(folder: Path, **options: tuple[str, ...] | bool) -> list[str]:
     """Return the faults of a campaign as texts, file names without folders."""
     with pytest.raises(CampaignError) as error:

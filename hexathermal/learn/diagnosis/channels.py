@@ -11,12 +11,15 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
+from typing import TypeVar
 
 import numpy as np
 import numpy.typing as npt
 from scipy import linalg, optimize
 
 from hexathermal.poses import FloatArray
+
+Rows = TypeVar("Rows", float, FloatArray)
 
 SLOW_TIMES = (900.0, 2400.0, 7200.0)
 """Correlation times that the slow process may have [s]."""
@@ -36,6 +39,10 @@ class Levels:
     def rms(self) -> float:
         """Of a window that is the mean of many rows, offsets apart."""
         return math.hypot(self.landing, self.slow, self.white)
+
+    def variance(self, rows: Rows) -> Rows:
+        """Return the variance of windows that are means of so many rows, offsets apart."""
+        return self.white**2 / rows + self.landing**2 + self.slow**2
 
 
 @dataclass(frozen=True, eq=False)

@@ -55,7 +55,7 @@ def extended_law(law: IdentifiedLaw, stage: Stage) -> IdentifiedLaw:
 def _factor(stage: Stage) -> float:
     """Return half of a 95 % prediction interval over the predicted standard deviation, from runs left out."""
     channel, levels = stage.channel, stage.levels
-    variance = levels.white**2 / channel.rows + levels.landing**2 + levels.slow**2 + levels.offset**2
+    variance = levels.variance(channel.rows) + levels.offset**2
     z = stage.left / np.sqrt(variance)
     return prediction_factor([z[channel.run == k] for k in np.unique(channel.run)])
 

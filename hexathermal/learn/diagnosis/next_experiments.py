@@ -83,8 +83,7 @@ def _promised(readings: int, size: float, course: Course) -> float:
     """Return the log evidence that an experiment brings on average."""
     if not readings:
         return DECIDED
-    levels, rows = course.last.levels, float(np.median(course.first.channel.rows))
-    variance = levels.white**2 / rows + levels.landing**2 + levels.slow**2
+    variance = course.last.levels.variance(float(np.median(course.first.channel.rows)))
     return float(min(0.5 * readings * size**2 / max(variance, np.finfo(float).tiny), DECIDED))
 
 
