@@ -117,13 +117,13 @@ def _candidates(course: Course) -> tuple[Candidate, ...]:
 def _notes(course: Course) -> tuple[str, ...]:
     """Return what a reader must know besides."""
     notes = [
-        f"{placed(item.cause, item.best.trial.target)} stands above chance, but predicts runs left out of the fit no "
+        f"{_sited(item.cause, item.best.trial.target)} stands above chance, but predicts runs left out of the fit no "
         "better: it is not named"
         for item in course.refused
     ]
     for one in course.found:
         if not one.joined:
-            which = placed(one.ranked.cause, one.ranked.best.trial.target)
+            which = _sited(one.ranked.cause, one.ranked.best.trial.target)
             notes.append(f"{which} does not pay on runs left out of the fit: it does not join the law")
     view = course.first.view
     pitches = [one.ranked.best.trial.parameters.get("pitch_m") for one in course.found]
@@ -134,7 +134,7 @@ def _notes(course: Course) -> tuple[str, ...]:
     return tuple(notes)
 
 
-def placed(cause: str, target: str | None) -> str:
+def _sited(cause: str, target: str | None) -> str:
     """Return a cause with what it sits on."""
     return cause if target is None else f"{cause} ({target})"
 
