@@ -57,9 +57,10 @@ CONSTANTS = {
         "NAME_AHEAD",
         "AHEAD_SHARE",
         "LEAST_NAMED",
-        "NONE_AT_MOST",
         "SOUND",
         "IMITATED",
+        "ALIKE",
+        "CLEAR",
         "SECONDED",
         "EQUIVALENT",
     ),
@@ -85,7 +86,7 @@ CONSTANTS = {
     "exchange": ("RIVAL", "AHEAD"),
     "pruning": ("LEAST_HARM",),
     "stage": ("DISBELIEVED", "LARGEST", "TAKEN_BACK"),
-    "limits": ("CLOSE",),
+    "limits": ("CLOSE", "SOUND_CAMPAIGNS", "WEAKEST", "STRONGEST"),
 }
 """Numbers of the method that a reader may want to know, by their module."""
 

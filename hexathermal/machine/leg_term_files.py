@@ -27,7 +27,13 @@ PARAMETERS: dict[str, dict[str, str]] = {
     | {"time_constant_s": "number!", "order": "number"},
     "temperature": {"sensor": "text!", "ratio": "number!"},
     "expansion": {"sensor": "text!"},
-    "stored-heat": {"source": "text!", "power": "number", "time_constant_s": "number!", "ratio": "number"},
+    "stored-heat": {
+        "source": "text!",
+        "power": "number",
+        "time_constant_s": "number!",
+        "source_time_constant_s": "number",
+        "ratio": "number",
+    },
     "square": {"sensor": "text!", "ratio": "number!", "reference_degC": "number", "calibration_degC": "number"},
     "bend": {
         "sensor": "text!",
@@ -43,15 +49,15 @@ PARAMETERS: dict[str, dict[str, str]] = {
     "periodic": {"pitch_mm": "mm!"},
     "wave": {"pitch_mm": "mm!", "origin_mm": "mm!"},
     "position": {},
-    "relaxation": {"time_constant_s": "number!", "kick": "text!", "decades": "number"},
+    "relaxation": {"time_constant_s": "number!", "kick": "text!", "decades": "number", "saturation_mm": "mm"},
     "time": {},
 }
 """Parameters of each shape in files and their rules, see `hexathermal.machine.forms.Form`."""
 
 POSITIVE = {
     "lag": ("time_constant_s", "order"), "lead": ("time_constant_s",), "foretold": ("time_constant_s", "order"),
-    "relaxation": ("time_constant_s",), "periodic": ("pitch_mm",), "wave": ("pitch_mm",), "bend": ("width_K",),
-    "direction": ("play_mm",),
+    "relaxation": ("time_constant_s", "saturation_mm"), "periodic": ("pitch_mm",), "wave": ("pitch_mm",),
+    "bend": ("width_K",), "direction": ("play_mm",),
 }  # fmt: skip
 """Parameters that must be above 0; other time constants may be 0, which stands for no delay."""
 

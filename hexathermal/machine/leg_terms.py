@@ -164,7 +164,8 @@ def expansion(signals: LegSignals, parameters: Mapping[str, Any], memory: Memory
 def stored_heat(signals: LegSignals, parameters: Mapping[str, Any], memory: Memory) -> FloatArray:
     """Return heat of motion, or of a recorded input, behind a low pass, ``low_pass(|u|^power)``.
 
-    ``source`` is ``"motion"`` (u: speed in m/s) or an input's name.
+    ``source`` is ``"motion"`` (u: speed in m/s) or an input's name. With ``source_time_constant_s`` it is behind
+    another low pass before: what is rubbed warms first, then what expands.
     """
     source = parameters["source"]
     u = memory.speed(signals.time, signals.q) if source == "motion" else np.abs(signals.recorded(source))
@@ -174,8 +175,9 @@ def stored_heat(signals: LegSignals, parameters: Mapping[str, Any], memory: Memo
 
 def heat_left(signals: LegSignals, heat: FloatArray, parameters: Mapping[str, Any], memory: Memory) -> FloatArray:
     """Return heat behind a low pass, less its first value, times the length it acts on where that is stated."""
-    tau = parameters["time_constant_s"]
-    stored = memory.low_pass("heat", signals.time, heat, tau) if tau > 0.0 else heat
+    tau, before = parameters["time_constant_s"], parameters.get("source_time_constant_s", 0.0)
+    given = memory.low_pass("source", signals.time, heat, before) if before > 0.0 else heat
+    stored = memory.low_pass("heat", signals.time, given, tau) if tau > 0.0 else given
     left = stored - memory.first("heat at first", stored)
     return np.asarray(left * signals.span(parameters["ratio"]) if "ratio" in parameters else left)
 
@@ -282,12 +284,15 @@ def relaxation(signals: LegSignals, parameters: Mapping[str, Any], memory: Memor
 
     ``kick`` is ``"direction"`` (one for each move, signed), ``"move"`` (one for each move) or ``"step"`` (the length
     of the move, signed, in units of 10 mm). Rows in which the rod moves one way without a rest are one move. With
-    ``decades`` above 0 it is the mean of exponentials evenly in log time from the time constant on over so many
-    decades: creep that goes with the logarithm of time.
+    ``saturation_m`` a move shorter than this kicks less, ``1 - exp(-length / saturation)`` of it. With ``decades``
+    above 0 it is the mean of exponentials evenly in log time from the time constant on over so many decades: creep
+    that goes with the logarithm of time.
     """
     lengths, tau = memory.lengths(signals.q), parameters["time_constant_s"]
     way = np.sign(lengths)
     sizes = {"direction": way, "move": np.abs(way), "step": lengths / 0.01}[parameters["kick"]]
+    if "saturation_m" in parameters:
+        sizes = sizes * -np.expm1(-np.abs(lengths) / parameters["saturation_m"])
     decades = parameters.get("decades", 0.0)
     times = tau * np.logspace(0.0, decades, 1 + round(PER_DECADE * decades))
     return np.asarray(

@@ -8,7 +8,7 @@ from hexathermal.learn.diagnosis.words import two_digits
 from hexathermal.learn.validation_scores import Figure
 from hexathermal.show.diagnosis_album import MOST_RUNS
 from hexathermal.show.diagnosis_page import facts, paragraph, section, table, text
-from hexathermal.show.diagnosis_tables import joined_words, probability, visible_words
+from hexathermal.show.diagnosis_tables import joined_words, probability, verdict_probability, visible_words
 from hexathermal.show.diagnosis_words import (
     NONE_NAMED,
     VERDICTS,
@@ -30,8 +30,7 @@ from hexathermal.show.shares import less, parts
 def opening(found: Diagnosis) -> str:
     """Return what stands under the first sentence: further causes, key figures, notes."""
     many = f"{len(found.effects)} causes are named" if len(found.effects) > 1 else VERDICTS[found.verdict]
-    whose = "the first with probability" if len(found.effects) > 1 else "probability"
-    pairs = [("Verdict", many, f"{whose} {probability(found.probability)}")]
+    pairs = [("Verdict", many, verdict_probability(found.verdict, len(found.effects), found.probability))]
     if found.gain is not None:
         one = found.gain.total
         before = f"{one.rmse_before * 1e6:.3f}"

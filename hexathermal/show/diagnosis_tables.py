@@ -47,6 +47,19 @@ def visible_words(found: Diagnosis, k: int) -> str:
     return f"{rounded(value, std)} ({span(value, std, positive=True)})" if math.isfinite(std) else two_digits(value)
 
 
+def verdict_probability(verdict: str, effects: int, value: float) -> str:
+    """Return the probability of a verdict, in words that say what it is of.
+
+    Examples
+    --------
+    >>> verdict_probability("none", 0, 0.62)
+    'probability 0.62 that nothing of a quarter of the noise or more is there'
+    """
+    if verdict == "none":
+        return f"probability {probability(value)} that nothing of a quarter of the noise or more is there"
+    return f"{'the first with ' if effects > 1 else ''}probability {probability(value)}"
+
+
 def probability(value: float) -> str:
     """Return a probability without claiming certainty.
 

@@ -20,7 +20,7 @@ ENDINGS = ("_degC", "_per_K2", "_urad_per_K", "_um_per_K", "_um_per_h", "_um_per
            "_mm", "_ppm", "_K", "_s", "_m")  # fmt: skip
 """Of a parameter's name: the unit, which is shown apart."""
 
-POSITIVE = ("time_constant_s", "pitch_m", "play_m")
+POSITIVE = ("time_constant_s", "source_time_constant_s", "pitch_m", "play_m", "saturation_m")
 """Parameters that are above zero by what they are."""
 
 LABELS = {
@@ -28,6 +28,8 @@ LABELS = {
     "second_per_K": "amplitude, second order",
     "kick": "kick at each",
     "decades": "decades of time constants",
+    "saturation": "way of the rod in which a kick becomes whole",
+    "source_time_constant": "time constant of what is rubbed",
 }
 """Of parameters whose names alone would not be understood."""
 

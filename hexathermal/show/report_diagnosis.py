@@ -12,7 +12,7 @@ from hexathermal.learn.diagnosis.words import two_digits
 from hexathermal.learn.validation_scores import Figure
 from hexathermal.show import shares
 from hexathermal.show.diagnosis_page import paragraph, table, text
-from hexathermal.show.diagnosis_tables import probability
+from hexathermal.show.diagnosis_tables import probability, verdict_probability
 from hexathermal.show.diagnosis_words import (
     NONE_NAMED,
     VERDICTS,
@@ -72,9 +72,10 @@ def _report(told: Facts, place: Path) -> Report:
     """Return the report."""
     title = str(told["title"]) or "campaign without a title"
     whole = told.get("kind") == "hexapod"
-    many, whose = len(told["effects"]), "the first with probability" if len(told["effects"]) > 1 else "probability"
+    many = len(told["effects"])
+    sure = verdict_probability("" if whole else told["verdict"], many, float(told["probability"]))
     verdict = f"{many} causes are named" if many > 1 else VERDICTS[told["verdict"]]
-    pairs = [("Verdict", verdict, f"{whose} {probability(float(told['probability']))}"),
+    pairs = [("Verdict", verdict, sure),
              ("Threshold", f"{told['threshold']:.1f}", "log evidence that a name needed")]  # fmt: skip
     gain = told["gain"]
     bare = _without_frames(told)

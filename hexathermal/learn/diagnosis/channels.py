@@ -1,8 +1,9 @@
 """A channel of measurements in windows, and its noise: white, scatter of landings, a slow process, an offset of runs.
 
-``y_w = x_w b + offset_run + slow(t_w) + landing_l + white / sqrt(rows)``. The landing, each stop after a move, is the
-independent unit, not the sample. The levels maximise the likelihood with the coefficients' priors integrated out; the
-slow process is of first order (Ornstein-Uhlenbeck). A Kalman filter of three states whitens in linear time.
+``y_w = x_w b + wander_w (offset_run + slow(t_w)) + landing_l + white / sqrt(rows)``. The landing, each stop after a
+move, is the independent unit, not the sample. The levels maximise the likelihood with the coefficients' priors
+integrated out; the slow process is of first order (Ornstein-Uhlenbeck). A Kalman filter of three states whitens in
+linear time.
 """
 
 from __future__ import annotations
@@ -66,6 +67,8 @@ class Channel:
         runs are what they are: thermometers walk through a long campaign.
     zeroed_by_run : bool
         Whether each run counts from its own first row.
+    shown : array, shape (n,), optional
+        How much of what wanders, the slow process and offsets, each window shows; by default 1.
     """
 
     y: FloatArray
@@ -77,9 +80,15 @@ class Channel:
     has_landings: bool = True
     tied_offsets: bool = True
     zeroed_by_run: bool = True
+    shown: FloatArray | None = None
 
     def __len__(self) -> int:
         return len(self.y)
+
+    @cached_property
+    def wander(self) -> FloatArray:
+        """How much of what wanders each window shows, shape (n,)."""
+        return np.ones(len(self)) if self.shown is None else self.shown
 
     @cached_property
     def scale(self) -> float:
@@ -95,8 +104,8 @@ class Channel:
         table = np.ascontiguousarray(columns, dtype=np.float64)
         out = np.empty_like(table)
         white, landing = levels.white**2 / self.rows, levels.landing**2
-        logdet = whiten(table, self.start, self.fresh, self.step, white, landing, levels.slow**2, levels.slow_time,
-                        levels.offset**2, out)  # fmt: skip
+        logdet = whiten(table, self.start, self.fresh, self.step, self.wander, white, landing, levels.slow**2,
+                        levels.slow_time, levels.offset**2, out)  # fmt: skip
         return out, float(logdet)
 
     def spread(self, G: FloatArray, levels: Levels) -> FloatArray:
@@ -107,6 +116,7 @@ class Channel:
             own = self.run == k
             time = np.cumsum(np.where(self.start[own], 0.0, self.step[own]))
             V = levels.slow**2 * np.exp(-np.abs(time[:, None] - time) / levels.slow_time) + levels.offset**2
+            V *= self.wander[own][:, None] * self.wander[own]
             V += levels.landing**2 * (landing[own][:, None] == landing[own])
             V[np.diag_indices_from(V)] += levels.white**2 / self.rows[own]
             total += G[own].T @ V @ G[own]
@@ -134,8 +144,8 @@ class Channel:
         from hexathermal.learn.diagnosis.whitening_loops import log_evidence
 
         white, landing = levels.white**2 / self.rows, levels.landing**2
-        value = log_evidence(self._scaled(X, sd), self.start, self.fresh, self.step, white, landing, levels.slow**2,
-                             levels.slow_time, levels.offset**2)  # fmt: skip
+        value = log_evidence(self._scaled(X, sd), self.start, self.fresh, self.step, self.wander, white, landing,
+                             levels.slow**2, levels.slow_time, levels.offset**2)  # fmt: skip
         return float(value) + self.prior(levels)
 
     def _scaled(self, X: FloatArray, sd: FloatArray) -> FloatArray:
@@ -208,8 +218,8 @@ class Channel:
 
         def objective(point: FloatArray) -> float:
             whole[free] = point
-            value = log_posterior(whole, slow_time, table, self.start, self.fresh, self.step, share, self.scale,
-                                  self.has_landings, self.tied_offsets)  # fmt: skip
+            value = log_posterior(whole, slow_time, table, self.start, self.fresh, self.step, self.wander, share,
+                                  self.scale, self.has_landings, self.tied_offsets)  # fmt: skip
             return -float(value)
 
         start = whole[free]

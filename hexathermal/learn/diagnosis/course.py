@@ -24,6 +24,7 @@ from hexathermal.learn.diagnosis.rivals import SHAPE_ERROR
 from hexathermal.learn.diagnosis.search import REPEATED
 from hexathermal.learn.diagnosis.stage import Stage, view_of
 from hexathermal.learn.diagnosis.trials import Trial
+from hexathermal.learn.diagnosis.wandering import with_wandering
 from hexathermal.learn.law import IdentifiedLaw
 from hexathermal.learn.signals import RunRows
 from hexathermal.poses import FloatArray
@@ -155,7 +156,7 @@ def searched(
         Called as ``progress(done, total, label)``.
     """
     said = progress if progress is not None else (lambda _done, _total, _label: None)
-    first = stage = Stage(view_of(campaign, rows, law.sensors))
+    first = stage = Stage(with_wandering(view_of(campaign, rows, law.sensors)))
     _refuse_too_little(first)
     said(1, MOST_EFFECTS + 2, "trying causes")
     threshold = _threshold(first)

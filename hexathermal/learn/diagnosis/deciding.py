@@ -19,10 +19,6 @@ from hexathermal.learn.diagnosis.rivals import SHAPE_ERROR
 NAMED_PRIOR = 0.75
 """Of the catalogue, against something nameless."""
 
-NONE_AT_MOST = 0.8
-"""Most that is said for nothing: of campaigns with something in six of ten, weak effects among them, one in five that
-showed nothing held something (benches looked at meanwhile)."""
-
 SOUND = 0.98
 """How often the truth is among the hypotheses as they are drawn: so many of the names given as certain were right."""
 
@@ -39,6 +35,9 @@ IMITATED = 0.6
 
 ALIKE = 0.7
 """Names with this share of the first one's probability are as good: the larger effect is the first."""
+
+CLEAR = 100.0
+"""Log evidence against a tolerated misfit from which on more of it makes no name any better."""
 
 EVEN = 0.5
 """Probability of something without a name that a name is hardly ahead of: five of eight such had none."""
@@ -97,13 +96,14 @@ def decided(step: Step, threshold: float) -> Decision:
     probabilities = {name: SOUND * weight / total for name, weight in weights.items()}
     standing = [item for item in step.ranking if item.gated >= threshold]
     if not standing:
-        return Decision(None, min(probabilities[NONE], NONE_AT_MOST), probabilities, ())
+        return Decision(None, probabilities[NONE], probabilities, ())
     best = standing[0]
     names = [item for item in standing if item.named]
     if names and names[0].value >= _wanted(standing):
         # of names that fit alike, the one that the least of a tolerated misfit could stand for
         as_good = ALIKE * probabilities[names[0].cause]
-        best = max((item for item in names if probabilities[item.cause] >= as_good), key=lambda item: item.gated)
+        fitting = [item for item in names if probabilities[item.cause] >= as_good]
+        best = max(fitting, key=lambda item: (min(item.gated, CLEAR), item.value))
     elif best.named:
         return _handed(standing, probabilities)
     if best.named and probabilities[best.cause] < LEAST_NAMED:
@@ -131,7 +131,7 @@ def _handed(standing: Sequence[Ranked], probabilities: dict[str, float]) -> Deci
 
 def _as_likely(best: Ranked, named: Sequence[Ranked], threshold: float) -> list[str]:
     """Return names that the data speak for as they do for the best, but which errors of the thermometers may feign."""
-    cool = 1.0 + SHAPE_ERROR * max(best.value, 0.0)
+    cool = _cool(best)
     others = [item for item in named if item is not best and item.value >= threshold]
     return [item.cause for item in others if (item.value - best.value) / cool > np.log(EQUIVALENT)]
 
@@ -159,6 +159,15 @@ def _wanted(standing: Sequence[Ranked]) -> float:
     return max([wanted, *(NAME_AHEAD + (1.0 + AHEAD_SHARE) * value for value in alone)])
 
 
+def _cool(best: Ranked) -> float:
+    """Return what the evidence between causes is divided by, beside the best: its shape is a sketch.
+
+    And what errors of the thermometers may feign of it, they may feign of the lead over another as well.
+    """
+    value = max(best.value, 0.0)
+    return max(1.0 + SHAPE_ERROR * value, value / max(best.gated, 1.0))
+
+
 def _alone(item: Ranked) -> bool:
     """Whether it is one column, which imitates nothing but itself."""
     return int(item.best.trial.columns.shape[1]) == 1
@@ -180,7 +189,8 @@ def _tempered(step: Step, threshold: float, named: int, nameless: int) -> dict[s
     }
     lead = max(shown.values(), default=0.0)
     gate = max((item.gated for item in step.ranking), default=0.0)
-    cool = 1.0 + SHAPE_ERROR * max(lead, 0.0)
+    leading = [item for item in step.ranking if shown[item.cause] == lead and item.gated >= threshold]
+    cool = _cool(leading[0]) if leading else 1.0 + SHAPE_ERROR * max(lead, 0.0)
     found = {NONE: 0.0}
     for item in step.ranking:
         prior = NAMED_PRIOR / max(named, 1) if item.named else (1.0 - NAMED_PRIOR) / max(nameless, 1)

@@ -10,17 +10,20 @@ from hexathermal.learn.cleaning_record import HARMLESS, cleaning_words
 from hexathermal.learn.diagnosis.causes import catalogue
 from hexathermal.learn.diagnosis.course import Course, Progress, base_law, searched
 from hexathermal.learn.diagnosis.extension import extended_law, gained, reachable
-from hexathermal.learn.diagnosis.limits import limits_of
+from hexathermal.learn.diagnosis.limits import limits_of, sure_of_nothing
 from hexathermal.learn.diagnosis.next_experiments import next_experiments
 from hexathermal.learn.diagnosis.places import alias_words
 from hexathermal.learn.diagnosis.recorded import judged_runs, refuse_silent, silence_words
 from hexathermal.learn.diagnosis.residuals import run_residuals, whiteness
-from hexathermal.learn.diagnosis.result import Candidate, Diagnosis
+from hexathermal.learn.diagnosis.result import Candidate, Diagnosis, Limit
 from hexathermal.learn.diagnosis.words import effect_of
 from hexathermal.learn.law import IdentifiedLaw
 from hexathermal.learn.signals import RunRows, campaign_rows
 
 MOST_CANDIDATES = 12
+
+HIDING = 1.0 / 3.0
+"""Part of the causes that may hide an effect as large as the noise before it is said that a campaign shows little."""
 
 
 def diagnose(
@@ -72,28 +75,35 @@ def diagnose(
     held, mute = judged_runs(judged, (base, extended))
     read = {one.run.name: one for one in (*rows, *judged)}
     seen = replace(campaign, runs=tuple(run for run in campaign.runs if run.name not in mute))
-    verdict, probability, follows = _verdict(course)
-    limits, confusions = limits_of(course.first, course.steps[0].levels, course.threshold)
+    levels = course.steps[0].levels
+    limits, confusions = limits_of(course.first, levels, course.threshold)
+    verdict, probability, follows = _verdict(course, sure_of_nothing(limits, levels.rms))
     candidates = _candidates(course)
+    notes = (
+        *_notes(course), *_sees_little(verdict, limits, levels.rms),
+        *_chosen(base, given=sensors is not None or law is not None), *_unseen(course, rows, mute),
+        *_cleaned((*rows, *judged)),
+    )  # fmt: skip
     return Diagnosis(
         verdict, probability, effects, follows, candidates, base, extended, gained(base, extended, seen, read),
         reachable(campaign, last, held, base.sensors), last.levels, course.threshold, limits, confusions,
         next_experiments(course, limits, confusions, candidates),
-        run_residuals(campaign, course, rows, held, base, extended), campaign.title,
-        (*_notes(course), *_chosen(base, given=sensors is not None or law is not None), *_unseen(course, rows, mute),
-         *_cleaned((*rows, *judged))), whiteness(course),
+        run_residuals(campaign, course, rows, held, base, extended), campaign.title, notes, whiteness(course),
     )  # fmt: skip
 
 
-def _verdict(course: Course) -> tuple[str, float, str | None]:
-    """Return verdict, its probability, and what something unexplained follows."""
+def _verdict(course: Course, nothing: float) -> tuple[str, float, str | None]:
+    """Return verdict, its probability, and what something unexplained follows.
+
+    `nothing` is how sure these data can make that nothing is there.
+    """
     end = course.end
     left = end.leader.cause if end.leader is not None and not end.leader.named else None
     if course.found:
         return "effect", course.found[0].decision.probability, left
     if left is not None:
         return "unexplained", end.probability, left
-    return "none", end.probability, None
+    return "none", min(end.probability, nothing), None
 
 
 def _candidates(course: Course) -> tuple[Candidate, ...]:
@@ -132,6 +142,17 @@ def _notes(course: Course) -> tuple[str, ...]:
     if len(view.base) == 1 and view.kind == "leg" and course.first.bench.model(view.base[0]) is None:
         notes.append("too few other thermometers: a fault of the law's own sensor cannot be told from the leg's")
     return tuple(notes)
+
+
+def _sees_little(verdict: str, limits: Sequence[Limit], noise: float) -> list[str]:
+    """Return that a campaign in which nothing is seen can see little, where many causes may hide behind its noise."""
+    hiding = sum(one.visible > noise for one in limits)
+    if verdict != "none" or hiding <= HIDING * len(limits):
+        return []
+    return [
+        f"these data show little: {hiding} of {len(limits)} causes could hide an effect larger than the noise; "
+        "measure more runs, or longer ones with more moves and rests"
+    ]
 
 
 def _sited(cause: str, target: str | None) -> str:

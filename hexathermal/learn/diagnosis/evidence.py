@@ -149,8 +149,10 @@ class Terms:
         Of all trials beside each other.
     rms : array, shape (t, k)
         Of the columns.
-    left, plain : array, shape (t, k)
-        RMS of what stays visible of each after the base is refitted, and after the law and what joined it.
+    left : array, shape (t, k)
+        RMS of what stays visible of each after the base is refitted.
+    shown : array, shape (t, k, k)
+        Mean products of what stays visible of a trial's columns after the law, and what joined it, is refitted.
     shares : array, shape (k,)
         Of the RMS of what is visible in each column.
     """
@@ -159,7 +161,7 @@ class Terms:
     columns: FloatArray
     rms: FloatArray
     left: FloatArray
-    plain: FloatArray
+    shown: FloatArray
     shares: FloatArray
 
     def sizes(self, noise: float, largest: float) -> FloatArray:
@@ -185,22 +187,20 @@ def terms_of(base: Base, trials: Iterable[Trial]) -> list[Terms]:
         for first in range(0, len(group), most):
             own = tuple(group[first : first + most])
             columns = stacked_columns(len(base.X), own)
-            rms, left, shown = (size.reshape(-1, count) for size in _sizes(columns, Q, plain))
+            rms, left = (size.reshape(-1, count) for size in _sizes(columns, Q))
+            shown = _products(_without(columns, Q[:, :plain]), count) / len(columns)
             found.append(Terms(own, columns, rms, left, shown, shares))
     return found
 
 
-def _sizes(columns: FloatArray, Q: FloatArray, plain: int) -> list[FloatArray]:
-    """Return the RMS of columns, and of what stays of them beside Q and beside the first `plain` columns of it."""
-    whole, along = _squares(columns), (Q.T @ columns) ** 2
-    found = [whole]
-    for k in (Q.shape[1], plain):
-        left = whole - along[:k].sum(axis=0)
-        # a difference of two numbers nearly alike would be one of their rounding
-        little = left < 1e-4 * whole
-        left[little] = _squares(_without(columns[:, little], Q[:, :k]))
-        found.append(left)
-    return [np.sqrt(squares / len(columns)) for squares in found]
+def _sizes(columns: FloatArray, Q: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Return the RMS of columns, and of what stays of them beside Q."""
+    whole = _squares(columns)
+    left = whole - _squares(Q.T @ columns)
+    # a difference of two numbers nearly alike would be one of their rounding
+    little = left < 1e-4 * whole
+    left[little] = _squares(_without(columns[:, little], Q))
+    return np.sqrt(whole / len(columns)), np.sqrt(left / len(columns))
 
 
 @dataclass(frozen=True, eq=False)
@@ -286,7 +286,7 @@ def screened(
         grid = np.array([stack.log_bayes(rho)[:, 0] for rho in RHO])
         best, values = RHO[np.argmax(grid, axis=0)], mean_log(grid)
         amplitudes, over = stack.found(best)
-        shown = np.sqrt(((amplitudes * own.plain) ** 2).sum(axis=1))
+        shown = np.sqrt(np.maximum(np.einsum("ti,tij,tj->t", amplitudes, own.shown, amplitudes), 0.0))
         spread = shown / np.maximum(over, 1e-12)
         sizes = best[:, None] * stack.size
         rows = zip(own.trials, values.tolist(), shown.tolist(), spread.tolist(), best.tolist(), sizes, strict=True)

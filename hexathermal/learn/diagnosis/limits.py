@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -19,6 +20,13 @@ ASKED = 9
 
 CLOSE = 6.0
 """Log evidence below which two causes are told to be confused."""
+
+SOUND_CAMPAIGNS = 0.2
+"""Part of all campaigns that hold nothing."""
+
+WEAKEST, STRONGEST = 0.25, 2.0
+"""Visible RMS over the noise between which effects lie, evenly in the logarithm: less changes no law, more is seen by
+eye."""
 
 ROUNDING = 1e-9
 """Log evidence below which two causes are the same column: what is left is rounding, and would order the pairs."""
@@ -58,6 +66,25 @@ def limits_of(stage: Stage, levels: Levels, threshold: float) -> tuple[tuple[Lim
     """
     limits, shapes = _shapes_of(stage, levels, threshold)
     return tuple(limits), _confused(shapes)
+
+
+def sure_of_nothing(limits: Sequence[Limit], noise: float) -> float:
+    """Return the probability that a campaign in which nothing is seen holds nothing.
+
+    ``s / (s + (1 - s) m)``: s is `SOUND_CAMPAIGNS`, m the mean over the causes of the part of effects, log-uniform
+    between `WEAKEST` and `STRONGEST` times the noise, that is below their limits of detection.
+
+    Parameters
+    ----------
+    limits : sequence of Limit
+    noise : float
+        RMS of the noise in windows [m].
+    """
+    if not limits:
+        return SOUND_CAMPAIGNS
+    seen = np.array([one.visible for one in limits]) / noise
+    missed = np.clip(np.log(seen / WEAKEST) / np.log(STRONGEST / WEAKEST), 0.0, 1.0).mean()
+    return float(SOUND_CAMPAIGNS / (SOUND_CAMPAIGNS + (1.0 - SOUND_CAMPAIGNS) * missed))
 
 
 def _shapes_of(stage: Stage, levels: Levels, threshold: float) -> tuple[list[Limit], dict[str, Shape]]:

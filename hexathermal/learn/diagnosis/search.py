@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
@@ -329,12 +330,17 @@ def all_trials(bench: Workbench) -> list[Trial]:
     """Return the trials of the catalogue and the nameless ones."""
     found = []
     for module in catalogue().values():
-        feigned = bench.feigned if module.CAUSE.thermal else bench.wandered * module.CAUSE.wanders
+        feigned = _feigned(bench, thermal=module.CAUSE.thermal, wanders=module.CAUSE.wanders)
         found += [_feigning(trial, feigned) for trial in module.trials(bench)]
     for trial in flexible_trials(bench):
-        feigned = bench.feigned if trial.target in THERMAL else bench.wandered * (trial.target in WANDERING)
+        feigned = _feigned(bench, thermal=trial.target in THERMAL, wanders=trial.target in WANDERING)
         found.append(_feigning(trial, feigned))
     return [trial for trial in found if trial.base is not None or _varies(trial.columns)]
+
+
+def _feigned(bench: Workbench, *, thermal: bool, wanders: bool) -> float:
+    """Return the misfit that errors of the thermometers may feign, RMS [m]."""
+    return math.hypot(bench.feigned * thermal, bench.wandered * wanders)
 
 
 def _feigning(trial: Trial, feigned: float) -> Trial:

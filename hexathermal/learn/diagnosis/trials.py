@@ -120,6 +120,8 @@ class Trial:
         number.
     whole : bool
         Whether the amplitude in the parity's last column is about 1 where the fault is there at all.
+    partly : bool
+        Whether that amplitude is a part of something, 0 to 1, where the fault is there.
     anew : bool
         Whether errors of the thermometers are to be made anew of the mended data: all sensors are mended alike.
     finer : function or None
@@ -151,6 +153,7 @@ class Trial:
     least_parity: float = -np.inf
     in_parity: float = 0.0
     whole: bool = False
+    partly: bool = False
     anew: bool = False
     finer: Callable[[float], Trial] | None = None
     advantage: float = 0.0

@@ -14,8 +14,8 @@ from hexathermal.poses import FloatArray
 THERMAL = ("T", "qT", "input", "the humidity")
 """What errors of thermometers can feign; the relative humidity of a room goes as its temperature."""
 
-WANDERING = ("travel",)
-"""What thermometers that wander from run to run can feign: it grows all along the campaign."""
+WANDERING = ("travel", "the humidity", "the pressure")
+"""What thermometers that wander from run to run can feign: it grows all along the campaign, or changes by the day."""
 
 PERIODS_S = (*np.geomspace(480.0, 7200.0, 28), 14400.0, 28800.0, 86400.0)
 """Periods of a rhythm."""
@@ -74,15 +74,20 @@ def _rhythms(view: View) -> Iterator[Trial]:
 
 
 def _kinks(bench: Workbench, sensor: str) -> Iterator[Trial]:
-    """Give straight lines above some temperatures, less what they are at the zero, where that is known."""
+    """Give straight lines above some warmings, and above some temperatures, where those are known.
+
+    Less what they are at the zero.
+    """
+    warming = bench.view.temperatures(sensor)
+    places = [("kink_K", warming, np.zeros_like(warming))]
     told = bench.view.degC(sensor)
-    if told is None:
-        return
-    now, zero = told
-    for kink in np.quantile(now, KINKS).tolist():
-        line = np.maximum(now - kink, 0.0) - np.maximum(zero - kink, 0.0)
-        yield Trial(PREFIX + "the temperature beyond a kink", line[:, None], "T", "",
-                    {"sensor": sensor, "kink_degC": kink})  # fmt: skip
+    if told is not None:
+        places.append(("kink_degC", *told))
+    for name, now, zero in places:
+        for kink in np.quantile(now, KINKS).tolist():
+            line = np.maximum(now - kink, 0.0) - np.maximum(zero - kink, 0.0)
+            yield Trial(PREFIX + "the temperature beyond a kink", line[:, None], "T", "",
+                        {"sensor": sensor, name: kink})  # fmt: skip
 
 
 def _bumps(values: FloatArray, count: int) -> FloatArray:

@@ -97,6 +97,9 @@ class View:
         Names of all runs of the campaign, those for validation too, in the order in which they were made.
     smooths : bool
         Whether temperatures are smoothed.
+    errs : array, shape (2 s,), optional [1/K]
+        ``[A .. B ..]`` of the law's thermometers whose slow errors are what wanders in the drift, which then goes as
+        the length that they speak for; by default it knows no length.
     """
 
     runs: tuple[RunRows, ...]
@@ -108,6 +111,7 @@ class View:
     positions: Mapping[str, float] = field(default_factory=dict)
     order: tuple[str, ...] = ()
     smooths: bool = True
+    errs: FloatArray | None = None
 
     @cached_property
     def as_recorded(self) -> View:
@@ -169,7 +173,16 @@ class View:
         y, start, fresh, step, count, run = (np.concatenate(items) for items in zip(*parts, strict=True))
         has = self.moves and bool((fresh & ~start).any())
         tied = self.zeroed_by_run and self.kind == "leg"  # of a part thermometers' first rows are most of an offset
-        return Channel(y, start, fresh, step, count, run, has, tied, self.zeroed_by_run)
+        return Channel(y, start, fresh, step, count, run, has, tied, self.zeroed_by_run, self._shown)
+
+    @property
+    def _shown(self) -> FloatArray | None:
+        """How much of what wanders windows show, about 1, shape (n,): ``sqrt(sum (A q0 + B q)^2)`` over its mean."""
+        if self.errs is None:
+            return None
+        A, B = self.errs.reshape(2, -1)
+        size = np.linalg.norm(self.length * A + self.q[:, None] * B, axis=1)
+        return np.asarray(size / size.mean())
 
     def windows(self, values: Sequence[FloatArray]) -> FloatArray:
         """Return means over windows of rows' values, run after run, shape (n, k)."""

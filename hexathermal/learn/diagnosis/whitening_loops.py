@@ -1,7 +1,8 @@
 """Compiled whitening by a Kalman filter: rows of several runs become independent with variance 1.
 
-The noise of a window is ``offset_run + slow(t) + landing + white``; the filter's innovations over their standard
-deviations are white, and the sum of the logarithms of those is half of log det V.  Linear in the number of windows.
+The noise of a window is ``wander (offset_run + slow(t)) + landing + white``; the filter's innovations over their
+standard deviations are white, and the sum of the logarithms of those is half of log det V.  Linear in the number of
+windows.
 The evidence of a channel at one noise, which fits of the noise ask thousands of times, is made in one call.
 
 The module is imported on first use: it needs the compiler.
@@ -27,11 +28,12 @@ LOGARITHM_EVERY = 8
 
 
 @loop
-def whiten(C, start, fresh, step, white, landing, slow, tau, offset, out):
+def whiten(C, start, fresh, step, wander, white, landing, slow, tau, offset, out):
     """Whiten the columns C (n, m) into out; return log det V.
 
     `start` marks the first window of a run, `fresh` that of a landing; `step` is the time since the window before.
-    `white` (n,) are variances of windows, `landing` that of landings; `slow` and `offset` variances of a run.
+    `white` (n,) are variances of windows, `landing` that of landings; `slow` and `offset` variances of a run, of which
+    a window shows `wander` (n,) times the deviation.
     """
     n, m = C.shape
     x = np.zeros((3, m))
@@ -54,8 +56,9 @@ def whiten(C, start, fresh, step, white, landing, slow, tau, offset, out):
                 p01, p12, p11 = 0.0, 0.0, landing
                 for c in range(m):
                     x[1, c] = 0.0
-        h0, h1, h2 = p00 + p01 + p02, p01 + p11 + p12, p02 + p12 + p22
-        s = h0 + h1 + h2 + white[i]
+        g = wander[i]
+        h0, h1, h2 = g * (p00 + p02) + p01, g * (p01 + p12) + p11, g * (p02 + p22) + p12
+        s = g * (h0 + h2) + h1 + white[i]
         product *= s
         if i % LOGARITHM_EVERY == 0:
             total += np.log(product)
@@ -65,7 +68,7 @@ def whiten(C, start, fresh, step, white, landing, slow, tau, offset, out):
         k0, k1, k2 = h0 * inverse, h1 * inverse, h2 * inverse
         for c in range(m):
             before = a * x[0, c]
-            e = C[i, c] - before - x[1, c] - x[2, c]
+            e = C[i, c] - g * (before + x[2, c]) - x[1, c]
             out[i, c] = e * r
             x[0, c] = before + k0 * e
             x[1, c] += k1 * e
@@ -103,13 +106,13 @@ def integrated(G):
 
 
 @loop
-def log_evidence(C, start, fresh, step, white, landing, slow, tau, offset):
+def log_evidence(C, start, fresh, step, wander, white, landing, slow, tau, offset):
     """Return ``log p(y) + n/2 log 2 pi`` of a channel with the coefficients of columns `integrated`.
 
     C (n, 1 + m) holds y and the columns times the sizes of their priors; the noise is that of `whiten`.
     """
     out = np.empty_like(C)
-    logdet = whiten(C, start, fresh, step, white, landing, slow, tau, offset, out)
+    logdet = whiten(C, start, fresh, step, wander, white, landing, slow, tau, offset, out)
     value, _L, _z = integrated(out.T @ out)
     return value - 0.5 * logdet
 
@@ -141,8 +144,9 @@ def log_prior(white, landing, slow, offset, scale, has_landings, tied):
 
 
 @loop
-def log_posterior(theta, tau, C, start, fresh, step, share, scale, has_landings, tied):
+def log_posterior(theta, tau, C, start, fresh, step, wander, share, scale, has_landings, tied):
     """Return `log_evidence` and `log_prior` at the levels of logarithms; `share` (n,) is 1 / rows of windows."""
     white, landing, slow, offset = levels_at(theta, scale, has_landings)
-    evidence = log_evidence(C, start, fresh, step, white**2 * share, landing**2, slow**2, tau, offset**2)
+    variances = white**2 * share, landing**2, slow**2
+    evidence = log_evidence(C, start, fresh, step, wander, *variances, tau, offset**2)
     return evidence + log_prior(white, landing, slow, offset, scale, has_landings, tied)

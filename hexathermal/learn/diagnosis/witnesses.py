@@ -20,7 +20,7 @@ BYSTANDERS = 8
 USUAL, UNUSUAL = 0.8, 2.0
 """Quantile of the bystanders, or their mean and so many of their standard deviations, that counts as chance."""
 
-MOST_PARITY = 150.0
+MOST_PARITY = 1000.0
 """Most that the parity says for or against a fault."""
 
 FOLLOWED, LEAST_WITNESS = 5.0, 2.0
@@ -138,9 +138,12 @@ class Witnesses:
         return beyond, sure
 
     def _gain(self, trial: Trial, sensor: str | None) -> float:
-        """Return the log evidence of one sensor's parity for a trial."""
+        """Return the log evidence of one sensor's parity for a trial; less where a part of something is none."""
         shown = self._shown(trial, sensor)
-        return 0.0 if shown is None else shown.gain
+        if shown is None or not trial.partly:
+            return 0.0 if shown is None else shown.gain
+        beyond = shown.amplitude - np.clip(shown.amplitude, 0.0, 1.0)
+        return float(shown.gain - 0.5 * beyond**2 / (shown.uncertainty**2 + WHOLE**2))
 
     def _shown(self, trial: Trial, sensor: str | None) -> Shown | None:
         """Return what one sensor's parity shows of a trial."""

@@ -51,7 +51,8 @@ what the tables say:
   evidence      logarithm of how much more probable the data are with the cause than without; 2.3 is 10 to 1, 7 is
                 1000 to 1. Named causes stand first, as they were found, each over what those before it left; of
                 several thermometers the one is named that foretells runs left out best
-  probability   of the name, with all others, none and something nameless as its rivals
+  probability   of the name, with all others, none and something nameless as its rivals; of "none", that nothing of
+                a quarter of the noise or more is there: the less these data can see, the lower
   as likely     names that these data cannot tell from it: an experiment decides, it stands under "next"
   confuse       pairs of names that could be taken for each other here, were one twice as large as its limit
 

@@ -8,6 +8,7 @@ from functools import cache
 import numpy as np
 
 from hexathermal.learn.diagnosis.trials import Cause, Parameter, Trial, Workbench
+from hexathermal.learn.diagnosis.view import View
 from hexathermal.learn.interferometer import index_along_run
 
 CAUSE = Cause(
@@ -29,16 +30,28 @@ CAUSE = Cause(
 
 
 def trials(bench: Workbench) -> Iterator[Trial]:
-    """Give the index over the dead path, over the path with the stroke, and over the leg; the laser's scale, too."""
+    """Give the index over the dead path, over the path with the stroke, over the leg, and over both.
+
+    The laser's scale, too: it may have taken the standard index for the air's, or that of the first run's first row.
+    """
     view = bench.view
     if view.kind != "leg" or any(rows.signals.index is None for rows in view.runs):
         return
-    dead = view.dead_path
-    for path, share in {(dead, 0.0), (dead, 1.0), (view.length, 1.0)} if dead > 0.0 else {(view.length, 1.0)}:
+    zeros = [rows.signals.zero_index for rows in view.runs]
+    references = [] if None in zeros else [_standard_index(), *zeros[:1]]
+    if not view.zeroed_by_run:
+        references = references[:1]
+    for path, share in _paths(view):
         yield bench.term(CAUSE.name, "air-index", None, quick=True, path_m=path, stroke_share=share)
-        if share > 0.0 and view.moves and all(rows.signals.zero_index is not None for rows in view.runs):
+        for reference in references if share > 0.0 and view.moves else ():
             yield bench.term(CAUSE.name, "air-index", None, quick=True, path_m=path, stroke_share=share,
-                             reference_index=_standard_index())  # fmt: skip
+                             reference_index=reference)  # fmt: skip
+
+
+def _paths(view: View) -> list[tuple[float, float]]:
+    """Return paths with the rod retracted [m], and the part of the stroke that lengthens them."""
+    dead, leg = view.dead_path, view.length
+    return [(leg, 1.0)] if dead <= 0.0 else [(dead, 0.0), (dead, 1.0), (leg, 1.0), (dead + leg, 1.0)]
 
 
 @cache

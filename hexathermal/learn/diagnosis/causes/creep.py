@@ -9,6 +9,8 @@ from typing import Any
 import numpy as np
 
 from hexathermal.learn.diagnosis.trials import Cause, Parameter, Trial, Workbench
+from hexathermal.learn.diagnosis.view import View
+from hexathermal.machine.leg_signals import Memory
 from hexathermal.poses import FloatArray
 
 CAUSE = Cause(
@@ -34,6 +36,9 @@ TIMES_S = (20.0, 45.0, 100.0, 220.0, 480.0, 1000.0, 2000.0, 4400.0)
 BROAD = {1.5: (10.0, 30.0, 100.0, 300.0), 3.0: (20.0, 80.0, 320.0)}
 """Decades of a broad relaxation, and the shortest times in it: glue and friction creep with the logarithm of time."""
 
+SATURATIONS_M, LEAST_TOLD = (0.004, 0.015), 0.15
+"""Ways in which a kick becomes whole, where the sizes of moves differ by so much of their mean."""
+
 ALIKE = 0.8
 """Correlation with decays after every move alike, from which on a decay with the direction is no other shape."""
 
@@ -46,12 +51,26 @@ def trials(bench: Workbench) -> Iterator[Trial]:
     if bench.view.moves:
         single: list[dict[str, Any]] = [{"time_constant_s": tau} for tau in TIMES_S]
         broad = [{"time_constant_s": tau, "decades": decades} for decades, times in BROAD.items() for tau in times]
+        short = _short(bench.view)
         for times in single + broad:
             alike = bench.term(CAUSE.name, "relaxation", None, kick="move", **times)
             yield alike
-            for kick in ("direction", "step"):
-                trial = bench.term(CAUSE.name, "relaxation", None, kick=kick, **times)
-                yield replace(trial, unfeigned=_apart(trial.columns[:, 0], alike.columns[:, 0]))
+            kicks: list[dict[str, Any]] = [{"kick": "direction"}, {"kick": "step"}]
+            kicks += [{"kick": kick, "saturation_m": full} for full in short for kick in ("move", "direction")]
+            for kick in kicks:
+                trial = bench.term(CAUSE.name, "relaxation", None, **kick, **times)
+                unlike = kick["kick"] != "move" and _apart(trial.columns[:, 0], alike.columns[:, 0])
+                yield replace(trial, unfeigned=unlike)
+
+
+def _short(view: View) -> list[float]:
+    """Return ways in which a kick becomes whole [m] that moves of this campaign tell from each other."""
+    ends = []
+    for signals in view.signals:
+        lengths = np.abs(Memory().lengths(signals.q))
+        ends.append(lengths[np.diff(lengths, append=0.0) < 0.0])
+    told = [-np.expm1(-np.concatenate(ends) / full) for full in SATURATIONS_M]
+    return [full for full, sizes in zip(SATURATIONS_M, told, strict=True) if sizes.std() > LEAST_TOLD * sizes.mean()]
 
 
 def _apart(one: FloatArray, other: FloatArray) -> bool:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from itertools import product
 from typing import Any
 
 from hexathermal.learn.diagnosis.trials import Cause, Parameter, Trial, Workbench
@@ -32,6 +33,9 @@ CAUSE = Cause(
 
 TIMES_S = (120.0, 240.0, 480.0, 960.0, 1920.0, 3840.0, 7680.0, 15360.0)
 
+STAGES = 6.0
+"""How much sooner what is rubbed warms than what expands."""
+
 
 def trials(bench: Workbench) -> Iterator[Trial]:
     """Give heat of motion and of each input behind low passes, acting on the part as a whole or with its length."""
@@ -41,6 +45,7 @@ def trials(bench: Workbench) -> Iterator[Trial]:
     sources += [(name, power) for name in view.runs[0].signals.inputs for power in (1, 2)]
     for source, power in sources:
         for tau in TIMES_S:
-            for length in lengths:
+            stages: tuple[dict[str, Any], ...] = ({}, {"source_time_constant_s": tau / STAGES})
+            for first, length in product(stages, lengths):
                 yield bench.term(CAUSE.name, "stored-heat", source, source=source, time_constant_s=tau, power=power,
-                                 **length)  # fmt: skip
+                                 **first, **length)  # fmt: skip

@@ -43,6 +43,9 @@ MOST_MOMENTS = 63
 LAST = 0.98
 """Part of a run in which it may happen: what is lost near the end still shows in later runs."""
 
+LEARNT_S = 600.0
+"""So long it must have been seen on the part before, for the others to be able to speak for it."""
+
 SCANNED, CLOSER, PROMISING = 360, 3, 10
 """Moments at which the parity is asked where it breaks, the best of them that are looked at more closely, and so many
 of the best that are tried besides."""
@@ -67,18 +70,25 @@ def trials(bench: Workbench) -> Iterator[Trial]:
             where = {"run": view.runs[k].run.name, "time_s": round(moment, 1)}
             asked = (k, moment) in promising
             yield Trial(CAUSE.name, (span * lost)[:, None], sensor, "", where, parity=partial(_parity, k, moment),
-                        repair=partial(_repair, model, k, moment), asked=asked,
+                        repair=partial(_repair, model, k, moment), asked=asked, partly=True,
                         advantage=-math.log(SCANNED / len(even)) if asked else 0.0)  # fmt: skip
 
 
 def _even_moments(model: SensorModel, each: int) -> list[tuple[int, float]]:
-    """Return moments evenly in each run, the beginning of the first left out."""
+    """Return moments evenly in each run; in the first, after what the others learn from."""
     found = []
-    for k, signals in enumerate(model.view.signals):
-        begin, end = float(signals.time[0]), float(signals.time[-1])
+    for k in range(len(model.view.runs)):
+        begin, end = _span(model, k)
         last = begin + LAST * (end - begin)
         found += [(k, float(moment)) for moment in np.linspace(begin, last, max(2, each))]
-    return found[1:]
+    return found
+
+
+def _span(model: SensorModel, run: int) -> tuple[float, float]:
+    """Return the first and the last moment of a run [s] at which it may come off."""
+    time = model.view.signals[run].time
+    begin, end = float(time[0]), float(time[-1])
+    return (begin if run else min(begin + LEARNT_S, 0.5 * (begin + end))), end
 
 
 def _promising_moments(model: SensorModel) -> list[tuple[int, float]]:
@@ -100,8 +110,7 @@ def _promising_moments(model: SensorModel) -> list[tuple[int, float]]:
 
     best = scan(_even_moments(model, SCANNED // len(model.view.runs)))[:CLOSER]
     for k, moment in best:
-        signals = model.view.signals[k]
-        begin, end = float(signals.time[0]), float(signals.time[-1])
+        begin, end = _span(model, k)
         step = LAST * (end - begin) / (SCANNED // len(model.view.runs) - 1)
         near = np.clip(moment + step * np.array([-0.75, -0.5, -0.25, 0.25, 0.5, 0.75]), begin, end)
         scan((k, float(one)) for one in near)

@@ -25,6 +25,34 @@ NAME = "component"
 INPUT = "spindle_speed_rpm"
 
 
+@dataclass(frozen=True)
+class Instruments:
+    """What a part is measured with.
+
+    Attributes
+    ----------
+    steps : tuple of float [s]
+        From row to row, one of them.
+    sensor_noise, sensor_walk_6h : (float, float) [K]
+        From and to, of the thermometers' scatter from row to row, and of how far they wander in 6 h.
+    rounded : float [K]
+        The loggers' resolution, of half of them.
+    worst : float [K]
+        Scatter of one thermometer besides.
+    drift_resolution : float [um]
+    """
+
+    steps: tuple[float, ...]
+    sensor_noise: tuple[float, float]
+    sensor_walk_6h: tuple[float, float]
+    rounded: float
+    worst: float
+    drift_resolution: float
+
+
+COARSE = Instruments((30.0, 45.0, 60.0), (0.02, 0.1), (0.005, 0.03), 0.1, 0.0, 0.1)
+
+
 @dataclass(frozen=True, eq=False)
 class Network:
     """Lumps that conduct heat to each other and to the room.
@@ -115,9 +143,9 @@ class Record:
         return np.arange(len(self.speed), dtype=np.float64) * self.step
 
 
-def _record(stroke: float, joined: bool, generator: np.random.Generator) -> Record:
+def _record(steps: tuple[float, ...], stroke: float, joined: bool, generator: np.random.Generator) -> Record:
     """Return what was done and what the room did; between runs that are not joined, the machine rests."""
-    step = float(generator.choice([30.0, 45.0, 60.0]))
+    step = float(generator.choice(steps))
     slices, now = [], 0
     for _run in range(int(generator.integers(6, 9))):
         rows = int(generator.uniform(8.0, 16.0) * 3600.0 / step)
@@ -190,9 +218,14 @@ def draw(generator: np.random.Generator) -> CampaignTruth:
     ----------
     generator : numpy.random.Generator
     """
+    return measured(NAME, COARSE, generator)
+
+
+def measured(name: str, instruments: Instruments, generator: np.random.Generator) -> CampaignTruth:
+    """Make a campaign of a bench in which nothing is hidden, measured with some instruments."""
     joined = bool(generator.integers(2))
     stroke = float(generator.integers(2)) * round(generator.uniform(0.2, 0.6), 3)
-    record, network = _record(stroke, joined, generator), drawn_network(generator)
+    record, network = _record(instruments.steps, stroke, joined, generator), drawn_network(generator)
     count = len(network.capacity)
     room = record.air[:, 0]
     still = network.temperatures(np.zeros((room.size, count)), room, record.step)
@@ -205,17 +238,18 @@ def draw(generator: np.random.Generator) -> CampaignTruth:
         "landing_um": 0.0,
         "slow_um": log_uniform(0.1, 0.5, generator),
         "slow_time_s": generator.uniform(3600.0, 7200.0),
-        "sensor_noise_K": log_uniform(0.02, 0.1, generator),
+        "sensor_noise_K": log_uniform(*instruments.sensor_noise, generator),
         "sensor_bias_K": 0.03,
-        "sensor_walk_6h_K": log_uniform(0.005, 0.03, generator),
+        "sensor_walk_6h_K": log_uniform(*instruments.sensor_walk_6h, generator),
         "sample_s": record.step,
-        "drift_resolution_um": 0.1,
-        "temperature_resolution_K": 0.1 * float(generator.integers(2)),
+        "drift_resolution_um": instruments.drift_resolution,
+        "temperature_resolution_K": instruments.rounded * float(generator.integers(2)),
+        "worst_sensor_noise_K": instruments.worst,
     }
     runs = _runs(record, temperatures, temperatures[:, base], coefficients, joined, level, generator)
     names = tuple(f"T{k + 1:02d}" for k in range(temperatures.shape[1]))
     return noted(CampaignTruth(
-        "component", NAME, runs, names, ("",) * len(names), np.full(len(names), np.nan),
+        "component", name, runs, names, ("",) * len(names), np.full(len(names), np.nan),
         tuple(names[k] for k in base), coefficients, 0.0, (0.0, stroke), 0.0, True, (INPUT,),
         "campaign" if joined else "run", level,
     ))  # fmt: skip
@@ -233,8 +267,12 @@ def _runs(
     """Return the runs that are cut from the record, the last two for validation, with noise and rounding."""
     rows, sensors = temperatures.shape
     errors = thermometer_errors(level, (rows, sensors), generator)
-    if level["temperature_resolution_K"]:
-        errors[:] = np.round((temperatures + errors) * 10.0) / 10.0 - temperatures
+    if level["worst_sensor_noise_K"]:
+        errors[:, generator.integers(sensors)] += level["worst_sensor_noise_K"] * generator.standard_normal(rows)
+    resolution = level["temperature_resolution_K"]
+    if resolution:
+        errors[:] = np.round((temperatures + errors) / resolution) * resolution - temperatures
+    finest = 1e-6 * level["drift_resolution_um"]
     noise = generator.standard_normal((rows,)) * (1e-6 * level["white_um"])
     noise += remembering(level["slow_time_s"] / record.step, (rows,), generator) * (1e-6 * level["slow_um"])
     time, q = record.time, record.motion.at(record.time)
@@ -245,7 +283,7 @@ def _runs(
         drift = np.asarray((base[part] - base[zero]) @ coefficients)
         count = drift.size
         role = "identification" if k < len(record.slices) - 2 else "validation"
-        rounded = np.round((drift + noise[part]) * 1e7) / 1e7 - drift
+        rounded = np.round((drift + noise[part]) / finest) * finest - drift
         begin = 0.0 if joined else time[part.start]
         found.append(RunTruth(
             f"run-{k + 1:02d}", role, time[part] - begin, q[part], settled[part], temperatures[part], errors[part],

@@ -12,26 +12,37 @@ from hexathermal.simulate.hidden.truth import CampaignTruth, RunTruth
 
 WAVELENGTH = 632.99e-9
 
+OFTEN = 0.4
+"""How often light passes along the leg, and how often compensation is set once for a campaign."""
+
 
 def draw(truth: CampaignTruth, generator: np.random.Generator) -> Parameters:
     """Draw the path that lacks the index, and the share of it.
 
     The whole path lacks it where compensation is off (share 1) or the station is wrong by a factor; the dead path where
-    its length was typed in wrongly, too long or too short.
+    its length was typed in wrongly, too long or too short. The whole one is the dead path with the stroke, with the leg
+    too where light passes along it; compensation was set at the first row of each run, or once for the campaign.
     """
     path = str(generator.choice(["whole", "dead"]))
     sign = 1.0 if path == "whole" else either_sign(generator)
-    return {"path": path, "share": sign * float(generator.uniform(0.2, 1.0))}
+    found: dict[str, float | int | str] = {"path": path, "share": sign * float(generator.uniform(0.2, 1.0))}
+    along, once = generator.random(2) < OFTEN
+    if path == "whole":
+        found |= {"path": "leg" if along else path, "set": "once" if once else "each run"}
+    return found
 
 
 def hide(truth: CampaignTruth, parameters: Parameters) -> CampaignTruth:
-    """Add ``share path (n / n_first - 1)``, n of each run's first row."""
+    """Add ``share path (n / n_set - 1)``, n_set of each run's first row, or of the campaign's."""
 
     def seen(run: RunTruth) -> FloatArray:
         """Return what the laser shows too much [m]."""
         index = index_of_air(WAVELENGTH, *run.air.T)
-        path = truth.dead_path + (run.q if parameters["path"] == "whole" else 0.0)
-        return np.asarray(float(parameters["share"]) * path * (index / index[0] - 1.0))
+        path = truth.dead_path + (run.q if parameters["path"] != "dead" else 0.0)
+        path = path + (truth.retracted_length if parameters["path"] == "leg" else 0.0)
+        # compensation that was set once is right at the first row of the campaign, which no run's zero hides
+        fixed = index_of_air(WAVELENGTH, *truth.runs[0].air[:1].T) if parameters.get("set") == "once" else index[:1]
+        return np.asarray(float(parameters["share"]) * path * (index / fixed - 1.0))
 
     return add(truth, seen)
 

@@ -13,18 +13,23 @@ WHOLE = 0.005
 """Moves of a few times this length relax fully [m]; shorter ones in part."""
 MOVES_AT_ONCE = 200
 
+DIRECTED = 2.0 / 3.0
+"""How often what relaxes has the direction of the move; else every move loosens alike."""
+
 
 def draw(truth: CampaignTruth, generator: np.random.Generator) -> Parameters:
     """Draw the law, the height of one long move [m], its time [s], and of a stretched exponential the exponent.
 
     Source: exponents of 0.3 to 0.7 of glues and preloads; stick-slip relaxes within minutes, glue within an hour.
     """
-    return {
+    found: dict[str, float | int | str] = {
         "law": str(generator.choice(["logarithm", "stretched"])),
         "height": either_sign(generator) * log_uniform(0.1e-6, 2e-6, generator),
         "time": log_uniform(60.0, 1800.0, generator),
         "exponent": float(generator.uniform(0.4, 0.7)),
     }
+    found["directed"] = bool(generator.random() < DIRECTED)
+    return found
 
 
 def remaining(since: FloatArray, parameters: Parameters) -> FloatArray:
@@ -38,7 +43,7 @@ def remaining(since: FloatArray, parameters: Parameters) -> FloatArray:
 
 
 def hide(truth: CampaignTruth, parameters: Parameters) -> CampaignTruth:
-    """Add ``height sum over moves of tanh(length / 5 mm) remaining(t - t_move)``."""
+    """Add ``height sum over moves of tanh(length / 5 mm) remaining(t - t_move)``, or of its size alone."""
 
     def relaxing(run: RunTruth) -> FloatArray:
         """Return what has still to relax [m]."""
@@ -49,7 +54,8 @@ def hide(truth: CampaignTruth, parameters: Parameters) -> CampaignTruth:
             part = slice(k, k + MOVES_AT_ONCE)
             since = run.time[:, None] - times[part]
             left = np.where(since >= 0.0, remaining(since, parameters), 0.0)
-            found += left @ np.tanh(lengths[part] / WHOLE)
+            sizes = np.tanh(lengths[part] / WHOLE)
+            found += left @ (sizes if parameters["directed"] else np.abs(sizes))
         return float(parameters["height"]) * found
 
     return add(truth, relaxing)

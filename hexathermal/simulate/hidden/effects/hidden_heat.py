@@ -1,4 +1,7 @@
-"""Heat of motion, or of a recorded input, is stored where no thermometer sits, and leaves slowly."""
+"""Heat of motion, or of a recorded input, is stored where no thermometer sits, and leaves slowly.
+
+Two bodies take it beside each other, or one from the other: what is rubbed warms first, then what expands.
+"""
 
 from __future__ import annotations
 
@@ -6,7 +9,7 @@ import numpy as np
 
 from hexathermal.poses import FloatArray
 from hexathermal.simulate.hidden.effect import Effect, Parameters, with_stroke
-from hexathermal.simulate.hidden.shapes import add, either_sign, first_order, log_uniform, step_sizes
+from hexathermal.simulate.hidden.shapes import add, cascade, either_sign, first_order, log_uniform, step_sizes
 from hexathermal.simulate.hidden.truth import CampaignTruth, RunTruth
 
 
@@ -29,7 +32,7 @@ def draw(truth: CampaignTruth, generator: np.random.Generator) -> Parameters:
     with speed (Coulomb) up to its square (viscous).
     """
     sources = _driving(truth) + (["speed"] if with_stroke(truth) else [])
-    return {
+    found: dict[str, float | int | str] = {
         "source": str(generator.choice(sources)),
         "power": float(generator.choice([1.0, 1.5, 2.0])),
         "fast": log_uniform(240.0, 1200.0, generator),
@@ -37,6 +40,8 @@ def draw(truth: CampaignTruth, generator: np.random.Generator) -> Parameters:
         "share": float(generator.uniform(0.3, 0.7)),
         "height": either_sign(generator) * log_uniform(0.3e-6, 4e-6, generator),
     }
+    found["bodies"] = str(generator.choice(["beside", "behind"]))
+    return found
 
 
 def hide(truth: CampaignTruth, parameters: Parameters) -> CampaignTruth:
@@ -50,6 +55,8 @@ def hide(truth: CampaignTruth, parameters: Parameters) -> CampaignTruth:
         else:
             rate = np.abs(run.inputs[:, truth.input_names.index(str(parameters["source"]))])
         heat = np.concatenate([[0.0], rate[1:] ** power])
+        if parameters["bodies"] == "behind":
+            return cascade(run.time, heat, (float(parameters["fast"]), float(parameters["slow"])))
         fast, slow = (first_order(run.time, heat, float(parameters[name])) for name in ("fast", "slow"))
         return np.asarray(share * fast + (1.0 - share) * slow)
 

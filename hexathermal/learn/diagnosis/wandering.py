@@ -1,0 +1,33 @@
+"""Whether what wanders slowly in the drift is errors of the law's thermometers, which go as the length they speak for.
+
+A thermometer that errs by b moves a law by ``(A q0 + B q) b``: where this is most of the slow noise, as in a leg of
+steel, a little of it goes as the displacement does, a little more in each run, and would be a scale that is off.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+from hexathermal.learn.diagnosis.search import base_sizes
+from hexathermal.learn.diagnosis.view import View
+
+LIKELIER = 1.0
+"""Log evidence by which the drift must rather wander as the law's thermometers do."""
+
+
+def with_wandering(view: View) -> View:
+    """Return a view whose slow noise and offsets go as ``sqrt(sum_s (A_s q0 + B_s q)^2)`` where the drift says so.
+
+    Parameters
+    ----------
+    view : View
+    """
+    if view.kind != "leg" or not view.moves:
+        return view
+    columns, channel = view.base_columns, view.channel
+    sizes = base_sizes(channel, columns)
+    levels, alone = channel.fitted(columns, sizes)
+    _, law, _ = channel.solved(columns, sizes, levels)
+    erring = replace(view, errs=law)
+    _, told = erring.channel.fitted(columns, sizes, levels)
+    return erring if told > alone + LIKELIER else view
