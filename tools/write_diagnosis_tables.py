@@ -86,6 +86,7 @@ CONSTANTS = {
     "exchange": ("RIVAL", "AHEAD"),
     "pruning": ("LEAST_HARM",),
     "stage": ("DISBELIEVED", "LARGEST", "TAKEN_BACK"),
+    "wandering": ("LIKELIER",),
     "limits": ("CLOSE", "SOUND_CAMPAIGNS", "WEAKEST", "STRONGEST"),
 }
 """Numbers of the method that a reader may want to know, by their module."""

@@ -16,6 +16,7 @@ from hexathermal.machine.leg_signals import LegSignals, Memory
 from hexathermal.machine.leg_states import of_bench, sensors_of, solved_length
 from hexathermal.machine.leg_term_files import COUNTS, PARAMETERS, UNITS
 from hexathermal.machine.leg_terms import SHAPES, LegTerm, term_columns
+from hexathermal.poses import FloatArray
 from tests.learn.extended_laws import EXAMPLES, drawn_signals
 
 FINE = 4000
@@ -104,6 +105,36 @@ def test_shapes_of_motion_are_their_recursions(seed: int) -> None:
         assert kicked == pytest.approx(decayed, abs=1e-12)
     stored = term_columns("stored-heat", signals, {"source": "motion", "power": 2, "time_constant_s": 0.0})
     assert np.allclose(stored[:, 0], heat, atol=1e-18)
+
+
+def test_heat_may_pass_through_what_is_rubbed_first() -> None:
+    """With a time constant of the source it is the heat behind two low passes in turn; with 0 behind one."""
+    signals = drawn_signals(5, 60)
+    own = {"source": "motion", "power": 1}
+
+    def stored(**times: float) -> FloatArray:
+        return term_columns("stored-heat", signals, own | times)
+
+    memory = Memory()
+    rubbed = memory.low_pass("rubbed", signals.time, Memory().speed(signals.time, signals.q), 200.0)
+    wanted = memory.low_pass("warm", signals.time, rubbed, 900.0)
+    both = stored(source_time_constant_s=200.0, time_constant_s=900.0)
+    np.testing.assert_allclose(both[:, 0], wanted - wanted[0], atol=1e-18)
+    assert np.abs(both).max() < np.abs(stored(time_constant_s=900.0)).max()
+    np.testing.assert_array_equal(
+        stored(source_time_constant_s=0.0, time_constant_s=900.0), stored(time_constant_s=900.0)
+    )
+
+
+def test_a_short_move_kicks_in_part() -> None:
+    """With a saturation a move of length L kicks by ``1 - exp(-L / saturation)``, with its sign where it has one."""
+    t = np.arange(0.0, 100.0, 10.0)
+    for kick, sign in (("move", 1.0), ("direction", -1.0)):
+        signals = LegSignals(t, {}, np.where(t < 5.0, 0.2, 0.193))
+        settings = {"time_constant_s": 60.0, "kick": kick, "saturation_m": 0.004}
+        left = term_columns("relaxation", signals, settings)[:, 0]
+        assert left[1] == pytest.approx(-sign * np.expm1(-7.0 / 4.0), abs=1e-12)
+        assert left[-1] == pytest.approx(left[1] * np.exp(-80.0 / 60.0), abs=1e-12)
 
 
 def test_a_laser_with_a_fixed_index_reads_a_wrong_path() -> None:

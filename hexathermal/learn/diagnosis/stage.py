@@ -31,6 +31,9 @@ DISBELIEVED = float(1.0 / np.sqrt(3.0))
 """Part of what a thermometer of the law tells beside the others, or quickly, that is not believed: none to all of it,
 RMS."""
 
+FIRST_ROW = 2.0
+"""Size of the error of the row from which all runs of a campaign count, over the noise: one row's, and readings'."""
+
 LARGEST = 3.0
 """RMS of the largest effect thought possible, over that of the drift."""
 
@@ -127,7 +130,12 @@ class Stage:
         return base
 
     def _doubting(self, base: Base, bench: Workbench, told: Told) -> Base:
-        """Return a base with errors of the law's thermometers, and of the beams' repairs."""
+        """Return a base with errors of the law's thermometers, of the beams' repairs, and of the campaign's first row.
+
+        Where all runs count from that row, its noise stands in all of them.
+        """
+        if not self.view.zeroed_by_run:
+            base = base.extended(np.ones((len(self.channel), 1)), np.array([FIRST_ROW * self.levels.rms]))
         for sensor, doubts in zip(self.view.base, told.doubts, strict=True):
             sizes = np.full(doubts.shape[1], DISBELIEVED * abs(bench.slopes[sensor]))
             base = base.extended(bench.slopes_span(sensor)[:, None] * doubts, sizes)

@@ -10,8 +10,13 @@ from hexathermal.poses import FloatArray
 LEVELS = Levels(0.2, 0.15, 0.3, 0.25, 2400.0)
 
 
-def channel_like(rng: np.random.Generator, runs: int = 3, windows: int = 30, *, tied_offsets: bool = True) -> Channel:
-    """A channel of runs whose windows and landings are of random length; its values are zero."""
+def channel_like(
+    rng: np.random.Generator, runs: int = 3, windows: int = 30, *, tied_offsets: bool = True, shows: bool = False
+) -> Channel:
+    """A channel of runs whose windows and landings are of random length; its values are zero.
+
+    With `shows` windows show half to one and a half of what wanders.
+    """
     parts = []
     for k in range(runs):
         fresh = rng.random(windows) < 0.4
@@ -22,7 +27,8 @@ def channel_like(rng: np.random.Generator, runs: int = 3, windows: int = 30, *, 
         )
     start, fresh, step, rows, run = (np.concatenate(items) for items in zip(*parts, strict=True))
     n = len(start)
-    return Channel(np.zeros(n), start, fresh, step, rows, run, True, tied_offsets)
+    shown = rng.uniform(0.5, 1.5, n) if shows else None
+    return Channel(np.zeros(n), start, fresh, step, rows, run, True, tied_offsets, shown=shown)
 
 
 def dense(channel: Channel, levels: Levels) -> FloatArray:
@@ -31,7 +37,7 @@ def dense(channel: Channel, levels: Levels) -> FloatArray:
     time = np.cumsum(channel.step)
     same_run, same_landing = run[:, None] == run[None, :], landing[:, None] == landing[None, :]
     V = levels.slow**2 * np.exp(-np.abs(time[:, None] - time[None, :]) / levels.slow_time) * same_run
-    V += levels.offset**2 * same_run + levels.landing**2 * same_landing
+    V = (V + levels.offset**2 * same_run) * np.outer(channel.wander, channel.wander) + levels.landing**2 * same_landing
     return np.asarray(V + np.diag(levels.white**2 / channel.rows))
 
 

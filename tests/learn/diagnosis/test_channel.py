@@ -24,7 +24,7 @@ def test_whitening_is_that_of_the_dense_matrix(
 ) -> None:
     """The three-state filter gives the columns and log det V that a Cholesky factor of the whole matrix gives."""
     rng = np.random.default_rng(seed)
-    channel, levels = channel_like(rng), Levels(white, landing, slow, offset, slow_time)
+    channel, levels = channel_like(rng, shows=True), Levels(white, landing, slow, offset, slow_time)
     columns = rng.standard_normal((len(channel), 3))
     found, logdet = channel.whitened(columns, levels)
     factor = np.linalg.cholesky(dense(channel, levels))
@@ -34,7 +34,7 @@ def test_whitening_is_that_of_the_dense_matrix(
 
 def test_the_covariance_of_weighed_sums_is_that_of_the_dense_matrix(rng: np.random.Generator) -> None:
     """``G' V G`` run by run is that of the whole matrix."""
-    channel = channel_like(rng)
+    channel = channel_like(rng, shows=True)
     G = rng.standard_normal((len(channel), 4))
     np.testing.assert_allclose(channel.spread(G, LEVELS), G.T @ dense(channel, LEVELS) @ G, rtol=1e-10, atol=1e-12)
 
@@ -60,14 +60,14 @@ def test_runs_left_out_are_told_by_the_others_alone(rng: np.random.Generator) ->
 
 def test_the_filter_starts_anew_in_each_run(rng: np.random.Generator) -> None:
     """Runs are independent: a run whitened alone is what it is among others, and log det V is the sum."""
-    channel = channel_like(rng)
+    channel = channel_like(rng, shows=True)
     columns = rng.standard_normal((len(channel), 2))
     whole, logdet = channel.whitened(columns, LEVELS)
     total = 0.0
     for k in range(3):
         own = channel.run == k
         alone = Channel(*(item[own] for item in (channel.y, channel.start, channel.fresh, channel.step, channel.rows,
-                                                 channel.run)))  # fmt: skip
+                                                 channel.run)), shown=channel.wander[own])  # fmt: skip
         part, value = alone.whitened(columns[own], LEVELS)
         np.testing.assert_array_equal(part, whole[own])
         total += value
@@ -76,7 +76,7 @@ def test_the_filter_starts_anew_in_each_run(rng: np.random.Generator) -> None:
 
 def test_evidence_is_a_multivariate_normal(rng: np.random.Generator) -> None:
     """Evidence less that of another model is the difference of dense log densities N(0, V + X D X')."""
-    channel = noisy(channel_like(rng), LEVELS, rng)
+    channel = noisy(channel_like(rng, shows=True), LEVELS, rng)
     X, sd = rng.standard_normal((len(channel), 3)), np.array([0.3, 2.0, 0.05])
     V = dense(channel, LEVELS)
     wanted = multivariate_normal(None, V + (X * sd**2) @ X.T).logpdf(channel.y) - multivariate_normal(None, V).logpdf(

@@ -66,6 +66,21 @@ def test_a_term_is_scored_as_dense_distributions_score_it(
         np.testing.assert_allclose(found.size, found.rho * size)
 
 
+def test_what_is_visible_of_columns_that_go_against_each_other_is_their_sum(
+    channel: Channel, base: Base, rng: np.random.Generator
+) -> None:
+    """Two columns that are nearly alike, with amplitudes of either sign, are as visible as what they leave together."""
+    one, little = rng.standard_normal((2, len(channel)))
+    columns = np.column_stack([one, one + 0.02 * little])
+    channel = channel.with_y(4.0 * little)
+    (found,) = screened(channel, base, LEVELS, [Trial("thermal-lag", columns)], 1e4)
+    whole = base.extended(columns, found.size)
+    amplitudes = channel.solved(whole.X, whole.sd, LEVELS)[1][-2:]
+    law = base.X[:, : base.plain]
+    assert found.visible == pytest.approx(visible((columns @ amplitudes)[:, None], law)[0], rel=1e-6)
+    assert found.visible < 0.2 * np.linalg.norm(visible(columns * amplitudes, law))
+
+
 def test_a_changed_law_is_scored_on_the_same_data(channel: Channel, base: Base, rng: np.random.Generator) -> None:
     """A swap or a clock replaces the law's columns; its score is p(y | other columns) / p(y | law)."""
     channel = noisy(channel, LEVELS, rng)

@@ -30,7 +30,7 @@ CAUSE = Cause(
 
 
 def trials(bench: Workbench) -> Iterator[Trial]:
-    """Give the index over the dead path, over the path with the stroke, over the leg, and over both.
+    """Give the index over the dead path, over the path with the stroke, and with the leg, along which light may pass.
 
     The laser's scale, too: it may have taken the standard index for the air's, or that of the first run's first row.
     """
@@ -51,7 +51,7 @@ def trials(bench: Workbench) -> Iterator[Trial]:
 def _paths(view: View) -> list[tuple[float, float]]:
     """Return paths with the rod retracted [m], and the part of the stroke that lengthens them."""
     dead, leg = view.dead_path, view.length
-    return [(leg, 1.0)] if dead <= 0.0 else [(dead, 0.0), (dead, 1.0), (leg, 1.0), (dead + leg, 1.0)]
+    return [(leg, 1.0)] if dead <= 0.0 else [(dead, 0.0), (dead, 1.0), (dead + leg, 1.0)]
 
 
 @cache
