@@ -85,7 +85,7 @@ CONSTANTS = {
     ),
     "exchange": ("RIVAL", "AHEAD"),
     "pruning": ("LEAST_HARM",),
-    "stage": ("DISBELIEVED", "LARGEST", "TAKEN_BACK"),
+    "stage": ("DISBELIEVED", "FIRST_ROW", "LARGEST", "TAKEN_BACK"),
     "wandering": ("LIKELIER",),
     "limits": ("CLOSE", "SOUND_CAMPAIGNS", "WEAKEST", "STRONGEST"),
 }

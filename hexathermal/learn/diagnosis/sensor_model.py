@@ -41,9 +41,6 @@ AIR_SHARE = 0.3
 Parity = Callable[["SensorModel"], tuple[FloatArray, FloatArray]]
 """From the model of a sensor to columns in its parity, shape (m, k), and their sizes, shape (k,)."""
 
-QUICK_PARITY_S = 2400.0
-"""Of a part, what is quicker than that is also asked of all others at once."""
-
 FEWEST_ROWS = 10
 PARITY_WINDOW_S = 600.0
 SLOW_PARITY_S = 1800.0
@@ -201,30 +198,12 @@ class SensorModel:
 
     @cached_property
     def doubted(self) -> list[FloatArray]:
-        """The parity and its slow part in all rows of each run, shape (n, 2) [K]; of a part its quick one too, (n, 3).
-
-        Where micrometres for a kelvin are many, noise of readings is most of what is quick: a law that may read other
-        thermometers as well reads less of it.
-        """
+        """The parity and its slow part in all rows of each run, shape (n, 2) [K]."""
         found = []
         for signals, own, told in zip(self.view.signals, self.own, self._told_beside_air, strict=True):
             slow = smoothed(signals.time, (own - told)[:, None], SLOW_PARITY_S)[:, 0]
             found.append(np.column_stack([own - told, slow]))
-        if self.view.kind == "leg":
-            return found
-        return [np.column_stack(both) for both in zip(found, self._quick_parity, strict=True)]
-
-    @cached_property
-    def _quick_parity(self) -> list[FloatArray]:
-        """What is quick in the sensor less what is quick in all others foretells of it, in all rows of each run [K]."""
-        bands = []
-        for signals, own, others in zip(self.view.signals, self.own, self.view.tables(self.others), strict=True):
-            table = np.column_stack([own, others])
-            bands.append(table - smoothed(signals.time, table, QUICK_PARITY_S))
-        M = np.sum([band.T @ band for band in bands], axis=0)
-        own, rest = M[1:, 0], M[1:, 1:]
-        weights = np.linalg.solve(rest + np.diag(1e-6 * np.diag(rest) + np.finfo(float).tiny), own)
-        return [band[:, 0] - band[:, 1:] @ weights for band in bands]
+        return found
 
     @cached_property
     def _told_beside_air(self) -> list[FloatArray]:

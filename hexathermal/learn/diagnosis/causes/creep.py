@@ -20,6 +20,7 @@ CAUSE = Cause(
     parameters=(
         Parameter("time_constant_s", "s", "log-uniform, 20 s to 75 min"),
         Parameter("decades", "1", "0: one exponential; 1.5 or 3: relaxation times over so many decades"),
+        Parameter("saturation_m", "m", "none, 4 or 15 mm: shorter moves kick in part, where their lengths differ"),
         Parameter("kick", "m", "visible effect of 0.25 to 4 times the noise"),
     ),
     confused_with=(

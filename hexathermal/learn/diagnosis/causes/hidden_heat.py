@@ -18,6 +18,7 @@ CAUSE = Cause(
     ),
     parameters=(
         Parameter("time_constant_s", "s", "log-uniform, 2 min to 4 h"),
+        Parameter("source_time_constant_s", "s", "none, or a sixth of it: what is rubbed warms first"),
         Parameter("amplitude", "m per unit of the source", "visible effect of 0.25 to 4 times the noise"),
     ),
     confused_with=(

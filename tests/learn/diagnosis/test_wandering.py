@@ -1,0 +1,72 @@
+"""What errs slowly is no cause: the row that a campaign counts from, and thermometers of a leg that grows a lot."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from hexathermal.learn.diagnosis import stage as stages
+from hexathermal.learn.diagnosis.course import _tolerant
+from hexathermal.learn.diagnosis.deciding import decided
+from hexathermal.learn.diagnosis.evidence import LEAST
+from hexathermal.learn.diagnosis.stage import Stage
+from hexathermal.learn.diagnosis.view import View
+from hexathermal.learn.diagnosis.wandering import with_wandering
+from tests.learn.diagnosis.campaigns import viewed
+
+
+def first_name(view: View) -> str | None:
+    """The cause that is named first, or what is nameless."""
+    leader = decided(_tolerant(Stage(view), LEAST).step, LEAST).leader
+    return None if leader is None else leader.cause
+
+
+@pytest.mark.parametrize(("bench", "seed", "feigned"), [("modal", 1, "hidden-heat"), ("quiet", 2, "the pressure")])
+def test_an_error_of_the_first_row_is_in_all_runs_and_is_no_cause(
+    bench: str, seed: int, feigned: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Runs of a sound leg count from one row, which errs by three times the noise: nothing is named for it."""
+    view, _ = viewed(bench, seed, (), 1.0)
+    error = 3.0 * Stage(view).levels.rms
+    runs = tuple(replace(rows, drift=rows.drift + error) for rows in view.runs)
+    off = replace(view, runs=runs, zeroed_by_run=False)
+    assert first_name(off) is None
+    monkeypatch.setattr(stages, "FIRST_ROW", 1e-9)
+    assert str(first_name(replace(off))).endswith(feigned)
+
+
+def erring(view: View, growth: float, rng: np.random.Generator) -> View:
+    """The view of a leg that grows `growth` times as much for q as for q0, moved by what its thermometer errs, too.
+
+    It wanders by 0.1 K within each run, ten times the drift's own noise.
+    """
+    sensor, runs = view.base[0], []
+    for rows in view.runs:
+        time = rows.signals.time
+        knots = np.arange(0.0, time[-1] + 3600.0, 1800.0)
+        error = 0.1 * np.interp(time, knots, rng.standard_normal(len(knots)))
+        span = 1e-5 * (view.length + growth * rows.signals.q)
+        runs.append(replace(rows, drift=rows.drift + span * (rows.signals.dT[sensor] + error - error[0])))
+    return replace(view, runs=tuple(runs))
+
+
+def test_what_erring_thermometers_make_of_a_law_goes_as_the_length_they_speak_for(rng: np.random.Generator) -> None:
+    """Where most of the slow noise is theirs it is larger the farther the rod is out; elsewhere it knows no length."""
+    view, _ = viewed("quiet", 2, (), 1.0)
+    assert with_wandering(view) is view
+    steel = with_wandering(erring(view, 3.0, rng))
+    assert steel.errs is not None
+    shown, q = steel.channel.wander, steel.q
+    assert shown.mean() == pytest.approx(1.0)
+    np.testing.assert_allclose(
+        shown / shown[0], (1.0 + 3.0 * q / view.length) / (1.0 + 3.0 * q[0] / view.length), rtol=0.3
+    )
+
+
+def test_a_part_and_a_leg_at_rest_wander_alike_everywhere() -> None:
+    """There is no displacement that the noise could go with."""
+    view, _ = viewed("component", 7873671558253397, (), 1.0)
+    assert with_wandering(view) is view
+    np.testing.assert_array_equal(view.channel.wander, 1.0)
