@@ -8,11 +8,19 @@ from __future__ import annotations
 
 from dataclasses import replace
 
+import numpy as np
+
 from hexathermal.learn.diagnosis.search import base_sizes
 from hexathermal.learn.diagnosis.view import View
 
 LIKELIER = 1.0
 """Log evidence by which the drift must rather wander as the law's thermometers do."""
+
+STEEPEST = 1.5
+"""Largest B over A that is believed: a scale that is off makes B look as large as it likes."""
+
+POWERS = 3
+"""Powers of the displacement that stand beside the law: what goes with it in all runs alike is not what wanders."""
 
 
 def with_wandering(view: View) -> View:
@@ -24,10 +32,12 @@ def with_wandering(view: View) -> View:
     """
     if view.kind != "leg" or not view.moves:
         return view
-    columns, channel = view.base_columns, view.channel
+    law, channel = view.base_columns, view.channel
+    place = 2.0 * (view.q - view.q.min()) / np.ptp(view.q) - 1.0
+    columns = np.column_stack([law, *(place**power for power in range(1, POWERS + 1))])
     sizes = base_sizes(channel, columns)
     levels, alone = channel.fitted(columns, sizes)
-    _, law, _ = channel.solved(columns, sizes, levels)
-    erring = replace(view, errs=law)
+    A, B = channel.solved(columns, sizes, levels)[1][: law.shape[1]].reshape(2, -1)
+    erring = replace(view, errs=np.concatenate([A, np.clip(B, -STEEPEST * np.abs(A), STEEPEST * np.abs(A))]))
     _, told = erring.channel.fitted(columns, sizes, levels)
     return erring if told > alone + LIKELIER else view

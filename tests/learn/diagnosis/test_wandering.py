@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from hexathermal.learn.diagnosis import stage as stages
+from hexathermal.learn.diagnosis import wandering
 from hexathermal.learn.diagnosis.course import _tolerant
 from hexathermal.learn.diagnosis.deciding import decided
 from hexathermal.learn.diagnosis.evidence import LEAST
@@ -70,3 +71,13 @@ def test_a_part_and_a_leg_at_rest_wander_alike_everywhere() -> None:
     view, _ = viewed("component", 7873671558253397, (), 1.0)
     assert with_wandering(view) is view
     np.testing.assert_array_equal(view.channel.wander, 1.0)
+
+
+def test_a_scale_that_is_off_is_not_what_wanders(monkeypatch: pytest.MonkeyPatch) -> None:
+    """It goes with q in all runs alike, and stands beside the law; else the noise would seem to go with q."""
+    view, _ = viewed("modal", 2, ("scale-error",), 2.0)
+    assert with_wandering(view) is view
+    assert first_name(view) == "scale-error"
+    monkeypatch.setattr(wandering, "POWERS", 0)
+    monkeypatch.setattr(wandering, "STEEPEST", 1e9)
+    assert with_wandering(view).errs is not None
