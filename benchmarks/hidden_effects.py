@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 CLEAN, ONE, TWO, OUTSIDE = "clean", "one", "two", "outside"
 KINDS = (CLEAN, ONE, TWO, OUTSIDE)
-BENCHES = ("modal", "finite_volume", "component", "quiet", "rough", "actuator")
+BENCHES = ("modal", "finite_volume", "component", "machine_tool", "quiet", "rough", "actuator")
 """Benches of `hexathermal.simulate.hidden`."""
 
 HELD_OUT = "held_out"
