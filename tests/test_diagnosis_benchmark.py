@@ -27,11 +27,11 @@ CLEARED = replace(CREEP, causes=[], strengths=[], verdict="none", names=[], afte
 def test_all_benches_take_turns() -> None:
     """A plan holds every bench of the generator, equally often, and repeats for its seed."""
     assert {*BENCHES, HELD_OUT, LATER, PARTS} == set(benches.found())
-    draws = plan(60, 7)
-    assert draws == plan(60, 7)
+    draws = plan(70, 7)
+    assert draws == plan(70, 7)
     assert draws[:20] == plan(20, 7)
     assert {name: [bench for bench, _ in draws].count(name) for name in BENCHES} == dict.fromkeys(BENCHES, 10)
-    assert len({seed for _, seed in draws}) == 60
+    assert len({seed for _, seed in draws}) == 70
 
 
 def test_outcomes_are_judged_as_they_are() -> None:

@@ -11,7 +11,8 @@ from hexathermal.learn.diagnosis.causes import catalogue
 PAGE = Path(__file__).resolve().parents[1] / "docs" / "diagnosis.md"
 
 CONSTANTS = {
-    "view": ("EDGES_S", "LONGEST_S", "LONGER_S", "MOST_WINDOWS"),
+    "pieces": ("EDGES_S", "LONGEST_S", "MOST_WINDOWS"),
+    "view": ("LONGER_S",),
     "smoothing": ("SMOOTHED_S",),
     "channels": ("SLOW_TIMES",),
     "whitening_loops": ("LOWEST", "SPREAD", "OFFSET_SPREAD"),

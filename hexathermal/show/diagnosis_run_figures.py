@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from hexathermal.learn.diagnosis.pieces import LONGEST_S
 from hexathermal.learn.diagnosis.result import Diagnosis, Effect, RunResidual
-from hexathermal.learn.diagnosis.view import LONGEST_S
 from hexathermal.poses import FloatArray
 from hexathermal.show.diagnosis_pictures import LOOK, NARROW_IN
 from hexathermal.show.diagnosis_words import changed, signal_words

@@ -15,7 +15,6 @@ import numpy as np
 
 from hexathermal.learn.diagnosis.channels import Levels, solution
 from hexathermal.learn.diagnosis.evidence import LEAST
-from hexathermal.learn.diagnosis.search import base_sizes
 from hexathermal.learn.diagnosis.stage import Stage
 from hexathermal.learn.diagnosis.view import View
 
@@ -70,7 +69,7 @@ def _ranked(view: View, levels: Levels) -> list[tuple[str, ...]]:
     """Return all sensors and pairs of them, the likeliest at one noise first, more sensors behind by `LEAST`."""
     channel = view.channel
     columns = view.base_of([view.temperatures(name) for name in view.sensors])
-    table, _ = channel.whitened(np.column_stack([channel.y, columns * base_sizes(channel, columns)]), levels)
+    table, _ = channel.whitened(np.column_stack([channel.y, columns * channel.loose(columns)]), levels)
     products, count = table.T @ table, len(view.sensors)
     own = np.arange(1, 1 + columns.shape[1]).reshape(-1, count)  # of each sensor
     said = {}

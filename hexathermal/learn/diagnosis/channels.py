@@ -122,6 +122,10 @@ class Channel:
             total += G[own].T @ V @ G[own]
         return total
 
+    def loose(self, X: FloatArray) -> FloatArray:
+        """Return loose priors of coefficients, shape (m,): each column alone could make ten times the values."""
+        return np.asarray(10.0 * np.sqrt((self.y**2).mean()) / np.sqrt((X**2).mean(axis=0) + 1e-30))
+
     def with_y(self, y: FloatArray) -> Channel:
         """Return the channel with other values."""
         return replace(self, y=y)

@@ -3,7 +3,8 @@
 The probability of each hypothesis is proportional to its prior times a tempered evidence; at the threshold that this
 campaign's own noise sets, the odds against nothing are even. Models are sketches: what a
 sketch gets wrong of a shape grows with the effect, so that the evidence between causes counts by
-``1 / (1 + shape_error * evidence)``, and against nothing only as far as a null that tolerates a small misfit lets it.
+``1 / (1 + shape_error * evidence)`` or less, and against nothing only as far as a null that tolerates a small misfit
+lets it.
 """
 
 from __future__ import annotations

@@ -15,7 +15,7 @@ from hexathermal.learn.diagnosis.next_experiments import next_experiments
 from hexathermal.learn.diagnosis.places import alias_words
 from hexathermal.learn.diagnosis.recorded import judged_runs, refuse_silent, silence_words
 from hexathermal.learn.diagnosis.residuals import run_residuals, whiteness
-from hexathermal.learn.diagnosis.result import Candidate, Diagnosis, Limit
+from hexathermal.learn.diagnosis.result import Candidate, Diagnosis, Effect, Limit
 from hexathermal.learn.diagnosis.words import effect_of
 from hexathermal.learn.law import IdentifiedLaw
 from hexathermal.learn.signals import RunRows, campaign_rows
@@ -65,11 +65,6 @@ def diagnose(
     if progress is not None:
         progress(4, 5, "what it gains on runs never fitted")
     last = course.last
-    mean, covariance = last.law
-    effects = tuple(
-        effect_of(found, stage, last, covariance, mean)
-        for found, stage in zip(course.found, course.stages, strict=True)
-    )
     extended = extended_law(base, last)
     judged = campaign_rows(campaign, "validation")
     held, mute = judged_runs(judged, (base, extended))
@@ -85,11 +80,20 @@ def diagnose(
         *_cleaned((*rows, *judged)),
     )  # fmt: skip
     return Diagnosis(
-        verdict, probability, effects, follows, candidates, base, extended, gained(base, extended, seen, read),
+        verdict, probability, _effects(course), follows, candidates, base, extended, gained(base, extended, seen, read),
         reachable(campaign, last, held, base.sensors), last.levels, course.threshold, limits, confusions,
         next_experiments(course, limits, confusions, candidates),
         run_residuals(campaign, course, rows, held, base, extended), campaign.title, notes, whiteness(course),
     )  # fmt: skip
+
+
+def _effects(course: Course) -> tuple[Effect, ...]:
+    """Return what was named, with the numbers of the law that all of it joined."""
+    mean, covariance = course.last.law
+    return tuple(
+        effect_of(found, stage, course.last, covariance, mean)
+        for found, stage in zip(course.found, course.stages, strict=True)
+    )
 
 
 def _verdict(course: Course, nothing: float) -> tuple[str, float, str | None]:

@@ -394,8 +394,3 @@ def _families(scored: list[Scored]) -> dict[str, tuple[float, Scored]]:
         best = items[int(np.argmax(values))]
         found[name] = (float(mean_log(values)), best)
     return found
-
-
-def base_sizes(channel: Channel, X: FloatArray) -> FloatArray:
-    """Return loose priors of the law's coefficients: each column alone could make ten times the drift."""
-    return np.asarray(10.0 * np.sqrt((channel.y**2).mean()) / np.sqrt((X**2).mean(axis=0) + 1e-30))

@@ -16,7 +16,7 @@ from hexathermal.learn.diagnosis.foresight import FAINT, repeated
 from hexathermal.learn.diagnosis.ranking import Ranked, Step
 from hexathermal.learn.diagnosis.read_later import read_later
 from hexathermal.learn.diagnosis.recorded import silent_inputs, silent_sensors, without_inputs
-from hexathermal.learn.diagnosis.search import FORETOLD, REPEATED, STEP, TWINS, Search, all_trials, base_sizes
+from hexathermal.learn.diagnosis.search import FORETOLD, REPEATED, STEP, TWINS, Search, all_trials
 from hexathermal.learn.diagnosis.sensor_model import SensorModel, sensor_model
 from hexathermal.learn.diagnosis.trials import Trial, Workbench
 from hexathermal.learn.diagnosis.view import View
@@ -111,7 +111,7 @@ class Stage:
         """Return columns of the law with those that joined, and the sizes of their priors."""
         terms = [(item.trial.columns, 4.0 * item.size, item.trial.carried) for item in self.joined]
         X = np.column_stack([law, *(columns[:, :carried] for columns, _sizes, carried in terms)])
-        return X, np.concatenate([base_sizes(self.channel, law), *(sizes[:carried] for _, sizes, carried in terms)])
+        return X, np.concatenate([self.channel.loose(law), *(sizes[:carried] for _, sizes, carried in terms)])
 
     @cached_property
     def base(self) -> Base:

@@ -8,70 +8,20 @@ from functools import cached_property
 from typing import Any, TypeVar, cast
 
 import numpy as np
-import numpy.typing as npt
 
 from hexathermal.learn.cleaning_record import BEAM_STEP
 from hexathermal.learn.diagnosis.channels import Channel
+from hexathermal.learn.diagnosis.pieces import Pieces, pieces_of
 from hexathermal.learn.diagnosis.smoothing import FEWEST_SMOOTHED, SMOOTHED_S, smoothed, smoothing_rows
 from hexathermal.learn.signals import RunRows, follows_on
 from hexathermal.machine.leg_signals import LegSignals, Memory
 from hexathermal.machine.leg_terms import term_columns
 from hexathermal.poses import FloatArray
 
-EDGES_S = (0.0, 60.0, 180.0, 420.0)
-"""Windows of a landing begin so long after its first row; then every `LONGEST_S`: what relaxes, relaxes at first."""
-
-LONGEST_S = 300.0
 LONGER_S = (900.0, 2400.0)
 """Longer smoothing, for what the law may rather not believe of a thermometer."""
 
-MOST_WINDOWS = 500
-"""Windows of a run; longer runs take longer windows."""
-
 Made = TypeVar("Made")
-
-
-@dataclass(frozen=True, eq=False)
-class Pieces:
-    """Windows of one run: which usable rows they are means of.
-
-    Attributes
-    ----------
-    used : array of int, shape (u,)
-        Usable rows.
-    edges : array of int, shape (w,)
-        Where windows begin among them.
-    landing : array of int, shape (w,)
-    """
-
-    used: npt.NDArray[np.int64]
-    edges: npt.NDArray[np.int64]
-    landing: npt.NDArray[np.int64]
-
-    @cached_property
-    def rows(self) -> FloatArray:
-        """Rows of each window."""
-        return np.diff(np.append(self.edges, len(self.used))).astype(np.float64)
-
-    def means(self, values: FloatArray) -> FloatArray:
-        """Return the means of values, shape (n, ...), over windows."""
-        sums = np.add.reduceat(values[self.used], self.edges, axis=0)
-        return np.asarray(sums / self.rows.reshape((-1,) + (1,) * (values.ndim - 1)))
-
-
-def pieces_of(rows: RunRows) -> Pieces:
-    """Return the windows of a run."""
-    used = np.flatnonzero(rows.settled)
-    time, landing = rows.signals.time[used], rows.landing[used]
-    first = np.flatnonzero(np.concatenate([[True], landing[1:] != landing[:-1]]))
-    since = time - np.repeat(time[first], np.diff(np.append(first, len(used))))
-    longest = LONGEST_S
-    while True:
-        piece = np.searchsorted(EDGES_S, since, side="right") + np.floor(np.maximum(since - EDGES_S[-1], 0.0) / longest)
-        edges = np.flatnonzero(np.concatenate([[True], (landing[1:] != landing[:-1]) | (piece[1:] != piece[:-1])]))
-        if len(edges) - len(first) <= MOST_WINDOWS:
-            return Pieces(used, edges, landing[edges])
-        longest *= 2.0
 
 
 @dataclass(frozen=True, eq=False)

@@ -10,7 +10,6 @@ from dataclasses import replace
 
 import numpy as np
 
-from hexathermal.learn.diagnosis.search import base_sizes
 from hexathermal.learn.diagnosis.view import View
 
 LIKELIER = 1.0
@@ -35,7 +34,7 @@ def with_wandering(view: View) -> View:
     law, channel = view.base_columns, view.channel
     place = 2.0 * (view.q - view.q.min()) / np.ptp(view.q) - 1.0
     columns = np.column_stack([law, *(place**power for power in range(1, POWERS + 1))])
-    sizes = base_sizes(channel, columns)
+    sizes = channel.loose(columns)
     levels, alone = channel.fitted(columns, sizes)
     A, B = channel.solved(columns, sizes, levels)[1][: law.shape[1]].reshape(2, -1)
     erring = replace(view, errs=np.concatenate([A, np.clip(B, -STEEPEST * np.abs(A), STEEPEST * np.abs(A))]))

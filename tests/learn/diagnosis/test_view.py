@@ -7,10 +7,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from hexathermal.learn.diagnosis.pieces import EDGES_S, LONGEST_S, pieces_of
 from hexathermal.learn.diagnosis.read_later import read_later
 from hexathermal.learn.diagnosis.smoothing import smoothed
 from hexathermal.learn.diagnosis.stage import Stage, mended
-from hexathermal.learn.diagnosis.view import EDGES_S, LONGEST_S, View, pieces_of
+from hexathermal.learn.diagnosis.view import View
 from hexathermal.machine.leg_repairs import SensorRepair
 from hexathermal.machine.leg_terms import term_columns
 from tests.learn.diagnosis.campaigns import viewed
