@@ -41,7 +41,7 @@ CONSTANTS = {
         "AGREED",
         "LEAST_AGREED",
     ),
-    "trials": ("USUAL_BIAS_K", "FEIGNED", "FEIGNED_NOISE", "MOST_FEIGNED", "QUICKLY"),
+    "trials": ("STEEPEST", "USUAL_BIAS_K", "FEIGNED", "FEIGNED_NOISE", "MOST_FEIGNED", "QUICKLY"),
     "recorded": ("NOISY",),
     "base_choice": ("FEWEST_WINDOWS", "MOST_TURNS", "CLOSER"),
     "places": ("OFF", "OFF_M", "MOST_ON", "SHARES", "LEAST_STEP_M"),
@@ -87,7 +87,7 @@ CONSTANTS = {
     "exchange": ("RIVAL", "AHEAD"),
     "pruning": ("LEAST_HARM",),
     "stage": ("DISBELIEVED", "FIRST_ROW", "LARGEST", "TAKEN_BACK"),
-    "wandering": ("LIKELIER",),
+    "wandering": ("LIKELIER", "POWERS"),
     "limits": ("CLOSE", "SOUND_CAMPAIGNS", "WEAKEST", "STRONGEST"),
 }
 """Numbers of the method that a reader may want to know, by their module."""

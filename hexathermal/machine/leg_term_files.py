@@ -229,7 +229,7 @@ def _check_parameters(form: Form, shape: str, parameters: Mapping[str, Any], pat
     for key, value in parameters.items():
         if key in positive:
             form.check((*path, key), value > 0.0, "above 0")
-        elif key == "time_constant_s" and shape in PARAMETERS:
+        elif key in ("time_constant_s", "source_time_constant_s") and shape in PARAMETERS:
             form.check((*path, key), value >= 0.0, "0 or more")
         elif key in ("sensor", "source"):
             form.check((*path, key), bool(value), "a name")

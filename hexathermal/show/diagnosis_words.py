@@ -28,8 +28,8 @@ LABELS = {
     "second_per_K": "amplitude, second order",
     "kick": "kick at each",
     "decades": "decades of time constants",
-    "saturation": "way of the rod in which a kick becomes whole",
-    "source_time_constant": "time constant of what is rubbed",
+    "saturation_m": "way in which a kick becomes whole",
+    "source_time_constant_s": "time constant of what is rubbed",
 }
 """Of parameters whose names alone would not be understood."""
 
@@ -151,8 +151,13 @@ def effect_rows(effect: Effect, kind: str) -> list[tuple[str, ...]]:
     rows: list[tuple[str, ...]] = [(shares.get(one.name, one.name), *one.cells, one.unit or "-") for one in shown]
     kept = {name: value for name, value in effect.settings.items() if name not in HIDDEN and value != effect.target}
     return rows + [
-        (_label(name), CHOICES.get((name, value), str(value)), "-", "-", "-") for name, value in kept.items()
+        (_label(name), CHOICES.get((name, value), _plain(value)), "-", "-", "-") for name, value in kept.items()
     ]
+
+
+def _plain(value: Any) -> str:
+    """Return a setting without digits that nobody reads."""
+    return f"{value:.8g}" if isinstance(value, float) else str(value)
 
 
 def _label(name: str) -> str:

@@ -24,6 +24,8 @@ EXAMPLES: dict[str, list[tuple[str, dict[str, Any], list[float]]]] = {
     "temperature": [("missing-sensor", {"sensor": "T03", "ratio": 0.3}, [0.4e-6])],
     "expansion": [("missing-sensor", {"sensor": "T03"}, [0.2e-6, 0.9e-6])],
     "stored-heat": [("hidden-heat", {"source": "motion", "power": 2, "time_constant_s": 2500.0}, [30.0]),
+                    ("hidden-heat", {"source": "motion", "time_constant_s": 900.0,
+                                     "source_time_constant_s": 150.0}, [0.1]),
                     ("hidden-heat", {"source": "spindle_rpm", "time_constant_s": 0.0, "ratio": 0.4}, [1e-9])],
     "square": [("nonlinear-expansion", {"sensor": "T01", "ratio": 0.5}, [2e-8]),
                ("nonlinear-expansion", {"sensor": "T02", "ratio": 0.5, "reference_degC": 20.0}, [3e-8]),
@@ -41,6 +43,7 @@ EXAMPLES: dict[str, list[tuple[str, dict[str, Any], list[float]]]] = {
     "position": [("scale-error", {}, [3e-6])],
     "relaxation": [("creep", {"time_constant_s": 240.0, "kick": "direction"}, [0.2e-6]),
                    ("creep", {"time_constant_s": 240.0, "kick": "move"}, [0.2e-6]),
+                   ("creep", {"time_constant_s": 90.0, "kick": "direction", "saturation_m": 0.004}, [0.3e-6]),
                    ("creep", {"time_constant_s": 60.0, "kick": "step", "decades": 1.5}, [0.2e-6])],
     "time": [("zero-drift", {}, [0.05e-6])],
 }  # fmt: skip

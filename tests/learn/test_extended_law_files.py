@@ -87,6 +87,8 @@ BAD = [
     ("  -0.2,\n", "", "terms[1].amplitudes has 1 values; expected 2"),
     ('kick = "move"', 'kick = "jump"', "terms[2].kick must be one of: direction, move, step"),
     ('kick = "move"', 'kick = "move"\ndecades = 7', "terms[2].decades must be 0 to 6"),
+    ('kick = "move"', 'kick = "move"\nsaturation_mm = 0', "terms[2].saturation_mm must be above 0"),
+    ('source = "motion"', 'source = "motion"\nsource_time_constant_s = -5', "source_time_constant_s must be 0 or more"),
     ('kind = "swap"', 'kind = "exchange"', "repairs[0].kind must be one of: clock, swap, drift, detached"),
     ('second = "T02"\n', "", "key 'second' is missing in [repairs[0]]"),
     ("rate_K_per_h = 0.03", 'rate_K_per_h = "x"', "repairs[1].rate_K_per_h must be a number"),
@@ -106,6 +108,7 @@ def test_each_bad_field_is_named_with_its_place(tmp_path: Path, old: str, new: s
         LegTerm("creep", "relaxation", {"time_constant_s": 60.0, "kick": "move"}, [0.2e-6]),
         LegTerm("thermal-lag", "foretold", {"sensor": "T01", "weights": {"T02": 0.9}, "ratio": 0.5,
                                             "time_constant_s": 901.0}, [1e-6]),
+        LegTerm("hidden-heat", "stored-heat", {"source": "motion", "time_constant_s": 902.0}, [0.1]),
     )  # fmt: skip
     law = law_with(terms, (REPAIRS[0], REPAIRS[1], REPAIRS[3]))
     file = write_leg_law(dataclasses.replace(law, joint_covariance=law.whole_covariance), tmp_path / "leg.toml")

@@ -35,7 +35,7 @@ IMITATED = 0.6
 """Part of what is nameless that counts for a name which is given although something nameless fits as well."""
 
 ALIKE = 0.7
-"""Names with this share of the first one's probability are as good: the larger effect is the first."""
+"""Names with this share of the first one's probability are as good: the first is the one that is least a misfit."""
 
 CLEAR = 100.0
 """Log evidence against a tolerated misfit from which on more of it makes no name any better."""

@@ -30,6 +30,9 @@ USUAL_BIAS_K = 0.05
 ASKED = 5
 """Thermometers outside the law that are asked for their bias."""
 
+STEEPEST = 1.5
+"""Largest B over A that is believed: a scale that is off makes B look as large as it likes."""
+
 FEIGNED = 0.3
 """Part of the thermometers' slow bias that may look like a cause: most of it looks like a slow process. Steps of the
 recording count whole: they are the error of anything that goes smoothly."""
@@ -205,7 +208,7 @@ class Workbench:
         B = coefficients[k : 2 * k] if view.kind == "leg" else np.zeros(k)
         self.slopes = dict(zip(view.base, A.tolist(), strict=True))
         safe = np.where(np.abs(A) > 1e-12, A, 1e-12)
-        self.ratios = dict(zip(view.base, np.clip(B / safe, -1.5, 1.5).tolist(), strict=True))
+        self.ratios = dict(zip(view.base, np.clip(B / safe, -STEEPEST, STEEPEST).tolist(), strict=True))
         self._models = {} if models is None else models
 
     def model(self, sensor: str) -> SensorModel | None:

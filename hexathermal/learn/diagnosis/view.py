@@ -47,7 +47,7 @@ class View:
         Names of all runs of the campaign, those for validation too, in the order in which they were made.
     smooths : bool
         Whether temperatures are smoothed.
-    errs : array, shape (2 s,), optional [1/K]
+    erring : array, shape (2 s,), optional [1/K]
         ``[A .. B ..]`` of the law's thermometers whose slow errors are what wanders in the drift, which then goes as
         the length that they speak for; by default it knows no length.
     """
@@ -61,7 +61,7 @@ class View:
     positions: Mapping[str, float] = field(default_factory=dict)
     order: tuple[str, ...] = ()
     smooths: bool = True
-    errs: FloatArray | None = None
+    erring: FloatArray | None = None
 
     @cached_property
     def as_recorded(self) -> View:
@@ -128,9 +128,9 @@ class View:
     @property
     def _shown(self) -> FloatArray | None:
         """How much of what wanders windows show, about 1, shape (n,): ``sqrt(sum (A q0 + B q)^2)`` over its mean."""
-        if self.errs is None:
+        if self.erring is None:
             return None
-        A, B = self.errs.reshape(2, -1)
+        A, B = self.erring.reshape(2, -1)
         size = np.linalg.norm(self.length * A + self.q[:, None] * B, axis=1)
         return np.asarray(size / size.mean())
 

@@ -47,7 +47,7 @@ SPOKEN = {
     "rate_um_per_h": "rate", "rate_K_per_h": "rate", "kick_um": "after each move", "scale_ppm": "scale",
     "coefficient_per_K": "coefficient", "A_per_K": "A", "B_per_K": "B",
     "coefficient_um_per_K": "coefficient", "curvature_per_K2": "curvature",
-    "amplitude_um": "amplitude", "share": "share", "amplitude_per_K": "coefficient",
+    "saturation_m": "long moves from", "amplitude_um": "amplitude", "share": "share", "amplitude_per_K": "coefficient",
 }  # fmt: skip
 """Words of parameters that a sentence tells."""
 
@@ -69,7 +69,8 @@ WORKSHOP: dict[str, tuple[str, float]] = {
 }
 """Unit in which people measure, for a unit of a parameter, and its factor; others stay."""
 
-UNITS = {"time_constant_s": "s", "pitch_m": "m", "time_s": "s", "offset_s": "s", "rate_K_per_h": "K/h",
+UNITS = {"time_constant_s": "s", "source_time_constant_s": "s", "saturation_m": "m", "play_m": "m",
+         "pitch_m": "m", "time_s": "s", "offset_s": "s", "rate_K_per_h": "K/h",
          "middle_degC": "degC", "width_K": "K"}  # fmt: skip
 
 
@@ -177,7 +178,8 @@ def _sentence(
         words = words.replace("another thermometer", str(settings["other"]))
     if "offset_s" in parameters and parameters["offset_s"].value < 0.0:
         words = words.replace("runs ahead of", "runs behind")
-    parts = [f"{SPOKEN.get(name, name)} {told(one)}" for name, one in parameters.items() if name in SPOKEN]
+    spoken = SPOKEN | ({"kick_um": "after each long move"} if "saturation_m" in parameters else {})
+    parts = [f"{spoken[name]} {told(one)}" for name, one in parameters.items() if name in spoken]
     if "run" in settings and settings["run"] != target:
         parts.insert(0, f"in {settings['run']}")
     inside = f" ({'; '.join(parts)})" if parts else ""

@@ -206,14 +206,14 @@ def _shown(found: Diagnosis) -> list[Any]:
 
 def _summary(found: Diagnosis) -> str:
     """Return what stands around the finding, in words."""
-    from hexathermal.show.diagnosis_tables import probability
+    from hexathermal.show.diagnosis_tables import verdict_probability
     from hexathermal.show.diagnosis_words import noise_rows
 
     noise = ", ".join(f"{name} {value * 1e6:.3f}" for name, value, _words in noise_rows(found))
     lines = [
-        f"Campaign {found.title or 'without a title'}: law of {' + '.join(found.law.sensors)}; probability of the "
-        f"verdict '{found.verdict}' {probability(found.probability)}; a name needed a log evidence of "
-        f"{found.threshold:.1f}.",
+        f"Campaign {found.title or 'without a title'}: law of {' + '.join(found.law.sensors)}; verdict "
+        f"'{found.verdict}', {verdict_probability(found.verdict, len(found.effects), found.probability)}; a name "
+        f"needed a log evidence of {found.threshold:.1f}.",
         f"Noise (um): {noise}.",
     ]
     if found.effects and found.follows:

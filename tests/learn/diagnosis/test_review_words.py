@@ -7,8 +7,9 @@ from typing import Any
 
 import numpy as np
 
-from hexathermal.learn.diagnosis.result import Quantity
+from hexathermal.learn.diagnosis.result import Effect, Quantity
 from hexathermal.learn.diagnosis.words import _amplitudes, _sentence, told
+from hexathermal.show.diagnosis_words import effect_rows
 
 
 def test_a_clock_behind_is_said_to_be_behind() -> None:
@@ -55,3 +56,18 @@ def test_a_step_of_the_zero_has_the_size_that_was_found() -> None:
 
     assert sizes("") == ([-0.099], [0.002])
     assert sizes("direction") == ([-0.112], [0.055])
+
+
+def test_a_kick_that_short_moves_give_in_part_is_that_of_a_long_one() -> None:
+    """The sentence says from which length on a move kicks wholly; the table has both in units of the workshop."""
+    parameters = {"saturation_m": Quantity(0.015, 0.003, "m"), "kick_um": Quantity(0.8, 0.02, "um")}
+    said = _sentence("creep", None, parameters, {"kick": "direction"}, 3e-7)
+    assert "(long moves from 15.0 ± 3.0 mm; after each long move 0.800 ± 0.020 um)" in said
+    assert "after each move 0.8" in _sentence("creep", None, {"kick_um": parameters["kick_um"]}, {}, 3e-7)
+    parameters["source_time_constant_s"] = Quantity(640.0, 90.0, "s")
+    effect = Effect("creep", None, parameters, {"reference_index": 1.0002712345678}, 0.9, (), 3e-7, said, True)
+    rows = effect_rows(effect, "leg")
+    assert rows[0] == ("way in which a kick becomes whole", "15.0", "3.0", "9.1 to 20.9", "mm")
+    assert rows[2][:2] == ("time constant of what is rubbed", "10.7")
+    assert rows[2][-1] == "min"
+    assert rows[3][:2] == ("reference index", "1.0002712")

@@ -52,7 +52,7 @@ def trials(bench: Workbench) -> Iterator[Trial]:
     if bench.view.moves:
         single: list[dict[str, Any]] = [{"time_constant_s": tau} for tau in TIMES_S]
         broad = [{"time_constant_s": tau, "decades": decades} for decades, times in BROAD.items() for tau in times]
-        short = _short(bench.view)
+        short = _saturations(bench.view)
         for times in single + broad:
             alike = bench.term(CAUSE.name, "relaxation", None, kick="move", **times)
             yield alike
@@ -64,7 +64,7 @@ def trials(bench: Workbench) -> Iterator[Trial]:
                 yield replace(trial, unfeigned=unlike)
 
 
-def _short(view: View) -> list[float]:
+def _saturations(view: View) -> list[float]:
     """Return ways in which a kick becomes whole [m] that moves of this campaign tell from each other."""
     ways = [np.abs(Memory().lengths(signals.q)) for signals in view.signals]
     ends = np.concatenate([way[np.diff(way, append=0.0) < 0.0] for way in ways])

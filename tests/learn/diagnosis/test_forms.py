@@ -1,0 +1,143 @@
+"""Effects in the forms in which others write them are named, and by the shape that they have."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Any, cast
+
+import numpy as np
+import pytest
+
+from hexathermal.learn.diagnosis.causes import air_refraction
+from hexathermal.learn.diagnosis.causes.creep import SATURATIONS_M, _saturations
+from hexathermal.learn.diagnosis.causes.nonlinear_expansion import trials as squares
+from hexathermal.learn.diagnosis.deciding import CLEAR, Decision, _cool, decided
+from hexathermal.learn.diagnosis.diagnosing import HIDING, _sees_little
+from hexathermal.learn.diagnosis.evidence import LEAST, Scored
+from hexathermal.learn.diagnosis.limits import SOUND_CAMPAIGNS, STRONGEST, WEAKEST, sure_of_nothing
+from hexathermal.learn.diagnosis.ranking import Ranked
+from hexathermal.learn.diagnosis.result import Limit
+from hexathermal.learn.diagnosis.rivals import SHAPE_ERROR
+from hexathermal.learn.diagnosis.sensor_model import Shown
+from hexathermal.learn.diagnosis.stage import Stage
+from hexathermal.learn.diagnosis.trials import Trial
+from hexathermal.learn.diagnosis.unexplained import flexible_trials
+from hexathermal.learn.diagnosis.view import View
+from hexathermal.learn.diagnosis.witnesses import WHOLE, Witnesses
+from tests.learn.diagnosis.campaigns import viewed
+from tests.learn.diagnosis.noises import LEVELS
+
+
+def decision_of(view: View) -> Decision:
+    """What is said of a view at first."""
+    return decided(Stage(view).step, LEAST)
+
+
+@pytest.mark.parametrize(
+    ("cause", "seed", "form"),
+    [("nonlinear-expansion", 3, {"curve": "warming"}), ("hidden-heat", 2, {"bodies": "behind"}),
+     ("creep", 10, {"directed": False})],
+)  # fmt: skip
+def test_each_form_is_named(cause: str, seed: int, form: dict[str, Any]) -> None:
+    """A square of the warming, heat that passes through what is rubbed, a kick that knows no direction."""
+    view, answer = viewed("quiet", seed, (cause,), 1.0)
+    assert answer.parameters[0] == dict(answer.parameters[0]) | form
+    leader = decision_of(view).leader
+    assert leader is not None
+    assert leader.cause == cause
+
+
+def test_a_square_of_the_warming_counts_from_each_run_s_zero() -> None:
+    """Without it the effect is seen as less: the square of the temperature is off by a slope in each run."""
+    view, _ = viewed("quiet", 3, ("nonlinear-expansion",), 1.0)
+    stage = Stage(view)
+    both = stage.search.scored(stage.levels, list(squares(stage.bench)))
+    best = max(both, key=lambda item: item.value)
+    assert best.trial.shape == "square"
+    assert "reference_degC" not in best.trial.parameters
+    others = [item.value for item in both if "reference_degC" in item.trial.parameters]
+    assert best.value > max(others) + 1.0
+
+
+def test_where_runs_have_one_zero_warming_and_temperature_are_the_same() -> None:
+    """A square or a kink of either is tried once."""
+    view, _ = viewed("component", 7873671558253397, (), 1.0)
+    bench = Stage(view).bench
+    assert not view.zeroed_by_run
+    for found in (list(squares(bench)), list(flexible_trials(bench))):
+        single = [trial for trial in found if trial.shape == "square" or "beyond a kink" in trial.cause]
+        columns = {np.round(trial.columns[:, 0], 12).tobytes() for trial in single}
+        assert len(columns) == len(single) > 0
+
+
+def test_light_may_pass_along_the_leg_and_an_index_may_be_set_once() -> None:
+    """The path with the leg, and the index of the campaign's first row, are among what is tried."""
+    view, _ = viewed("quiet", 2, (), 1.0)
+    tried = [trial.parameters for trial in air_refraction.trials(Stage(view).bench)]
+    assert {"path_m": view.dead_path + view.length, "stroke_share": 1.0} in tried
+    first = view.runs[0].signals.zero_index
+    assert {one["path_m"] for one in tried if one.get("reference_index") == first} == {
+        view.dead_path, view.dead_path + view.length
+    }  # fmt: skip
+
+
+def test_short_moves_are_tried_where_lengths_of_moves_differ() -> None:
+    """Equal moves tell no saturation; short beside long ones do; without a move nothing is asked."""
+    view, _ = viewed("quiet", 2, (), 1.0)
+
+    def moving(places: list[float]) -> View:
+        rows = view.runs[0]
+        q = np.repeat(places, len(rows.signals.q) // len(places) + 1)[: len(rows.signals.q)]
+        return replace(view, runs=(replace(rows, signals=replace(rows.signals, q=q)),))
+
+    assert _saturations(moving([0.0, 0.01, 0.0, 0.01])) == []
+    assert _saturations(moving([0.0, 0.001, 0.05, 0.0])) == list(SATURATIONS_M)
+    assert _saturations(moving([0.02])) == []
+
+
+def limits(*sizes: float) -> list[Limit]:
+    """Limits of detection over a noise of 1."""
+    return [Limit(f"cause-{k}", size, size) for k, size in enumerate(sizes)]
+
+
+def test_none_is_as_sure_as_the_campaign_can_see() -> None:
+    """Where all would be seen it is certain; where nothing would, it is as likely as before; between them between."""
+    assert sure_of_nothing(limits(0.1, WEAKEST), 1.0) == 1.0
+    assert sure_of_nothing(limits(STRONGEST, 9.0), 1.0) == pytest.approx(SOUND_CAMPAIGNS)
+    half = sure_of_nothing(limits(np.sqrt(WEAKEST * STRONGEST)), 1.0)
+    assert half == pytest.approx(SOUND_CAMPAIGNS / (SOUND_CAMPAIGNS + 0.5 * (1.0 - SOUND_CAMPAIGNS)))
+    assert sure_of_nothing([], 1.0) == SOUND_CAMPAIGNS
+
+
+def test_a_campaign_that_sees_little_says_so() -> None:
+    """Where more than a third of the causes may hide more than the noise a note says it, beside "none" alone."""
+    assert HIDING < 0.5
+    (note,) = _sees_little("none", limits(0.5, 1.5), 1.0)
+    assert "1 of 2 causes could hide an effect larger than the noise" in note
+    assert _sees_little("none", limits(0.5, 0.6, 0.7, 1.5), 1.0) == []
+    assert _sees_little("effect", limits(9.0), 1.0) == []
+
+
+def ranked(value: float, gated: float) -> Ranked:
+    """A name whose evidence counts against nothing as far as stated."""
+    trial = Trial("creep", np.zeros((1, 1)), doubt=value - gated)
+    return Ranked("creep", value, Scored(trial, value, 9.0 * LEVELS.rms, LEVELS.rms, 0.0, 1.0, np.ones(1)), LEVELS)
+
+
+def test_what_may_be_feigned_leads_by_as_little() -> None:
+    """Evidence between names is divided by the error of a sketch, or by what of it does not count against nothing."""
+    assert _cool(ranked(200.0, 200.0)) == pytest.approx(1.0 + 200.0 * SHAPE_ERROR)
+    assert _cool(ranked(200.0, 10.0)) == pytest.approx(20.0)
+    assert CLEAR > LEAST
+
+
+@pytest.mark.parametrize("amplitude", [-0.5, 0.0, 0.6, 1.0, 3.0])
+def test_a_part_of_something_is_between_none_and_all(amplitude: float, monkeypatch: pytest.MonkeyPatch) -> None:
+    """The air's share in a thermometer that came off: below 0 or above 1 it counts against the fault."""
+    shown = Shown(20.0, amplitude, 0.05)
+    monkeypatch.setattr(Witnesses, "_shown", lambda self, trial, sensor: shown)
+    witness = Witnesses(*cast(Any, [None] * 4))
+    beyond = amplitude - np.clip(amplitude, 0.0, 1.0)
+    said = witness._gain(Trial("sensor-detached", np.zeros((1, 1)), "T01", partly=True), "T01")
+    assert said == pytest.approx(20.0 - 0.5 * beyond**2 / (0.05**2 + WHOLE**2))
+    assert witness._gain(Trial("sensor-drift", np.zeros((1, 1)), "T01"), "T01") == 20.0
