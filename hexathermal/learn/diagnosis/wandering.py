@@ -1,6 +1,6 @@
 """Whether what wanders slowly in the drift is errors of the law's thermometers, which go as the length they speak for.
 
-A thermometer that erring by b moves a law by ``(A q0 + B q) b``: where this is most of the slow noise, as in a leg of
+A thermometer that errs by b moves a law by ``(A q0 + B q) b``: where this is most of the slow noise, as in a leg of
 steel, a little of it goes as the displacement does, a little more in each run, and would be a scale that is off.
 """
 
@@ -35,6 +35,6 @@ def with_wandering(view: View) -> View:
     sizes = channel.loose(columns)
     levels, alone = channel.fitted(columns, sizes)
     A, B = channel.solved(columns, sizes, levels)[1][: law.shape[1]].reshape(2, -1)
-    erring = replace(view, erring=np.concatenate([A, np.clip(B, -STEEPEST * np.abs(A), STEEPEST * np.abs(A))]))
-    _, told = erring.channel.fitted(columns, sizes, levels)
-    return erring if told > alone + LIKELIER else view
+    other = replace(view, erring=np.concatenate([A, np.clip(B, -STEEPEST * np.abs(A), STEEPEST * np.abs(A))]))
+    _, told = other.channel.fitted(columns, sizes, levels)
+    return other if told > alone + LIKELIER else view

@@ -138,7 +138,7 @@ class Witnesses:
         return beyond, sure
 
     def _gain(self, trial: Trial, sensor: str | None) -> float:
-        """Return the log evidence of one sensor's parity for a trial; less where what is a part of something is not 0 to 1."""
+        """Return the log evidence of one sensor's parity for a trial; less where what is a part is not 0 to 1."""
         shown = self._shown(trial, sensor)
         if shown is None or not trial.partly:
             return 0.0 if shown is None else shown.gain

@@ -1,4 +1,4 @@
-"""What erring slowly is no cause: the row that a campaign counts from, and thermometers of a leg that grows a lot."""
+"""What errs slowly is no cause: the row that a campaign counts from, and thermometers of a leg that grows a lot."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ def first_name(view: View) -> str | None:
 def test_an_error_of_the_first_row_is_in_all_runs_and_is_no_cause(
     bench: str, seed: int, feigned: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """Runs of a sound leg count from one row, which erring by three times the noise: nothing is named for it."""
+    """Runs of a sound leg count from one row, which errs by three times the noise: nothing is named for it."""
     view, _ = viewed(bench, seed, (), 1.0)
     error = 3.0 * Stage(view).levels.rms
     runs = tuple(replace(rows, drift=rows.drift + error) for rows in view.runs)
@@ -40,7 +40,7 @@ def test_an_error_of_the_first_row_is_in_all_runs_and_is_no_cause(
 
 
 def erring(view: View, growth: float, rng: np.random.Generator) -> View:
-    """The view of a leg that grows `growth` times as much for q as for q0, moved by what its thermometer erring, too.
+    """The view of a leg that grows `growth` times as much for q as for q0, moved by what its thermometer errs, too.
 
     It wanders by 0.1 K within each run, ten times the drift's own noise.
     """
