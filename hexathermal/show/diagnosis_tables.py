@@ -53,7 +53,7 @@ def verdict_probability(verdict: str, effects: int, value: float) -> str:
     Examples
     --------
     >>> verdict_probability("none", 0, 0.62)
-    'probability 0.62 that nothing of a quarter of the noise or more is there'
+    'probability 0.620 that nothing of a quarter of the noise or more is there'
     """
     if verdict == "none":
         return f"probability {probability(value)} that nothing of a quarter of the noise or more is there"
