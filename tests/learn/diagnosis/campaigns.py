@@ -9,7 +9,10 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 
 from hexathermal.learn.campaign_files import load_campaign
-from hexathermal.learn.diagnosis.stage import view_of
+from hexathermal.learn.diagnosis.course import _tolerant
+from hexathermal.learn.diagnosis.deciding import decided
+from hexathermal.learn.diagnosis.evidence import LEAST
+from hexathermal.learn.diagnosis.stage import Stage, view_of
 from hexathermal.learn.diagnosis.view import View
 from hexathermal.learn.signals import campaign_rows
 from hexathermal.machine.leg_signals import LegSignals
@@ -27,6 +30,12 @@ def viewed(bench: str, seed: int, causes: tuple[str, ...], strength: float) -> t
         write_campaign(folder, truth, answer)
         campaign = load_campaign(folder)
         return view_of(campaign, campaign_rows(campaign, "identification"), answer.base), answer
+
+
+def first_name(view: View) -> str | None:
+    """The cause that is named first, or what is nameless."""
+    leader = decided(_tolerant(Stage(view), LEAST).step, LEAST).leader
+    return None if leader is None else leader.cause
 
 
 def altered(view: View, sensor: str, change: Callable[[int, LegSignals], FloatArray]) -> View:

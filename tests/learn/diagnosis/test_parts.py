@@ -14,26 +14,17 @@ from hexathermal.learn.campaign_files import load_campaign
 from hexathermal.learn.diagnosing import diagnose
 from hexathermal.learn.diagnosis import course, witnesses
 from hexathermal.learn.diagnosis import stage as stages
-from hexathermal.learn.diagnosis.course import _tolerant
-from hexathermal.learn.diagnosis.deciding import decided
 from hexathermal.learn.diagnosis.evidence import LEAST
 from hexathermal.learn.diagnosis.sensor_model import SensorModel
 from hexathermal.learn.diagnosis.stage import Stage, view_of
 from hexathermal.learn.diagnosis.trials import Trial, Workbench
-from hexathermal.learn.diagnosis.view import View
 from hexathermal.learn.signals import campaign_rows
 from hexathermal.simulate.hidden.drawing import campaign_of
 from hexathermal.simulate.hidden.strength import exact_readings
 from hexathermal.simulate.hidden.writing import write_campaign
-from tests.learn.diagnosis.campaigns import viewed
+from tests.learn.diagnosis.campaigns import first_name, viewed
 
 PART = "component"
-
-
-def first_name(view: View) -> str | None:
-    """The cause that is named first, or what is nameless."""
-    leader = decided(_tolerant(Stage(view), LEAST).step, LEAST).leader
-    return None if leader is None else leader.cause
 
 
 def test_a_thermometer_that_is_late_against_all_others_is_not_late_where_the_drift_shows_nothing_of_it(

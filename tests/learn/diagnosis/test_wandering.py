@@ -9,20 +9,11 @@ import pytest
 
 from hexathermal.learn.diagnosis import stage as stages
 from hexathermal.learn.diagnosis import wandering
-from hexathermal.learn.diagnosis.course import _tolerant
-from hexathermal.learn.diagnosis.deciding import decided
-from hexathermal.learn.diagnosis.evidence import LEAST
 from hexathermal.learn.diagnosis.stage import Stage
 from hexathermal.learn.diagnosis.trials import STEEPEST
 from hexathermal.learn.diagnosis.view import View
 from hexathermal.learn.diagnosis.wandering import with_wandering
-from tests.learn.diagnosis.campaigns import viewed
-
-
-def first_name(view: View) -> str | None:
-    """The cause that is named first, or what is nameless."""
-    leader = decided(_tolerant(Stage(view), LEAST).step, LEAST).leader
-    return None if leader is None else leader.cause
+from tests.learn.diagnosis.campaigns import first_name, viewed
 
 
 @pytest.mark.parametrize(("bench", "seed", "feigned"), [("modal", 1, "hidden-heat"), ("quiet", 2, "the pressure")])

@@ -68,8 +68,10 @@ def _saturations(view: View) -> list[float]:
     """Return ways in which a kick becomes whole [m] that moves of this campaign tell from each other."""
     ways = [np.abs(Memory().lengths(signals.q)) for signals in view.signals]
     ends = np.concatenate([way[np.diff(way, append=0.0) < 0.0] for way in ways])
-    told = [-np.expm1(-ends / full) for full in SATURATIONS_M] if len(ends) else []
-    return [full for full, sizes in zip(SATURATIONS_M, told, strict=False) if sizes.std() > LEAST_TOLD * sizes.mean()]
+    if not len(ends):
+        return []
+    told = {full: -np.expm1(-ends / full) for full in SATURATIONS_M}
+    return [full for full, sizes in told.items() if sizes.std() > LEAST_TOLD * sizes.mean()]
 
 
 def _apart(one: FloatArray, other: FloatArray) -> bool:

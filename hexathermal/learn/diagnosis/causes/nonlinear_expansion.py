@@ -39,14 +39,14 @@ def trials(bench: Workbench) -> Iterator[Trial]:
     view = bench.view
     for sensor in view.base:
         told = view.degC(sensor)
-        own = {} if told is None else {"reference_degC": float(np.median(told[1]))}
         span = 0.0 if told is None else float(np.ptp(told[0]))
         # the retracted length, the law's own mixture, or the whole length
         for ratio in sorted({0.0, bench.ratios[sensor], *([1.0] if view.kind == "leg" else [])}):
             # of the warming since the zero, by which the law was identified; then of the temperature itself
             yield bench.term(CAUSE.name, "square", sensor, quick=True, sensor=sensor, ratio=ratio)
             if told is not None and np.ptp(told[1]) > 0.0:  # else both are the same
-                yield bench.term(CAUSE.name, "square", sensor, quick=True, sensor=sensor, ratio=ratio, **own)
+                yield bench.term(CAUSE.name, "square", sensor, quick=True, sensor=sensor, ratio=ratio,
+                                 reference_degC=float(np.median(told[1])))  # fmt: skip
             if ratio > 0.0 and view.moves and told is not None:
                 yield bench.term(CAUSE.name, "square", sensor, quick=True, sensor=sensor, ratio=ratio,
                                  reference_degC=STANDARD_DEGC, calibration_degC=STANDARD_DEGC)  # fmt: skip
