@@ -6,7 +6,8 @@ Kinds of repairs and their parameters:
 between rows; where there is no such row, the first or the last one's. The zero moves with it: in the row in which all
 temperatures are zero they stay so.
 ``swap``: ``first``, ``second``. Two sensors exchange their names.
-``drift``: ``sensor``, ``rate_K_per_h``. ``dT := dT - rate t``.
+``drift``: ``sensor``, ``rate_K_per_h``, optionally ``rates_K_per_h`` (by the name of runs with a rate of their own).
+``dT := dT - rate t``.
 ``detached``: ``sensor``, ``weights`` (of other sensors), optionally ``from_s`` (by the name of each run concerned, the
 time since its zero from which on it is detached; without it everywhere). ``dT := sum_s w_s dT_s``.
 
@@ -31,6 +32,9 @@ KINDS: dict[str, tuple[str, ...]] = {
 }  # fmt: skip
 """Kinds of repairs and the parameters that each of them needs."""
 
+BY_RUN = {"drift": ("rates_K_per_h",), "detached": ("from_s",)}
+"""Tables by the name of runs that they may have besides."""
+
 
 @dataclass(frozen=True)
 class SensorRepair:
@@ -54,7 +58,7 @@ class SensorRepair:
         if self.kind not in KINDS:
             raise UnknownNameError(f"no repair {self.kind!r}; there are: {', '.join(KINDS)}", tuple(KINDS))
         given = {key: dict(value) if isinstance(value, Mapping) else value for key, value in self.parameters.items()}
-        known = {*KINDS[self.kind], *(("from_s",) if self.kind == "detached" else ())}
+        known = {*KINDS[self.kind], *BY_RUN.get(self.kind, ())}
         missing, strange = [key for key in KINDS[self.kind] if key not in given], sorted(set(given) - known)
         if missing or strange:
             wrong = f"lacks {', '.join(missing)}" if missing else f"does not know {', '.join(strange)}"
@@ -150,7 +154,8 @@ def _swapped_zeros(zeros: Mapping[str, float], parameters: Mapping[str, Any]) ->
 def _without_drift(signals: LegSignals, parameters: Mapping[str, Any], run: str | None) -> dict[str, FloatArray]:
     """Return a sensor's temperature less its drift."""
     name = parameters["sensor"]
-    return {name: signals.temperature(name) - parameters["rate_K_per_h"] * signals.time / 3600.0}
+    rate = parameters.get("rates_K_per_h", {}).get(run, parameters["rate_K_per_h"])
+    return {name: signals.temperature(name) - rate * signals.time / 3600.0}
 
 
 def _foretold(signals: LegSignals, parameters: Mapping[str, Any], run: str | None) -> dict[str, FloatArray]:

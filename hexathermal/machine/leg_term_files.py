@@ -77,7 +77,7 @@ TERM = {"cause": "text!", "shape": "text!", "amplitudes": "number+!", "unit": "t
 REPAIRS: dict[str, dict[str, str]] = {
     "clock": {"offset_s": "number!"},
     "swap": {"first": "text!", "second": "text!"},
-    "drift": {"sensor": "text!", "rate_K_per_h": "number!"},
+    "drift": {"sensor": "text!", "rate_K_per_h": "number!", "rates_K_per_h": "table"},
     "detached": {"sensor": "text!", "weights": "table!", "from_s": "table"},
 }
 
@@ -292,7 +292,7 @@ def _read_repair(form: Form, data: Any, path: Where) -> SensorRepair | None:
 
 def _read_numbers(form: Form, found: dict[str, Any], path: Where) -> None:
     """Read tables of numbers by name, in place; what is no number is complained of."""
-    for key in ("weights", "from_s"):
+    for key in ("weights", "from_s", "rates_K_per_h"):
         if key in found:
             numbers = {name: form.value(value, (*path, key, name), "number") for name, value in found[key].items()}
             found[key] = {name: float(value) for name, value in numbers.items() if value is not None}

@@ -42,7 +42,7 @@ PROVEN = 40.0
 UNSEEN = 12.0
 """So much more where no run left out can tell: a later step of the zero in one run."""
 
-LATER_SURE = 0.6
+LATER_SURE = 0.5
 """Least probability of a later name."""
 
 MOST_TOLERATED = 2
@@ -196,7 +196,7 @@ def searched(
         stage = _tolerant(_next(stage, after, found, threshold), threshold + LATER)
         said(1 + len(found), MOST_EFFECTS + 2, f"{leader.cause} named; trying what is left")
         steps.append(stage.step)
-        decision = decided(steps[-1], threshold + LATER)
+        decision = decided(steps[-1], threshold + LATER, later=True)
     if given_for_two and len(found) == 1:  # the other one did not stand: something nameless led
         stage, steps, stages, found, decision = stages[0], steps[:1], [], [], alone
     end = _not_denied(stage, decision)
@@ -273,11 +273,11 @@ def _two_for(stage: Stage, decision: Decision, threshold: float) -> Decision:
     if alone is None or alone.named or not names:
         return decision
     after = stage.with_effect(names[0].best)
-    next_best = decided(after.step, threshold + LATER)
+    next_best = decided(after.step, threshold + LATER, later=True)
     second = next_best.leader
     if second is None or not next_best.named or names[0].value + second.value < alone.value + TWO_LEAD:
         return decision
-    if decided(after.with_effect(second.best).step, threshold + LATER).leader is not None:
+    if decided(after.with_effect(second.best).step, threshold + LATER, later=True).leader is not None:
         return decision
     return replace(decision, leader=names[0], probability=together(names[0], second, alone))
 

@@ -79,7 +79,7 @@ class Decision:
         return self.leader is not None and self.leader.named
 
 
-def decided(step: Step, threshold: float) -> Decision:
+def decided(step: Step, threshold: float, *, later: bool = False) -> Decision:
     """Return the verdict of a ranking.
 
     Parameters
@@ -87,6 +87,9 @@ def decided(step: Step, threshold: float) -> Decision:
     step : Step
     threshold : float
         Log evidence that a name needs in this campaign.
+    later : bool
+        Whether causes were named before. What is left has a name more often than not: two faults of the catalogue at
+        once are likelier than one of them and something outside it.
     """
     named = [item for item in step.ranking if item.named]
     nameless = [item for item in step.ranking if not item.named]
@@ -100,7 +103,7 @@ def decided(step: Step, threshold: float) -> Decision:
         return Decision(None, probabilities[NONE], probabilities, ())
     best = standing[0]
     names = [item for item in standing if item.named]
-    if names and names[0].value >= _wanted(standing):
+    if names and names[0].value >= _wanted(standing, later=later):
         # of names that fit alike, the one that the least of a tolerated misfit could stand for
         as_good = ALIKE * probabilities[names[0].cause]
         fitting = [item for item in names if probabilities[item.cause] >= as_good]
@@ -152,11 +155,15 @@ def _as_good(best: Ranked, named: Sequence[Ranked]) -> dict[str, float]:
     return found
 
 
-def _wanted(standing: Sequence[Ranked]) -> float:
-    """Return the log evidence that a name needs among what stands, so that what has no name is no better."""
+def _wanted(standing: Sequence[Ranked], *, later: bool) -> float:
+    """Return the log evidence that a name needs among what stands, so that what has no name is no better.
+
+    Of a later name one column without a name asks no more than flexible ones do.
+    """
     best = standing[0]
-    wanted = best.value - (NAME_LEAD + NAME_SHARE * best.value) * (not best.named and not _alone(best))
-    alone = [item.value for item in standing if not item.named and _alone(item)]
+    alone = [item.value for item in standing if not item.named and _alone(item) and not later]
+    imitating = not best.named and (later or not _alone(best))
+    wanted = best.value - (NAME_LEAD + NAME_SHARE * best.value) * imitating
     return max([wanted, *(NAME_AHEAD + (1.0 + AHEAD_SHARE) * value for value in alone)])
 
 

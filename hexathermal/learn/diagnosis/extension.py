@@ -14,7 +14,8 @@ from hexathermal.errors import ArgumentError
 from hexathermal.learn.campaign import Block, Campaign
 from hexathermal.learn.campaign_laws import role_blocks
 from hexathermal.learn.diagnosis.channels import sums_without
-from hexathermal.learn.diagnosis.stage import Stage, mended, view_of
+from hexathermal.learn.diagnosis.mending import mended
+from hexathermal.learn.diagnosis.stage import Stage, view_of
 from hexathermal.learn.fitting import prediction_factor
 from hexathermal.learn.law import IdentifiedLaw
 from hexathermal.learn.noise import ResidualNoise

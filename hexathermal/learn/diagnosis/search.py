@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Hashable, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from itertools import pairwise
@@ -70,6 +70,10 @@ LEAST_SURE, SURE = 3.0, 3.5
 """Standard deviations by which log likelihoods of data mended and as recorded differ over all windows up to which the
 drift does not speak for a clock that is off, and from which it does wholly: neither law contains the other, either
 reads errors of thermometers, and the offset is the best of many."""
+
+STARTED = 1.5
+"""Most of a cause's evidence over that of what a law carries of it: the rooms before the runs, of which nothing is
+known, may help to tell it from another, but not lead where the room of the runs says little."""
 
 TRIFLE = 0.3
 """Log evidence by which new noise must help the null for everything to be screened again."""
@@ -170,7 +174,8 @@ class Search:
                 if name in fits:
                     own, at = max(((self._at(best, item), item) for item in pool), key=lambda pair: pair[0])
                     drift = own + grid - np.log(len(RHO)) * bool(best.rho) - max(nulls)
-                    doubted = self._unsure(self._doubted(best, own, pool), drift, at)
+                    doubted, drift = _carried(self._doubted(_joining(best, scored), own, pool), drift)
+                    doubted = self._unsure(doubted, drift, at)
                     ranked[name] = self.witnesses.heard(Ranked(name, drift, doubted, at))
                 else:
                     ranked[name] = Ranked(
@@ -181,7 +186,8 @@ class Search:
             if gained < TRIFLE:
                 break
         bounded = nameless_bounded(self.channel, self.system, list(ranked.values()))
-        believed = late_or_off(with_a_misfit(self.channel, self.system, bounded), timed=self._timed)
+        timed = late_or_off(bounded, timed=self._timed)
+        believed = with_a_misfit(self.channel, self.system, timed)
         order = tuple(sorted(believed, key=lambda item: -item.value))
         return Step(order, levels, null)
 
@@ -190,15 +196,16 @@ class Search:
 
         Errors of a thermometer that stand in the null are those of what was recorded under its name.
         """
-        lines: dict[str, list[Scored]] = {}
+        lines: dict[Hashable, list[Scored]] = {}
         for item in scored:
             if item.trial.anew:
-                lines.setdefault(item.trial.cause, []).append(item)
+                lines.setdefault(item.trial.line, []).append(item)
         chosen: dict[int, Scored] = {}
-        for name, line in lines.items():
-            best = sorted(range(len(line)), key=lambda k: -line[k].value)[:MENDED]
+        for line in lines.values():
+            climbed = line[0].trial.delay is not None or line[0].trial.cause in CLIMBED
+            best = sorted(range(len(line)), key=lambda k: -line[k].value)[: 1 if line[0].trial.delay else MENDED]
             made = {k: self._on_mended(line[k], levels, null) for k in best}
-            while name in CLIMBED:
+            while climbed:
                 top = max(made, key=lambda k: made[k].value)
                 beside = [k for k in (top - 1, top + 1) if 0 <= k < len(line) and k not in made]
                 if not beside:
@@ -301,6 +308,21 @@ class Search:
         top = asked + rest[:MOST_WITNESSED]
         return most_valued(top, lambda item: item.value + self.witnesses.most_spoken(item),
                            lambda item: item.value + self.witnesses.spoken(item))  # fmt: skip
+
+
+def _joining(best: Scored, scored: list[Scored]) -> Scored:
+    """Return what joins the law for a trial: itself, or another one that it is compared for."""
+    term = best.trial.term
+    return best if term is None else next(item for item in scored if item.trial.columns is term.columns)
+
+
+def _carried(scored: Scored, drift: float) -> tuple[Scored, float]:
+    """Return a trial with its evidence, where that is of what was before the runs no more than `STARTED` allows."""
+    if not scored.trial.starts:
+        return scored, drift
+    carried = drift - scored.trial.doubt
+    value = min(drift, STARTED * max(carried, 0.0))
+    return replace(scored, trial=replace(scored.trial, doubt=max(value - carried, 0.0))), value
 
 
 def most_valued(items: Sequence[Item], most: Callable[[Item], float], value: Callable[[Item], float]) -> Item:

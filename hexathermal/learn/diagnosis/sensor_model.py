@@ -6,8 +6,8 @@ the sensor's own: noise, a slow bias, or heat that no other sees.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Hashable
-from dataclasses import dataclass
+from collections.abc import Callable, Hashable, Iterable
+from dataclasses import dataclass, replace
 from functools import cached_property, partial
 
 import numpy as np
@@ -57,11 +57,14 @@ class Shown:
         Log evidence less that without the fault.
     amplitude, uncertainty : float
         Of the fault's last column, and its standard uncertainty.
+    amplitudes : tuple of float
+        Of all its columns.
     """
 
     gain: float
     amplitude: float
     uncertainty: float
+    amplitudes: tuple[float, ...] = ()
 
 
 @dataclass(frozen=True, eq=False)
@@ -274,6 +277,12 @@ class SensorModel:
         """Noise and evidence of the parity with nothing hidden in it."""
         return self.channel.fitted(self.X, self.sd)
 
+    def beyond(self, others: Iterable[Levels]) -> float:
+        """Return the log evidence of the parity for its own slow noise, less that for the likeliest of others'."""
+        own, value = self.null
+        theirs = (replace(own, slow=min(one.slow, own.slow), slow_time=one.slow_time) for one in others)
+        return value - max((self.channel.evidence(self.X, self.sd, one) for one in theirs), default=value)
+
     @cached_property
     def bias(self) -> float:
         """Slow bias of the sensor, RMS [K]: that of its parity, or what all others leave of each run, if that is less.
@@ -308,7 +317,8 @@ class SensorModel:
         levels, value, mean, covariance = self._beside(columns, sizes)
         # the same noise must be open to both
         gain = value - max(self.null[1], self._displaced, self.channel.evidence(self.X, self.sd, levels))
-        return Shown(gain, float(mean[-1]), float(np.sqrt(covariance[-1, -1])))
+        own = tuple(mean[len(mean) - columns.shape[1] :].tolist())
+        return Shown(gain, own[-1], float(np.sqrt(covariance[-1, -1])), own)
 
     def weights_beside(self, columns: FloatArray, sizes: FloatArray) -> FloatArray:
         """Return the weights of the leading profiles that foretell the sensor beside columns in its parity, shape (k,).

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Any
@@ -13,15 +13,15 @@ from hexathermal.learn.campaign import Campaign
 from hexathermal.learn.diagnosis.channels import Channel, Levels
 from hexathermal.learn.diagnosis.evidence import Base, Scored
 from hexathermal.learn.diagnosis.foresight import FAINT, repeated
+from hexathermal.learn.diagnosis.mending import Told, mended_view, remade, told_after, told_by, told_late
 from hexathermal.learn.diagnosis.ranking import Ranked, Step
-from hexathermal.learn.diagnosis.read_later import read_later
 from hexathermal.learn.diagnosis.recorded import silent_inputs, silent_sensors, without_inputs
 from hexathermal.learn.diagnosis.search import FORETOLD, REPEATED, STEP, TWINS, Search, all_trials
-from hexathermal.learn.diagnosis.sensor_model import SensorModel, sensor_model
+from hexathermal.learn.diagnosis.sensor_model import SensorModel
 from hexathermal.learn.diagnosis.trials import Trial, Workbench
 from hexathermal.learn.diagnosis.view import View
 from hexathermal.learn.signals import RunRows
-from hexathermal.machine.leg_repairs import SensorRepair, repaired
+from hexathermal.machine.leg_repairs import SensorRepair
 from hexathermal.poses import FloatArray
 
 TAKEN_BACK = 0.5e-6
@@ -171,15 +171,23 @@ class Stage:
 
     def _repaired_base(self, trial: Trial) -> Base:
         """Return the base of the data that a trial mends, errors of the thermometers as they are then."""
-        assert trial.repair is not None  # of trials that mend data alone
-        repair = trial.repair()
-        same = ("told", repair.kind, repr(sorted(repair.parameters.items())))
-        told = self.view.once(same, lambda: _told_after(self.view, repair, self.bench.model))
+        told = self._told_anew(trial)
         X, sizes = self._with_joined(told.law)
         _, mean, _ = self.channel.solved(X, sizes, self.levels)
         bench = Workbench(self.view, mean[: told.law.shape[1]], self.levels.rms, self.models)
         # the same priors as without the repair: evidence is compared
         return self._with_starts(self._doubting(Base(X, self._plain[1], X.shape[1]), bench, told))
+
+    def _told_anew(self, trial: Trial) -> Told:
+        """Return what the thermometers tell of the data that a trial mends, or of those that it reads late."""
+        view, model = self.view, self.bench.model
+        if trial.delay is not None:
+            delay = trial.delay
+            return view.once(("told", delay), lambda: told_late(view, delay, model))
+        assert trial.repair is not None  # of trials that mend data alone
+        repair = trial.repair()
+        same = ("told", repair.kind, repr(sorted(repair.parameters.items())))
+        return view.once(same, lambda: told_after(view, repair, model))
 
     @cached_property
     def trials_left(self) -> list[Trial]:
@@ -231,11 +239,28 @@ class Stage:
         trial = scored.trial
         if trial.repair is None:
             return replace(self, joined=(*self.joined, scored), most=None)
-        repair = trial.repair()
-        view = _mended(self.view, repair)
-        joined = tuple(_remade(item, repair, self.view, view) for item in self.joined)
+        stages = [self._repaired(trial.repair())]
+        if trial.lessened is not None:
+            stages.append(self._repaired(trial.lessened(self._error(scored))))
+        return min(stages, key=lambda stage: stage.kinder_left) if len(stages) > 1 else stages[0]
+
+    def _repaired(self, repair: SensorRepair) -> Stage:
+        """Return the stage with a repair made."""
+        view = mended_view(self.view, repair)
+        joined = tuple(remade(item, repair, self.view, view) for item in self.joined)
         repairs = (*self.repairs, repair)
         return replace(self, view=view, joined=joined, repairs=repairs, tolerated=(), models={}, most=None)
+
+    def _error(self, scored: Scored) -> float:
+        """Return the size of a thermometer's error by the drift: its amplitude there over the law's own A."""
+        _, mean, _ = self.channel.solved(*self._with(scored), self.step.levels)
+        A = float(mean[self.view.base.index(str(scored.trial.target))])
+        return float(mean[-1]) / A if A else 0.0
+
+    def _with(self, scored: Scored) -> tuple[FloatArray, FloatArray]:
+        """Return the base's columns and sizes with those of a trial behind."""
+        both = self.search.system(scored)
+        return both.X, both.sd
 
     def amplitudes(self, leader: Ranked) -> tuple[FloatArray, FloatArray]:
         """Return the amplitudes of a leader's columns beside the base, and their standard uncertainties.
@@ -325,76 +350,3 @@ class Stage:
     def _left(self) -> dict[Levels, tuple[FloatArray, FloatArray]]:
         """What `left_out` found at each noise: a stage is compared with many that follow it."""
         return {}
-
-
-@dataclass(frozen=True, eq=False)
-class Told:
-    """What the law's thermometers tell in windows.
-
-    Attributes
-    ----------
-    law : array, shape (n, p)
-        The law's columns.
-    doubts : tuple of array, shape (n, k) [K]
-        Of each thermometer what the law may rather not believe: its parity, noise of readings, quick warming.
-    """
-
-    law: FloatArray
-    doubts: tuple[FloatArray, ...]
-
-
-def told_by(view: View, model: Callable[[str], SensorModel | None]) -> Told:
-    """Return what the law's thermometers tell, by their models."""
-    models = [model(sensor) for sensor in view.base]
-    parity = [np.zeros((len(view.q), 0)) if one is None else one.innovation for one in models]
-    quick = [view.quick(sensor) for sensor in view.base]
-    return Told(view.base_columns, tuple(np.column_stack(both) for both in zip(parity, quick, strict=True)))
-
-
-def _told_after(view: View, repair: SensorRepair, model: Callable[[str], SensorModel | None]) -> Told:
-    """Return what the thermometers tell once data are mended; the mended data themselves are not kept.
-
-    Where all of them are read at another time, so is what the law may rather not believe of each.
-    """
-    if repair.kind != "clock":
-        after = _mended(view, repair)
-        return told_by(after, lambda sensor: sensor_model(after, sensor))
-    temperatures, doubts = [], []
-    for sensor in view.base:
-        one = model(sensor)
-        parts = [view.tables([sensor]), *([] if one is None else [one.doubted]), view.bands(sensor)]
-        rows = [np.column_stack(own) for own in zip(*parts, strict=True)]
-        later = read_later(view, rows, float(repair.parameters["offset_s"]))
-        temperatures.append(later[:, 0])
-        doubts.append(later[:, 1:])
-    return Told(view.base_of(temperatures), tuple(doubts))
-
-
-def _remade(scored: Scored, repair: SensorRepair, before: View, view: View) -> Scored:
-    """Return a term that joined, its columns made of mended data where it reads what the repair mends."""
-    trial = scored.trial
-    own = trial.parameters
-    read = {own["sensor"]} if "sensor" in own else set()
-    read |= set(own.get("weights", ()))
-    touched = {repair.parameters[name] for name in ("sensor", "first", "second") if name in repair.parameters}
-    if not trial.shape or not read or (touched and not touched & read):  # a clock touches all of them
-        return scored
-    carried, starts = trial.columns[:, : trial.carried], trial.columns[:, trial.carried :]
-    # made of rows or of windows, of smoothed temperatures or of those as recorded: as they were made before
-    pairs = [(before, view), (before.as_recorded, view.as_recorded)]
-    ways = [(one.columns, other.columns) for one, other in pairs] + [
-        (one.quick_columns, other.quick_columns) for one, other in pairs
-    ]
-    apart = [float(np.abs(made(trial.shape, own) - carried).max()) for made, _other in ways]
-    anew = ways[int(np.argmin(apart))][1](trial.shape, own)
-    return replace(scored, trial=replace(trial, columns=np.column_stack([anew, starts])))
-
-
-def _mended(view: View, repair: SensorRepair) -> View:
-    """Return runs whose temperatures are repaired."""
-    return replace(view, runs=tuple(mended(rows, repair) for rows in view.runs))
-
-
-def mended(rows: RunRows, repair: SensorRepair) -> RunRows:
-    """Return a run whose temperatures are repaired."""
-    return replace(rows, signals=repaired(rows.signals, (repair,), rows.run.name))

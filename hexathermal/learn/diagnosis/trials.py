@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Hashable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property, partial
 from typing import TYPE_CHECKING, Any, Protocol, TypeVar
@@ -95,6 +95,25 @@ class Cause:
     readings: int = 0
 
 
+@dataclass(frozen=True)
+class Delay:
+    """Thermometers against the part: the part follows them behind low passes, or they follow it.
+
+    Attributes
+    ----------
+    sensors : tuple of str
+        Of the law, those that are late or early.
+    stages : tuple of float [s]
+        Time constants, one behind the other.
+    late : bool
+        Whether the thermometers are late; else the part is.
+    """
+
+    sensors: tuple[str, ...]
+    stages: tuple[float, ...]
+    late: bool
+
+
 @dataclass(frozen=True, eq=False)
 class Trial:
     """A cause with its parameters set.
@@ -114,6 +133,8 @@ class Trial:
         The law's columns where the trial changes them.
     repair : function or None
         Gives what it mends in the data.
+    lessened : function or None
+        Gives another way to mend them, from the size of the error in the drift: the better one of both is taken.
     parity : function or None
         From the model of a sensor to columns in its parity, shape (m, k), and their sizes, shape (k,).
     least_parity : float
@@ -125,8 +146,15 @@ class Trial:
         Whether the amplitude in the parity's last column is about 1 where the fault is there at all.
     partly : bool
         Whether that amplitude is a part of something, 0 to 1, where the fault is there.
+    wanders : bool
+        Whether the parity is asked how far it wanders, beside that of any other thermometer, since the fault has no
+        shape; the drift's last column is the fault as the others tell it, and has the law's own A where it is there.
     anew : bool
         Whether errors of the thermometers are to be made anew of the mended data: all sensors are mended alike.
+    delay : Delay or None
+        In place of a repair: the law reads its thermometers so.
+    term : Trial or None
+        What joins the law in place of this trial, by which the cause is only compared.
     finer : function or None
         Gives the trial between this one and its neighbours, from a part of the way to the next one, -1 to 1.
     advantage : float
@@ -152,12 +180,16 @@ class Trial:
     parameters: Mapping[str, Any] = field(default_factory=dict)
     base: FloatArray | None = None
     repair: Callable[[], SensorRepair] | None = None
+    lessened: Callable[[float], SensorRepair] | None = None
     parity: Parity | None = None
     least_parity: float = -np.inf
     in_parity: float = 0.0
     whole: bool = False
     partly: bool = False
+    wanders: bool = False
     anew: bool = False
+    delay: Delay | None = None
+    term: Trial | None = None
     finer: Callable[[float], Trial] | None = None
     advantage: float = 0.0
     most: float = np.inf
@@ -176,6 +208,12 @@ class Trial:
     def fault(self) -> bool:
         """Whether it is a fault of a thermometer that must show in its parity."""
         return self.parity is not None and self.least_parity < 0.0
+
+    @property
+    def line(self) -> Hashable:
+        """What trials that mend data share which stand in the order of their parameter."""
+        delay = self.delay
+        return self.cause, None if delay is None else (delay.sensors, len(delay.stages), delay.late)
 
     @property
     def named(self) -> bool:

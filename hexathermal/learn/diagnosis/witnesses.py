@@ -32,6 +32,13 @@ WHOLE, PARTLY = 0.15, 0.3
 IN_DRIFT = 0.15
 """Part of a whole fault that the drift must show of it for all that the parity says of it to count."""
 
+SEEN = 3.0
+"""Log evidence that a parity would have to say of an error in the drift to be asked for all of it; from half of it on
+for a part."""
+
+RATES = (1.0, 2.0)
+"""Time constants by which a first and a second low pass are late."""
+
 FEWEST_BYSTANDERS = 3
 """Fewer do not tell what a sound thermometer shows of a whole fault."""
 
@@ -63,11 +70,15 @@ class Witnesses:
     def spoken(self, item: Scored) -> float:
         """Return what the parity says for a trial, as far as it counts; of a fault that need show there, all of it."""
         trial = item.trial
+        if trial.wanders:
+            return min(self._beyond(trial), max(item.value, 0.0))
         return self._gain(trial, trial.target) if trial.least_parity < 0.0 else self._late(trial, item.value)
 
     def most_spoken(self, item: Scored) -> float:
         """Return the most that `spoken` may be, without asking other thermometers."""
         trial = item.trial
+        if trial.wanders:
+            return max(item.value, 0.0)
         own = self._gain(trial, trial.target)
         return own if trial.least_parity < 0.0 else max(own, 0.0)
 
@@ -91,10 +102,15 @@ class Witnesses:
         trial, most = ranked.best.trial, min(ranked.value, ranked.best.trial.most)
         drift, agreed = most, self._agreed(ranked.best, ranked.levels)
         if not trial.fault:
-            parity, sure = self._late(trial, drift), self.whole(trial)
+            late = self._late(trial, drift) if self._same_way(ranked) else 0.0
+            parity, sure = late, self.whole(trial)
+        elif trial.wanders:
+            # heat of its own, which no other has, lets a sound thermometer wander: the drift must say as much
+            parity = sure = min(self._beyond(trial), max(drift, 0.0)) * self._own(ranked.best, ranked.levels)
+            drift = min(drift, FOLLOWED * max(parity - LEAST_WITNESS, 0.0))
         elif np.isfinite(agreed):
             parity = sure = agreed
-            drift = min(drift, AGREED * max(agreed - LEAST_AGREED, 0.0))
+            drift = min(drift, max(AGREED * max(agreed - LEAST_AGREED, 0.0), self._unseen(ranked) * drift))
         else:
             parity, sure = self._parities(trial)
             drift = min(drift, FOLLOWED * max(parity - LEAST_WITNESS, 0.0))
@@ -171,6 +187,48 @@ class Witnesses:
         slope = np.array([-error / A, trial.in_parity / A])
         chance = self._chance(trial, shown)
         return _likelier(shown.amplitude, error, chance + float(slope @ covariance[np.ix_(own, own)] @ slope), chance)
+
+    def _same_way(self, ranked: Ranked) -> bool:
+        """Return whether a thermometer is late in the drift and against the others, or early in both.
+
+        Where both have its first and second rate: the first low pass is late by one time constant, the second by two.
+        """
+        trial = ranked.best.trial
+        shown = self._shown(trial, trial.target)
+        if shown is None or trial.columns.shape[1] != len(RATES) or len(shown.amplitudes) != len(RATES):
+            return True
+        base = self.system(ranked.best)
+        _, mean, _ = self.channel.solved(base.X, base.sd, ranked.levels)
+        A = float(mean[self.bench.view.base.index(str(trial.target))])
+        # what the law must add, a late thermometer lacks
+        return float(np.dot(RATES, mean[len(mean) - len(RATES) :])) * A * float(np.dot(RATES, shown.amplitudes)) <= 0.0
+
+    def _unseen(self, ranked: Ranked) -> float:
+        """Return the part of the drift's evidence for an error that counts since no parity could show it, 0 to 1.
+
+        A parity that would say more than `SEEN` of such an error, or denies it, leaves none.
+        """
+        if ranked.value <= 0.0:
+            return 0.0
+        base = self.system(ranked.best)
+        _, mean, _ = self.channel.solved(base.X, base.sd, ranked.levels)
+        said = self.would_say(ranked.best.trial, float(mean[-1]))
+        return float(np.clip(2.0 * (1.0 - said / SEEN), 0.0, 1.0))
+
+    def _beyond(self, trial: Trial) -> float:
+        """Return the log evidence of a parity for wandering as none of the others does."""
+        model = None if trial.target is None else self.bench.model(trial.target)
+        others = [self.bench.model(sensor) for sensor in self.bench.bystanders(BYSTANDERS)]
+        levels = [one.null[0] for one in others if one is not None]
+        return 0.0 if model is None or len(levels) < FEWEST_BYSTANDERS else max(model.beyond(levels), 0.0)
+
+    def _own(self, best: Scored, levels: Levels) -> float:
+        """Return the part that counts of a fault whose size in the drift should be the law's own A."""
+        base = self.system(best)
+        _, mean, _ = self.channel.solved(base.X, base.sd, levels)
+        A = mean[self.bench.view.base.index(str(best.trial.target))]
+        share = float(mean[-1] / A) if A else 0.0
+        return float(np.exp(-0.5 * ((share - 1.0) / PARTLY) ** 2))
 
     def whole(self, trial: Trial) -> float:
         """Return the log evidence of the parity for a fault that is whole, against none; 0 where it is not asked so.

@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
+from dataclasses import asdict, dataclass, replace
 from functools import partial
 
 import numpy as np
 
 from hexathermal.learn.diagnosis.sensor_model import SensorModel
 from hexathermal.learn.diagnosis.trials import Cause, Parameter, Trial, Workbench
+from hexathermal.learn.diagnosis.view import View
 from hexathermal.machine.leg_repairs import SensorRepair
 from hexathermal.machine.leg_signals import Memory
 from hexathermal.poses import FloatArray
@@ -39,6 +41,25 @@ SLOW_S = 1800.0
 DECAYS = (1e9, 3.0)
 """The drift keeps its rate from run to run, or loses it within so many runs."""
 
+ONSETS, POWERS = (0.0, 0.2, 0.4, 0.6), (0.7, 1.0, 1.6)
+"""Parts of the campaign's running time from which on it may drift, and powers of the time with which it does."""
+
+
+@dataclass(frozen=True)
+class Course:
+    """How a reading drifts: in each run, less from run to run; or, without `decay_runs`, in all of them together."""
+
+    decay_runs: float = 0.0
+    from_share: float = 0.0
+    power: float = 1.0
+
+
+COURSES = (
+    *(Course(decay) for decay in DECAYS),
+    *(Course(0.0, share, power) for share in ONSETS for power in POWERS if (share, power) != (0.0, 1.0)),
+)
+STEADY = COURSES[0]
+
 
 def trials(bench: Workbench) -> Iterator[Trial]:
     """Give errors of each of the law's sensors that grow with time, and the sensor as the others foretell it."""
@@ -48,16 +69,38 @@ def trials(bench: Workbench) -> Iterator[Trial]:
         if model is None:
             continue
         span = bench.slopes_span(sensor)
-        for decay in DECAYS:
-            fade = np.exp(-view.channel.run / decay)
-            yield Trial(CAUSE.name, -(span * view.time / 3600.0 * fade)[:, None], sensor, "", {"decay_runs": decay},
-                        parity=partial(_parity, decay), in_parity=1.0, repair=partial(_repair, model))  # fmt: skip
+        for course in COURSES:
+            rows = view.once((CAUSE.name, course), partial(_hours, view, course))
+            column = view.windows_zeroed(rows)[:, 0]
+            settings = {name: number for name, number in asdict(course).items() if number != getattr(Course(), name)}
+            yield Trial(CAUSE.name, -(span * column)[:, None], sensor, "", settings,
+                        parity=partial(_parity, course), in_parity=1.0, repair=partial(_repair, model),
+                        lessened=_lessened(view, sensor, course, rows))  # fmt: skip
         hours = view.time / 3600.0
         for lost in view.once((CAUSE.name, sensor), partial(_lost, model)).T:
             rate = -float(hours @ lost / (hours @ hours))
-            settings = {"decay_runs": DECAYS[0], "rate_K_per_h": rate}
-            yield Trial(CAUSE.name, (span * lost)[:, None], sensor, "", settings,
-                        parity=partial(_parity, DECAYS[0]), in_parity=rate, repair=partial(_repair, model))  # fmt: skip
+            settings = {"decay_runs": STEADY.decay_runs} | {"rate_K_per_h": rate}
+            told = Trial(CAUSE.name, (span * lost)[:, None], sensor, "", settings,
+                         parity=partial(_parity, STEADY), in_parity=rate, repair=partial(_repair, model))  # fmt: skip
+            yield told
+            yield replace(told, in_parity=0.0, wanders=True)
+
+
+def _hours(view: View, course: Course) -> list[FloatArray]:
+    """Return hours of drift in all rows of each run, at a rate that ends, or begins to decay, at 1.
+
+    They run with the runs, or on the campaign's clock.
+    """
+    if course.decay_runs:
+        return [one.time / 3600.0 * np.exp(-run / course.decay_runs) for run, one in enumerate(view.signals)]
+    clocks, begun = list[FloatArray](), 0.0
+    for signals, goes_on in zip(view.signals, view.goes_on, strict=True):
+        begun = begun if goes_on or not clocks else float(clocks[-1][-1])
+        clocks.append(signals.time / 3600.0 + begun)
+    whole = float(clocks[-1][-1])
+    late = (np.maximum(clock / whole - course.from_share, 0.0) for clock in clocks)
+    steepest = course.power * (1.0 - course.from_share) ** (course.power - 1.0)
+    return [whole / steepest * share**course.power for share in late]
 
 
 def _lost(model: SensorModel) -> FloatArray:
@@ -73,7 +116,7 @@ def _lost(model: SensorModel) -> FloatArray:
 def _weights(model: SensorModel) -> FloatArray:
     """Return the weights of the others' profiles, learnt beside a drift."""
     learnt = (CAUSE.name, "weights", model.sensor)
-    return model.view.once(learnt, lambda: model.weights_beside(*_parity(DECAYS[0], model)))
+    return model.view.once(learnt, lambda: model.weights_beside(*_parity(STEADY, model)))
 
 
 def _repair(model: SensorModel) -> SensorRepair:
@@ -82,7 +125,38 @@ def _repair(model: SensorModel) -> SensorRepair:
     return SensorRepair(CAUSE.name, "detached", {"sensor": model.sensor, "weights": weights})
 
 
-def _parity(decay: float, model: SensorModel) -> tuple[FloatArray, FloatArray]:
+def _lessened(
+    view: View, sensor: str, course: Course, hours: list[FloatArray]
+) -> Callable[[float], SensorRepair] | None:
+    """Return what gives the repair that takes an error of a rate [K/h] away; None where runs have not rates alone.
+
+    Each run drifts at its mean rate; runs that were not looked at as the last one before them did.
+    """
+    if not view.zeroed_by_run and course != STEADY:
+        return None
+    shares = [3600.0 * float((own[-1] - own[0]) / (signals.time[-1] - signals.time[0]))
+              for own, signals in zip(hours, view.signals, strict=True)]  # fmt: skip
+    names = [rows.run.name for rows in view.runs]
+    known = sorted((view.order.index(name), share) for name, share in zip(names, shares, strict=True))
+
+    def lessened(rate: float) -> SensorRepair:
+        """Return the repair."""
+        own: dict[str, float] = {}
+        for place, name in enumerate(view.order):
+            before = [share for at, share in known if at <= place]
+            own[name] = rate * (before[-1] if before else shares[0])
+        last = rate * known[-1][1]
+        others = {name: value for name, value in own.items() if value != last}
+        parameters = {"sensor": sensor, "rate_K_per_h": last} | ({"rates_K_per_h": others} if others else {})
+        return SensorRepair(CAUSE.name, "drift", parameters)
+
+    return lessened
+
+
+def _parity(course: Course, model: SensorModel) -> tuple[FloatArray, FloatArray]:
     """Return the error in the parity of a sensor."""
-    hours = model.means([signals.time / 3600.0 for signals in model.view.signals])
-    return (hours * np.exp(-model.channel.run / decay))[:, None], np.array([2.0 * model.null[0].rms])
+    view = model.view
+    rows = view.once((CAUSE.name, course), partial(_hours, view, course))
+    if view.zeroed_by_run:
+        rows = [own - own[0] for own in rows]
+    return model.means(rows)[:, None], np.array([2.0 * model.null[0].rms])

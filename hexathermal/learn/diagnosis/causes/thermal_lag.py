@@ -2,15 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from functools import partial
 
 import numpy as np
 
+from hexathermal.learn.diagnosis.mending import law_late
 from hexathermal.learn.diagnosis.sensor_model import SensorModel
 from hexathermal.learn.diagnosis.smoothing import SMOOTHED_S
-from hexathermal.learn.diagnosis.trials import Cause, Parameter, Trial, Workbench
+from hexathermal.learn.diagnosis.trials import Cause, Delay, Parameter, Trial, Workbench
 from hexathermal.machine.leg_signals import Memory
 from hexathermal.poses import FloatArray
 
@@ -45,6 +46,12 @@ LEAD_TIMES_S = (10.0, 20.0, 35.0, 60.0, 150.0, 400.0, 1000.0)
 LATE_TIMES_S = (150.0, 400.0, 1000.0, 2500.0, 6000.0)
 """Of a thermometer that is so late that only the others know what it has yet to show."""
 
+WHOLE_TIMES_S = tuple(np.geomspace(10.0, 1200.0, 15).tolist())
+"""Of a law that is late as a whole: as short, and as close, as clocks may be off."""
+
+WHOLE_LEADS = (1, 2, 3)
+"""Stages by which a thermometer is late as a whole."""
+
 ALWAYS_S = 60.0
 """Shorter times are tried where two rows or more fall into them."""
 
@@ -57,13 +64,44 @@ def trials(bench: Workbench) -> Iterator[Trial]:
     least = min(ALWAYS_S, 2.0 * bench.view.sampling)
     for sensor in bench.view.base:
         own = {"sensor": sensor, "ratio": bench.ratios[sensor]}
-        for tau in (one for one in TIMES_S if one >= least):
-            for order in (1, 2):
-                yield from _read(bench, bench.term(CAUSE.name, "lag", sensor, time_constant_s=tau, order=order, **own))
-        for tau in (one for one in LEAD_TIMES_S if one >= least):
-            trial = bench.term(CAUSE.name, "lead", sensor, time_constant_s=tau, **own)
-            yield from _read(bench, replace(trial, parity=partial(_parity, tau), least_parity=0.0))
+        for order in (1, 2):
+            lags = [bench.term(CAUSE.name, "lag", sensor, time_constant_s=tau, order=order, **own)
+                    for tau in TIMES_S if tau >= least]  # fmt: skip
+            for term in lags:
+                yield from _read(bench, term)
+            yield from _wholly(bench, lags, order, late=False)
+        leads = [bench.term(CAUSE.name, "lead", sensor, time_constant_s=tau, **own)
+                 for tau in LEAD_TIMES_S if tau >= least]  # fmt: skip
+        leads = [replace(term, parity=partial(_parity, term.parameters["time_constant_s"]), least_parity=0.0)
+                 for term in leads]  # fmt: skip
+        for term in leads:
+            yield from _read(bench, term)
+        for order in WHOLE_LEADS:
+            yield from _wholly(bench, leads, order, late=True)
         yield from _late(bench, sensor, bench.ratios[sensor])
+
+
+def _wholly(bench: Workbench, terms: Sequence[Trial], order: int, *, late: bool) -> Iterator[Trial]:
+    """Give trials that are compared with a clock as that is told: the law is late as a whole, as its errors are.
+
+    Of several thermometers this one alone, or all of them. The nearest of the terms stands for each in the law.
+    """
+    view, target = bench.view, str(terms[0].target)
+    chosen = [(target,), view.base] if len(view.base) > 1 and target == bench.main else [(target,)]
+    times = np.log([term.parameters["time_constant_s"] for term in terms])
+
+    def trial(sensors: tuple[str, ...], place: float) -> Trial:
+        """Return the trial of a time constant, by its place among `WHOLE_TIMES_S`."""
+        log_tau = float(np.interp(place, np.arange(len(WHOLE_TIMES_S)), np.log(WHOLE_TIMES_S)))
+        term = terms[int(np.argmin(np.abs(times - log_tau)))]
+        delay = Delay(sensors, (float(np.exp(log_tau)) / order,) * order, late)
+        law = view.once((CAUSE.name, delay), partial(law_late, view, delay))
+        return Trial(CAUSE.name, np.zeros((len(law), 0)), target, "", term.parameters, base=law, anew=True, delay=delay,
+                     term=term, finer=lambda step: trial(sensors, place + step))  # fmt: skip
+
+    for sensors in chosen:
+        for place in range(len(WHOLE_TIMES_S)):
+            yield trial(sensors, float(place))
 
 
 def _read(bench: Workbench, trial: Trial) -> Iterator[Trial]:

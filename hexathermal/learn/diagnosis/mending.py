@@ -1,0 +1,131 @@
+"""Runs whose thermometers' data are mended, and what is to be made anew of them."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from hexathermal.learn.diagnosis.evidence import Scored
+from hexathermal.learn.diagnosis.read_later import read_later
+from hexathermal.learn.diagnosis.sensor_model import SensorModel, sensor_model
+from hexathermal.learn.diagnosis.trials import Delay
+from hexathermal.learn.diagnosis.view import View
+from hexathermal.learn.signals import RunRows
+from hexathermal.machine.leg_repairs import SensorRepair, repaired
+from hexathermal.machine.leg_signals import Memory
+from hexathermal.poses import FloatArray
+
+
+@dataclass(frozen=True, eq=False)
+class Told:
+    """What the law's thermometers tell in windows.
+
+    Attributes
+    ----------
+    law : array, shape (n, p)
+        The law's columns.
+    doubts : tuple of array, shape (n, k) [K]
+        Of each thermometer what the law may rather not believe: its parity, noise of readings, quick warming.
+    """
+
+    law: FloatArray
+    doubts: tuple[FloatArray, ...]
+
+
+def told_by(view: View, model: Callable[[str], SensorModel | None]) -> Told:
+    """Return what the law's thermometers tell, by their models."""
+    models = [model(sensor) for sensor in view.base]
+    parity = [np.zeros((len(view.q), 0)) if one is None else one.innovation for one in models]
+    quick = [view.quick(sensor) for sensor in view.base]
+    return Told(view.base_columns, tuple(np.column_stack(both) for both in zip(parity, quick, strict=True)))
+
+
+def told_after(view: View, repair: SensorRepair, model: Callable[[str], SensorModel | None]) -> Told:
+    """Return what the thermometers tell once data are mended; the mended data themselves are not kept.
+
+    Where all of them are read at another time, so is what the law may rather not believe of each.
+    """
+    if repair.kind != "clock":
+        after = mended_view(view, repair)
+        return told_by(after, lambda sensor: sensor_model(after, sensor))
+    offset = float(repair.parameters["offset_s"])
+    return _told(view, [read_later(view, rows, offset) for rows in (_rows(view, name, model) for name in view.base)])
+
+
+def told_late(view: View, delay: Delay, model: Callable[[str], SensorModel | None]) -> Told:
+    """Return what the thermometers tell where the part follows them late, or they follow it.
+
+    What the law may rather not believe of a thermometer is as late as its temperature. ``dT + tau dT'``, stage after
+    stage, undoes the lateness of a thermometer.
+    """
+    found = []
+    for sensor in view.base:
+        rows = _rows(view, sensor, model)
+        found.append(view.windows_zeroed(_delayed(view, rows, delay) if sensor in delay.sensors else rows))
+    return _told(view, found)
+
+
+def law_late(view: View, delay: Delay) -> FloatArray:
+    """Return the law's columns alone of `told_late`."""
+    tables = {name: view.tables([name]) for name in view.base}
+    late = [view.windows_zeroed(_delayed(view, rows, delay) if name in delay.sensors else rows)[:, 0]
+            for name, rows in tables.items()]  # fmt: skip
+    return view.base_of(late)
+
+
+def _told(view: View, found: Sequence[FloatArray]) -> Told:
+    """Return what thermometers tell, from the windows of `_rows`."""
+    return Told(view.base_of([table[:, 0] for table in found]), tuple(table[:, 1:] for table in found))
+
+
+def _rows(view: View, sensor: str, model: Callable[[str], SensorModel | None]) -> list[FloatArray]:
+    """Return a sensor's temperature, and what the law may rather not believe of it, in all rows of each run."""
+    one = model(sensor)
+    parts = [view.tables([sensor]), *([] if one is None else [one.doubted]), view.bands(sensor)]
+    return [np.column_stack(own) for own in zip(*parts, strict=True)]
+
+
+def _delayed(view: View, rows: Sequence[FloatArray], delay: Delay) -> list[FloatArray]:
+    """Return rows' values of each run as a delay has them, shape (n, k)."""
+    found, memory = list[FloatArray](), Memory()
+    for signals, goes_on, values in zip(view.signals, view.goes_on, rows, strict=True):
+        memory = memory if goes_on else Memory()
+        for number, tau in enumerate(delay.stages):
+            if delay.late:
+                values = values + tau * np.gradient(values, signals.time, axis=0)
+            else:
+                values = memory.low_pass(f"stage {number}", signals.time, values, tau)
+        found.append(values)
+    return found
+
+
+def remade(scored: Scored, repair: SensorRepair, before: View, view: View) -> Scored:
+    """Return a term that joined, its columns made of mended data where it reads what the repair mends."""
+    trial = scored.trial
+    own = trial.parameters
+    read = {own["sensor"]} if "sensor" in own else set()
+    read |= set(own.get("weights", ()))
+    touched = {repair.parameters[name] for name in ("sensor", "first", "second") if name in repair.parameters}
+    if not trial.shape or not read or (touched and not touched & read):  # a clock touches all of them
+        return scored
+    carried, starts = trial.columns[:, : trial.carried], trial.columns[:, trial.carried :]
+    # made of rows or of windows, of smoothed temperatures or of those as recorded: as they were made before
+    pairs = [(before, view), (before.as_recorded, view.as_recorded)]
+    ways = [(one.columns, other.columns) for one, other in pairs] + [
+        (one.quick_columns, other.quick_columns) for one, other in pairs
+    ]
+    apart = [float(np.abs(made(trial.shape, own) - carried).max()) for made, _other in ways]
+    anew = ways[int(np.argmin(apart))][1](trial.shape, own)
+    return replace(scored, trial=replace(trial, columns=np.column_stack([anew, starts])))
+
+
+def mended_view(view: View, repair: SensorRepair) -> View:
+    """Return runs whose temperatures are repaired, as the diagnosis sees them."""
+    return replace(view, runs=tuple(mended(rows, repair) for rows in view.runs))
+
+
+def mended(rows: RunRows, repair: SensorRepair) -> RunRows:
+    """Return a run whose temperatures are repaired."""
+    return replace(rows, signals=repaired(rows.signals, (repair,), rows.run.name))
