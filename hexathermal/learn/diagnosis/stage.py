@@ -253,14 +253,10 @@ class Stage:
 
     def _error(self, scored: Scored) -> float:
         """Return the size of a thermometer's error by the drift: its amplitude there over the law's own A."""
-        _, mean, _ = self.channel.solved(*self._with(scored), self.step.levels)
+        both = self.search.system(scored)
+        _, mean, _ = self.channel.solved(both.X, both.sd, self.levels)
         A = float(mean[self.view.base.index(str(scored.trial.target))])
         return float(mean[-1]) / A if A else 0.0
-
-    def _with(self, scored: Scored) -> tuple[FloatArray, FloatArray]:
-        """Return the base's columns and sizes with those of a trial behind."""
-        both = self.search.system(scored)
-        return both.X, both.sd
 
     def amplitudes(self, leader: Ranked) -> tuple[FloatArray, FloatArray]:
         """Return the amplitudes of a leader's columns beside the base, and their standard uncertainties.
