@@ -5,7 +5,8 @@ Kinds of repairs and their parameters:
 ``clock``: ``offset_s``. The temperatures' clock runs ahead (positive) or behind: ``dT(t) := dT(t + offset)``, linear
 between rows; where there is no such row, the first or the last one's. The zero moves with it: in the row in which all
 temperatures are zero they stay so.
-``swap``: ``first``, ``second``. Two sensors exchange their names.
+``swap``: ``first``, ``second``, optionally ``from_s`` (by the name of each run concerned, 0; without it everywhere).
+Two sensors exchange their names.
 ``drift``: ``sensor``, ``rate_K_per_h``, optionally ``rates_K_per_h`` (by the name of runs with a rate of their own).
 ``dT := dT - rate t``.
 ``detached``: ``sensor``, ``weights`` (of other sensors), optionally ``from_s`` (by the name of each run concerned, the
@@ -32,7 +33,7 @@ KINDS: dict[str, tuple[str, ...]] = {
 }  # fmt: skip
 """Kinds of repairs and the parameters that each of them needs."""
 
-BY_RUN = {"drift": ("rates_K_per_h",), "detached": ("from_s",)}
+BY_RUN = {"swap": ("from_s",), "drift": ("rates_K_per_h",), "detached": ("from_s",)}
 """Tables by the name of runs that they may have besides."""
 
 
@@ -133,15 +134,22 @@ def repaired(
         if repair.kind == "clock":
             signals = replace(signals, dT=_clock(signals, repair, number, memory))
         else:
-            if repair.kind == "swap":
+            if repair.kind == "swap" and _concerned(repair.parameters, run_name):
                 signals = replace(signals, zero_degC=_swapped_zeros(signals.zero_degC, repair.parameters))
             signals = replace(signals, dT={**signals.dT, **_AT_ONCE[repair.kind](signals, repair.parameters, run_name)})
     return signals
 
 
+def _concerned(parameters: Mapping[str, Any], run: str | None) -> bool:
+    """Return whether a run, or one of which nothing is known, is among those that a repair is for."""
+    return run is None or run in parameters.get("from_s", (run,))
+
+
 def _swapped(signals: LegSignals, parameters: Mapping[str, Any], run: str | None) -> dict[str, FloatArray]:
     """Return the temperatures of two sensors, exchanged."""
     first, second = parameters["first"], parameters["second"]
+    if not _concerned(parameters, run):
+        return {}
     return {first: signals.temperature(second), second: signals.temperature(first)}
 
 

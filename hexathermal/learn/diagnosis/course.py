@@ -196,7 +196,7 @@ def searched(
         stage = _tolerant(_next(stage, after, found, threshold), threshold + LATER)
         said(1 + len(found), MOST_EFFECTS + 2, f"{leader.cause} named; trying what is left")
         steps.append(stage.step)
-        decision = decided(steps[-1], threshold + LATER, later=True)
+        decision = decided(steps[-1], threshold + LATER, before=max(one.ranked.value for one in found))
     if given_for_two and len(found) == 1:  # the other one did not stand: something nameless led
         stage, steps, stages, found, decision = stages[0], steps[:1], [], [], alone
     end = _not_denied(stage, decision)
@@ -273,11 +273,12 @@ def _two_for(stage: Stage, decision: Decision, threshold: float) -> Decision:
     if alone is None or alone.named or not names:
         return decision
     after = stage.with_effect(names[0].best)
-    next_best = decided(after.step, threshold + LATER, later=True)
+    next_best = decided(after.step, threshold + LATER, before=names[0].value)
     second = next_best.leader
     if second is None or not next_best.named or names[0].value + second.value < alone.value + TWO_LEAD:
         return decision
-    if decided(after.with_effect(second.best).step, threshold + LATER, later=True).leader is not None:
+    both = max(names[0].value, second.value)
+    if decided(after.with_effect(second.best).step, threshold + LATER, before=both).leader is not None:
         return decision
     return replace(decision, leader=names[0], probability=together(names[0], second, alone))
 

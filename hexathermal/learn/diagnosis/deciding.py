@@ -79,7 +79,7 @@ class Decision:
         return self.leader is not None and self.leader.named
 
 
-def decided(step: Step, threshold: float, *, later: bool = False) -> Decision:
+def decided(step: Step, threshold: float, *, before: float = 0.0) -> Decision:
     """Return the verdict of a ranking.
 
     Parameters
@@ -87,9 +87,9 @@ def decided(step: Step, threshold: float, *, later: bool = False) -> Decision:
     step : Step
     threshold : float
         Log evidence that a name needs in this campaign.
-    later : bool
-        Whether causes were named before. What is left has a name more often than not: two faults of the catalogue at
-        once are likelier than one of them and something outside it.
+    before : float
+        Largest evidence of the causes named before; 0 where this is the first. What is left has a name more often than
+        not: two faults of the catalogue at once are likelier than one of them and something outside it.
     """
     named = [item for item in step.ranking if item.named]
     nameless = [item for item in step.ranking if not item.named]
@@ -103,7 +103,7 @@ def decided(step: Step, threshold: float, *, later: bool = False) -> Decision:
         return Decision(None, probabilities[NONE], probabilities, ())
     best = standing[0]
     names = [item for item in standing if item.named]
-    if names and names[0].value >= _wanted(standing, later=later):
+    if names and names[0].value >= _wanted(standing, before):
         # of names that fit alike, the one that the least of a tolerated misfit could stand for
         as_good = ALIKE * probabilities[names[0].cause]
         fitting = [item for item in names if probabilities[item.cause] >= as_good]
@@ -155,15 +155,16 @@ def _as_good(best: Ranked, named: Sequence[Ranked]) -> dict[str, float]:
     return found
 
 
-def _wanted(standing: Sequence[Ranked], *, later: bool) -> float:
+def _wanted(standing: Sequence[Ranked], before: float) -> float:
     """Return the log evidence that a name needs among what stands, so that what has no name is no better.
 
-    Of a later name one column without a name asks no more than flexible ones do.
+    Of a later name one column without a name asks no more than flexible ones do, and what imitates anything takes with
+    it what errors of the shapes of causes named before leave.
     """
-    best = standing[0]
-    alone = [item.value for item in standing if not item.named and _alone(item) and not later]
-    imitating = not best.named and (later or not _alone(best))
-    wanted = best.value - (NAME_LEAD + NAME_SHARE * best.value) * imitating
+    best, left = standing[0], SHAPE_ERROR * before
+    alone = [item.value for item in standing if not item.named and _alone(item) and not before]
+    imitating = not best.named and (before > 0.0 or not _alone(best))
+    wanted = best.value - (NAME_LEAD + NAME_SHARE * best.value + left) * imitating
     return max([wanted, *(NAME_AHEAD + (1.0 + AHEAD_SHARE) * value for value in alone)])
 
 

@@ -29,23 +29,26 @@ HEAVY = 3.0
 
 
 class Order:
-    """The profile of temperatures along the leg: loadings of the leading profiles against the stated positions."""
+    """The profile of temperatures along the leg: loadings of the leading profiles against the stated positions.
 
-    def __init__(self, view: View) -> None:
-        self.view = view
+    From run number `first` on.
+    """
+
+    def __init__(self, view: View, first: int = 0) -> None:
+        self.view, self.first = view, first
         self.names = tuple(name for name in view.sensors if name in view.positions)
 
     @cached_property
     def loadings(self) -> FloatArray:
         """Loadings of each placed thermometer, in the unit of the leading profile's, shape (s, k)."""
-        table = np.concatenate([table[::10] for table in self.view.tables(self.names)])
+        table = np.concatenate([table[::10] for table in self.view.tables(self.names)[self.first :]])
         w, vectors = np.linalg.eigh(table.T @ table / len(table))
         count = min(PROFILES, len(self.names) - 2)
         return np.asarray(vectors[:, ::-1][:, :count] * np.sqrt(np.maximum(w[::-1][:count], 0.0)))
 
     def advantage(self, sensor: str, other: str) -> float:
         """Return the log evidence that `sensor` and `other` stand in each other's place."""
-        return self.view.once(("order", sensor, other), partial(self._advantage, sensor, other))
+        return self.view.once(("order", self.first, sensor, other), partial(self._advantage, sensor, other))
 
     def _advantage(self, sensor: str, other: str) -> float:
         """Return what `advantage` keeps."""

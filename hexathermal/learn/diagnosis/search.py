@@ -36,7 +36,7 @@ LEADERS = 7
 TWINS = {
     "sensor-drift": ("sensor-detached", "swapped-sensors", "missing-sensor"),
     "sensor-detached": ("sensor-drift", "swapped-sensors", "zero-jump"),
-    "thermal-lag": ("swapped-sensors",),
+    "thermal-lag": ("swapped-sensors", "clock-offset"),
 }  # fmt: skip
 """Causes that explain what another one has left of itself."""
 
@@ -70,10 +70,6 @@ LEAST_SURE, SURE = 3.0, 3.5
 """Standard deviations by which log likelihoods of data mended and as recorded differ over all windows up to which the
 drift does not speak for a clock that is off, and from which it does wholly: neither law contains the other, either
 reads errors of thermometers, and the offset is the best of many."""
-
-STARTED = 1.5
-"""Most of a cause's evidence over that of what a law carries of it: the rooms before the runs, of which nothing is
-known, may help to tell it from another, but not lead where the room of the runs says little."""
 
 TRIFLE = 0.3
 """Log evidence by which new noise must help the null for everything to be screened again."""
@@ -174,8 +170,8 @@ class Search:
                 if name in fits:
                     own, at = max(((self._at(best, item), item) for item in pool), key=lambda pair: pair[0])
                     drift = own + grid - np.log(len(RHO)) * bool(best.rho) - max(nulls)
-                    doubted, drift = _carried(self._doubted(_joining(best, scored), own, pool), drift)
-                    doubted = self._unsure(doubted, drift, at)
+                    joining = self._doubted(_joining(best, scored), pool, max(nulls))
+                    doubted = self._unsure(joining, drift, at)
                     ranked[name] = self.witnesses.heard(Ranked(name, drift, doubted, at))
                 else:
                     ranked[name] = Ranked(
@@ -255,17 +251,18 @@ class Search:
         base = self.system(scored)
         return self.channel.evidence(base.X, base.sd, levels)
 
-    def _doubted(self, scored: Scored, value: float, pool: list[Levels]) -> Scored:
+    def _doubted(self, scored: Scored, pool: list[Levels], null: float) -> Scored:
         """Return a trial that counts against nothing only as far as what a law carries of it does.
 
-        What had not come to rest before the runs helps to tell causes apart; a slow noise imitates it.
+        What had not come to rest before the runs is free in each of them, and imitates anything slow: what it explains
+        by itself is no evidence for the cause.
         """
         trial, first = scored.trial, scored.trial.carried
         if not trial.starts:
             return scored
-        carried = self.base.extended(trial.columns[:, :first], scored.size[:first])
-        alone = max(self.channel.evidence(carried.X, carried.sd, levels) for levels in pool)
-        return replace(scored, trial=replace(trial, doubt=max(value - alone, 0.0)))
+        before = self.base.extended(trial.columns[:, first:], scored.size[first:])
+        alone = max(self.channel.evidence(before.X, before.sd, levels) for levels in pool)
+        return replace(scored, trial=replace(trial, doubt=max(alone - null, 0.0)))
 
     def _unsure(self, scored: Scored, drift: float, levels: Levels) -> Scored:
         """Return a trial whose evidence in the drift does not count against nothing where it may be chance.
@@ -314,15 +311,6 @@ def _joining(best: Scored, scored: list[Scored]) -> Scored:
     """Return what joins the law for a trial: itself, or another one that it is compared for."""
     term = best.trial.term
     return best if term is None else next(item for item in scored if item.trial.columns is term.columns)
-
-
-def _carried(scored: Scored, drift: float) -> tuple[Scored, float]:
-    """Return a trial with its evidence, where that is of what was before the runs no more than `STARTED` allows."""
-    if not scored.trial.starts:
-        return scored, drift
-    carried = drift - scored.trial.doubt
-    value = min(drift, STARTED * max(carried, 0.0))
-    return replace(scored, trial=replace(scored.trial, doubt=max(value - carried, 0.0))), value
 
 
 def most_valued(items: Sequence[Item], most: Callable[[Item], float], value: Callable[[Item], float]) -> Item:

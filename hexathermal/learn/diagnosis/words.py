@@ -182,6 +182,8 @@ def _sentence(
     parts = [f"{spoken[name]} {told(one)}" for name, one in parameters.items() if name in spoken]
     if "run" in settings and settings["run"] != target:
         parts.insert(0, f"in {settings['run']}")
+    if "from_run" in settings:
+        parts.insert(0, f"from {settings['from_run']} on")
     inside = f" ({'; '.join(parts)})" if parts else ""
     stays = f"{two_digits(visible * UM)} um of it stays visible when the law is refitted"
     if not joined:  # it is seen, but nobody knows that it moves anything

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from functools import partial
+from typing import Any
 
 import numpy as np
 
@@ -28,20 +29,26 @@ CAUSE = Cause(
 
 
 def trials(bench: Workbench) -> Iterator[Trial]:
-    """Give each of the law's sensors exchanged with each other one."""
+    """Give each of the law's sensors exchanged with each other one, from the beginning or from a later run on."""
     yield from bench.view.once((CAUSE.name,), lambda: tuple(_exchanged(bench.view)))
 
 
 def _exchanged(view: View) -> Iterator[Trial]:
     """Give the trials, which no stage of a diagnosis changes."""
-    order = Order(view)
-    for k, sensor in enumerate(view.base):
-        for other in view.sensors:
-            if other in view.base:
-                continue
-            names = [*view.base[:k], other, *view.base[k + 1 :]]
-            base = view.base_of([view.temperatures(name) for name in names])
-            yield Trial(CAUSE.name, np.zeros((len(view.q), 0)), sensor, "", {"other": other}, base=base,
-                        repair=partial(SensorRepair, CAUSE.name, "swap", {"first": sensor, "second": other}),
-                        anew=True, advantage=order.advantage(sensor, other),
-                        most=order.most(sensor, other), doubt=FEIGNED)  # fmt: skip
+    names = [rows.run.name for rows in view.runs]
+    for first in range(len(names) if view.zeroed_by_run else 1):
+        order, later = Order(view, first), view.channel.run >= first
+        runs = view.order[view.order.index(names[first]) :]
+        since: dict[str, Any] = {"from_s": dict.fromkeys(runs, 0.0)} if first else {}
+        told: dict[str, Any] = {"from_run": names[first]} if first else {}
+        for k, sensor in enumerate(view.base):
+            for other in view.sensors:
+                if other in view.base:
+                    continue
+                tables = [view.temperatures(name) for name in view.base]
+                tables[k] = np.where(later, view.temperatures(other), tables[k])
+                yield Trial(CAUSE.name, np.zeros((len(view.q), 0)), sensor, "", {"other": other} | told,
+                            base=view.base_of(tables), repair=partial(SensorRepair, CAUSE.name, "swap",
+                                                                      {"first": sensor, "second": other} | since),
+                            anew=True, advantage=order.advantage(sensor, other),
+                            most=order.most(sensor, other), doubt=FEIGNED)  # fmt: skip
