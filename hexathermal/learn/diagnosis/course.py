@@ -43,7 +43,7 @@ UNSEEN = 12.0
 """So much more where no run left out can tell: a later step of the zero in one run."""
 
 LATER_SURE = 0.5
-"""Least probability of a later name."""
+"""Least probability of a later name, with those that are as good."""
 
 MOST_TOLERATED = 2
 MOST_REFUSED, UNDECIDED = 4, 0.5
@@ -168,7 +168,7 @@ def searched(
     other: Decision | None = None
     while len(found) < MOST_EFFECTS:
         leader = _leader(stage, decision, threshold + LATER * bool(found), first=not found)
-        if leader is None or (found and (decision.probability < LATER_SURE or _too_faint(leader, found, threshold))):
+        if leader is None or (found and (decision.together < LATER_SURE or _too_faint(leader, found, threshold))):
             break
         after = stage.with_effect(leader.best)
         pays, joins = (True, True) if decision is other else worth(stage, after, leader, later=bool(found))

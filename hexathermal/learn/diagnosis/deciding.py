@@ -78,6 +78,12 @@ class Decision:
         """Whether a cause of the catalogue leads."""
         return self.leader is not None and self.leader.named
 
+    @property
+    def together(self) -> float:
+        """The probability of the leader or of one of those that are as good."""
+        alike = () if self.leader is None else (self.leader.cause, *self.equivalent)
+        return max(self.probability, sum(self.probabilities[name] for name in alike))
+
 
 def decided(step: Step, threshold: float, *, before: float = 0.0) -> Decision:
     """Return the verdict of a ranking.

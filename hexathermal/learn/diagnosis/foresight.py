@@ -62,7 +62,9 @@ def worth(stage: Stage, after: Stage, leader: Ranked, *, later: bool) -> tuple[b
         share > -part_spread(stage, after, leader) or part_saved(stage, after, leader, within=True) > LEAST_SHARE
     )
     pays = sure > 0.0 and not denied(stage, after, leader) and (clear or share > (LEAST_SHARE if later else -MOST_LOSS))
-    return pays, pays and (share > 0.0 or clear)
+    # what was before a run left out is not known: it is seen, although a law of its rows alone does without it
+    seen = leader.best.trial.starts > 0 and leader.gated >= FAINT
+    return pays or seen, pays and (share > 0.0 or clear)
 
 
 def denied(stage: Stage, after: Stage, leader: Ranked) -> bool:

@@ -10,6 +10,7 @@ import numpy as np
 from hexathermal.learn.diagnosis.evidence import Scored
 from hexathermal.learn.diagnosis.read_later import read_later
 from hexathermal.learn.diagnosis.sensor_model import SensorModel, sensor_model
+from hexathermal.learn.diagnosis.smoothing import smoothed
 from hexathermal.learn.diagnosis.trials import Delay
 from hexathermal.learn.diagnosis.view import View
 from hexathermal.learn.signals import RunRows
@@ -94,7 +95,8 @@ def _delayed(view: View, rows: Sequence[FloatArray], delay: Delay) -> list[Float
         memory = memory if goes_on else Memory()
         for number, tau in enumerate(delay.stages):
             if delay.late:
-                values = values + tau * np.gradient(values, signals.time, axis=0)
+                rate = np.gradient(values, signals.time, axis=0)
+                values = values + tau * (smoothed(signals.time, rate) if delay.smooths else rate)
             else:
                 values = memory.low_pass(f"stage {number}", signals.time, values, tau)
         found.append(values)

@@ -6,10 +6,8 @@ import math
 from collections.abc import Callable, Hashable, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
-from itertools import pairwise
 
 import numpy as np
-import numpy.typing as npt
 
 from hexathermal.learn.diagnosis.causes import catalogue
 from hexathermal.learn.diagnosis.channels import Channel, Levels
@@ -25,6 +23,7 @@ from hexathermal.learn.diagnosis.evidence import (
 )
 from hexathermal.learn.diagnosis.ranking import Ranked, Step
 from hexathermal.learn.diagnosis.rivals import late_or_off, nameless_bounded, with_a_misfit
+from hexathermal.learn.diagnosis.stand_offs import stand_offs
 from hexathermal.learn.diagnosis.trials import PREFIX, Item, Trial, Workbench
 from hexathermal.learn.diagnosis.unexplained import THERMAL, WANDERING, flexible_trials
 from hexathermal.learn.diagnosis.witnesses import Witnesses
@@ -49,13 +48,8 @@ FORETOLD = "foretold"
 MOST_WITNESSED = 16
 """Trials of a sensor's fault whose parity is asked, besides those that are asked in any case."""
 
-
-STEP, STEP_ALONE, BUMPS = "zero-jump", 3.0, (-3, -2, -1, 1, 2, 3)
-"""What a drift says for a step of the zero counts up to so much where so many windows before or behind, a landing
-there, or the first one of the run say as much; or two landings, one behind the other, of the next few."""
-
-PAIRS = 3
-"""Pairs of landings after a step that are asked so."""
+STEP, STEP_ALONE = "zero-jump", 3.0
+"""What a drift says for a step of the zero counts up to so much where what may stand off says as much."""
 
 MENDED = 3
 """Trials of a cause that mends data whose data are mended indeed."""
@@ -135,7 +129,7 @@ class Search:
 
     def _stand_offs(self, steps: list[FloatArray], levels: Levels) -> FloatArray:
         """Return the evidence of the best that may stand off in place of each step."""
-        bumps = [_bumps(step, self.channel) for step in steps]
+        bumps = [stand_offs(step, self.channel) for step in steps]
         values = []
         for kind in (
             [Trial(PREFIX + STEP, bump) for own, _two in bumps for bump in own],
@@ -363,34 +357,6 @@ def _varies(columns: FloatArray) -> bool:
     """Return whether a column is no constant; columns with missing values say nothing."""
     varies = (columns[-1] != columns[0]).any() or (columns != columns[0]).any()  # most differ at once
     return bool(varies and not np.isnan(columns.sum()))
-
-
-def _bumps(step: FloatArray, channel: Channel) -> tuple[list[FloatArray], list[FloatArray]]:
-    """Return what may stand off in place of a step, each shape (n, 1), and pairs of landings after it, shape (n, 2).
-
-    A few windows or a landing about its moment; or the first landing of its run, and with it, where the run counts from
-    it, all the others. Two landings, the last of a run say, may stand off each by itself.
-    """
-    index = np.arange(len(step))[:, None]
-    first = int(np.argmax(step[:, 0] > 0.0))
-    landings = np.flatnonzero(np.append(channel.fresh, True))
-    at = int(np.searchsorted(landings, first, "right")) - 1
-    begin = int(np.flatnonzero(channel.start[: first + 1])[-1])
-    spans = [(first + min(width, 0), first + max(width, 0)) for width in BUMPS]
-    spans.append((begin, landings[landings > begin][0]))
-    bumps = [((low <= index) & (index < high)).astype(float) for low, high in spans]
-    if channel.zeroed_by_run:
-        bumps[-1] = (channel.run == channel.run[first])[:, None] - bumps[-1]
-    after = [_between(index, landings, at + k) for k in range(PAIRS + 1)]
-    bumps += [_between(index, landings, max(at - 1, 0)), after[0]]
-    return bumps, [np.column_stack(pair) for pair in pairwise(after)]
-
-
-def _between(index: npt.NDArray[np.int64], landings: npt.NDArray[np.int64], at: int) -> FloatArray:
-    """Return the column of a landing, shape (n, 1); zeros where there is none."""
-    if at + 1 >= len(landings):
-        return np.zeros(index.shape)
-    return np.asarray((landings[at] <= index) & (index < landings[at + 1]), dtype=np.float64)
 
 
 def _families(scored: list[Scored]) -> dict[str, tuple[float, Scored]]:

@@ -107,11 +107,14 @@ class Delay:
         Time constants, one behind the other.
     late : bool
         Whether the thermometers are late; else the part is.
+    smooths : bool
+        Whether rates are smoothed: of thermometers whose noise hides them.
     """
 
     sensors: tuple[str, ...]
     stages: tuple[float, ...]
     late: bool
+    smooths: bool = False
 
 
 @dataclass(frozen=True, eq=False)
@@ -213,7 +216,7 @@ class Trial:
     def line(self) -> Hashable:
         """What trials that mend data share which stand in the order of their parameter."""
         delay = self.delay
-        return self.cause, None if delay is None else (delay.sensors, len(delay.stages), delay.late)
+        return self.cause, None if delay is None else (delay.sensors, len(delay.stages), delay.late, delay.smooths)
 
     @property
     def named(self) -> bool:
@@ -301,8 +304,9 @@ class Workbench:
             model = self.model(sensor)
             bias = USUAL_BIAS_K if model is None else min(model.bias, self.usual_bias)
             step, noise = self.reading(sensor)
-            error = np.hypot(FEIGNED * bias, step / np.sqrt(12.0))
-            parts.append(self._moved_by(sensor) * error)
+            # an error that moved the part by more than the law leaves would stand in what it leaves
+            slow = min(abs(self._moved_by(sensor)) * bias, self.noise)
+            parts.append(np.hypot(FEIGNED * slow, self._moved_by(sensor) * step / np.sqrt(12.0)))
             noises.append(self._moved_by(sensor) * noise * self.view.noise_left)
         whole = float(np.linalg.norm(noises))
         lured = whole * min(MOST_FEIGNED, FEIGNED_NOISE * whole / self.noise)

@@ -51,8 +51,8 @@ SPOKEN = {
 }  # fmt: skip
 """Words of parameters that a sentence tells."""
 
-HIDDEN = ("ratio", "path_m", "stroke_share", "decay_runs", "from_share", "order", "power", "reference_degC", "calibration_degC",
-          "weights", "origin_m")  # fmt: skip
+HIDDEN = ("ratio", "path_m", "stroke_share", "decay_runs", "from_share", "order", "power", "reference_degC",
+          "calibration_degC", "weights", "origin_m")  # fmt: skip
 """Settings of shapes that say nothing to a reader."""
 
 LONG_S = 120.0

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from hexathermal.learn.diagnosis.order import FEIGNED, Order
-from hexathermal.learn.diagnosis.trials import Cause, Parameter, Trial, Workbench
+from hexathermal.learn.diagnosis.trials import Cause, Parameter, Trial, Workbench, evenly
 from hexathermal.learn.diagnosis.view import View
 from hexathermal.machine.leg_repairs import SensorRepair
 
@@ -28,6 +28,10 @@ CAUSE = Cause(
 )
 
 
+LATER_RUNS = 4
+"""Runs, evenly chosen, from which on plugs may be exchanged; where all runs have one zero it jumps as they are."""
+
+
 def trials(bench: Workbench) -> Iterator[Trial]:
     """Give each of the law's sensors exchanged with each other one, from the beginning or from a later run on."""
     yield from bench.view.once((CAUSE.name,), lambda: tuple(_exchanged(bench.view)))
@@ -36,7 +40,8 @@ def trials(bench: Workbench) -> Iterator[Trial]:
 def _exchanged(view: View) -> Iterator[Trial]:
     """Give the trials, which no stage of a diagnosis changes."""
     names = [rows.run.name for rows in view.runs]
-    for first in range(len(names) if view.zeroed_by_run else 1):
+    later_ones = evenly(range(1, len(names)), LATER_RUNS) if view.zeroed_by_run else []
+    for first in (0, *later_ones):
         order, later = Order(view, first), view.channel.run >= first
         runs = view.order[view.order.index(names[first]) :]
         since: dict[str, Any] = {"from_s": dict.fromkeys(runs, 0.0)} if first else {}

@@ -49,8 +49,8 @@ LATE_TIMES_S = (150.0, 400.0, 1000.0, 2500.0, 6000.0)
 WHOLE_TIMES_S = tuple(np.geomspace(10.0, 1200.0, 15).tolist())
 """Of a law that is late as a whole: as short, and as close, as clocks may be off."""
 
-WHOLE_LEADS = (1, 2, 3)
-"""Stages by which a thermometer is late as a whole."""
+WHOLE_LEADS = ((1, False), (3, False), (2, True))
+"""Stages by which a thermometer is late as a whole, and whether its rates are smoothed."""
 
 ALWAYS_S = 60.0
 """Shorter times are tried where two rows or more fall into them."""
@@ -76,12 +76,14 @@ def trials(bench: Workbench) -> Iterator[Trial]:
                  for term in leads]  # fmt: skip
         for term in leads:
             yield from _read(bench, term)
-        for order in WHOLE_LEADS:
-            yield from _wholly(bench, leads, order, late=True)
+        for order, smooths in WHOLE_LEADS:
+            yield from _wholly(bench, leads, order, late=True, smooths=smooths)
         yield from _late(bench, sensor, bench.ratios[sensor])
 
 
-def _wholly(bench: Workbench, terms: Sequence[Trial], order: int, *, late: bool) -> Iterator[Trial]:
+def _wholly(
+    bench: Workbench, terms: Sequence[Trial], order: int, *, late: bool, smooths: bool = False
+) -> Iterator[Trial]:
     """Give trials that are compared with a clock as that is told: the law is late as a whole, as its errors are.
 
     Of several thermometers this one alone, or all of them. The nearest of the terms stands for each in the law.
@@ -94,7 +96,7 @@ def _wholly(bench: Workbench, terms: Sequence[Trial], order: int, *, late: bool)
         """Return the trial of a time constant, by its place among `WHOLE_TIMES_S`."""
         log_tau = float(np.interp(place, np.arange(len(WHOLE_TIMES_S)), np.log(WHOLE_TIMES_S)))
         term = terms[int(np.argmin(np.abs(times - log_tau)))]
-        delay = Delay(sensors, (float(np.exp(log_tau)) / order,) * order, late)
+        delay = Delay(sensors, (float(np.exp(log_tau)) / order,) * order, late, smooths)
         law = view.once((CAUSE.name, delay), partial(law_late, view, delay))
         return Trial(CAUSE.name, np.zeros((len(law), 0)), target, "", term.parameters, base=law, anew=True, delay=delay,
                      term=term, finer=lambda step: trial(sensors, place + step))  # fmt: skip
