@@ -209,8 +209,12 @@ class Stage:
                 and not (trial.fault and trial.target in late)]  # fmt: skip
 
     def beside(self, scored: Scored) -> Stage:
-        """Return the stage in which a trial was named, but joins no law: its columns stand in the null."""
-        return replace(self.without(scored), most=None)
+        """Return the stage in which a trial was named, but joins no law: its columns stand in the null.
+
+        What explains the same is not asked either.
+        """
+        without = self.without(scored)
+        return replace(without, refused=(*without.refused, *TWINS.get(scored.trial.cause, ())), most=None)
 
     def without(self, scored: Scored) -> Stage:
         """Return the stage with a trial's cause out of the race, and its columns among what the null tolerates."""

@@ -319,9 +319,7 @@ def test_what_had_not_come_to_rest_is_no_evidence_by_itself(
     search = Search(SimpleNamespace(), data, base, LARGEST)  # type: ignore[arg-type]
     trial = Trial("frame-expansion", np.column_stack([room, decay]), starts=1)
     best = search.scored(LEVELS, [trial])[0]
-    own = search.system(best)
-    value = data.evidence(own.X, own.sd, LEVELS)
-    doubted = search._doubted(best, value, [LEVELS])
+    doubted = search._doubted(best, [LEVELS], data.evidence(base.X, base.sd, LEVELS))
     assert best.value > LEAST
     assert (doubted.gated > LEAST) == carried
 

@@ -146,7 +146,7 @@ def _lessened(
             before = [share for at, share in known if at <= place]
             own[name] = rate * (before[-1] if before else shares[0])
         last = rate * known[-1][1]
-        others = {name: value for name, value in own.items() if value != last}
+        others = {name: value for name, value in own.items() if not np.isclose(value, last, rtol=1e-6)}
         parameters = {"sensor": sensor, "rate_K_per_h": last} | ({"rates_K_per_h": others} if others else {})
         return SensorRepair(CAUSE.name, "drift", parameters)
 

@@ -28,8 +28,8 @@ CAUSE = Cause(
 )
 
 
-LATER_RUNS = 4
-"""Runs, evenly chosen, from which on plugs may be exchanged; where all runs have one zero it jumps as they are."""
+ORDERS = 4
+"""Later runs, evenly chosen, from which on the order along the leg is asked; the nearest before it stands for a run."""
 
 
 def trials(bench: Workbench) -> Iterator[Trial]:
@@ -40,15 +40,17 @@ def trials(bench: Workbench) -> Iterator[Trial]:
 def _exchanged(view: View) -> Iterator[Trial]:
     """Give the trials, which no stage of a diagnosis changes."""
     names = [rows.run.name for rows in view.runs]
-    later_ones = evenly(range(1, len(names)), LATER_RUNS) if view.zeroed_by_run else []
+    later_ones = range(1, len(names)) if view.zeroed_by_run else range(0)
+    asked = evenly(later_ones, ORDERS) if later_ones else []
     for first in (0, *later_ones):
-        order, later = Order(view, first), view.channel.run >= first
+        order = Order(view, max((one for one in asked if one <= first), default=0))
+        later = view.channel.run >= first
         runs = view.order[view.order.index(names[first]) :]
         since: dict[str, Any] = {"from_s": dict.fromkeys(runs, 0.0)} if first else {}
         told: dict[str, Any] = {"from_run": names[first]} if first else {}
         for k, sensor in enumerate(view.base):
             for other in view.sensors:
-                if other in view.base:
+                if other in view.base or (first and order.most(sensor, other) == 0.0):
                     continue
                 tables = [view.temperatures(name) for name in view.base]
                 tables[k] = np.where(later, view.temperatures(other), tables[k])

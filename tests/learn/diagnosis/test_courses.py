@@ -1,0 +1,170 @@
+"""Faults of thermometers that begin, wander or come late in other ways than at one rate, from the first row on."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from hexathermal.learn.diagnosis.causes.sensor_drift import COURSES, STEADY, Course, _hours, _lessened
+from hexathermal.learn.diagnosis.evidence import LEAST
+from hexathermal.learn.diagnosis.ranking import Ranked
+from hexathermal.learn.diagnosis.stage import Stage
+from hexathermal.learn.diagnosis.view import View
+from hexathermal.machine.leg_signals import LegSignals, Memory
+from hexathermal.poses import FloatArray
+from tests.learn.diagnosis.campaigns import altered, first_name, viewed
+
+
+@pytest.fixture(scope="module")
+def sound() -> tuple[View, str]:
+    """A sound campaign of a leg whose runs have zeros of their own, and the law's thermometer."""
+    view, answer = viewed("modal", 5, (), 1.0)
+    return view, answer.base[0]
+
+
+def leading(view: View) -> Ranked:
+    """What leads at first."""
+    return Stage(view).step.ranking[0]
+
+
+def test_courses_begin_at_zero_and_end_at_a_rate_of_one(sound: tuple[View, str]) -> None:
+    """Whatever the onset and the power; one that decays begins at it."""
+    view, _ = sound
+    for course in COURSES:
+        rows = _hours(view, course)
+        time = [signals.time / 3600.0 for signals in view.signals]
+        if course.decay_runs:
+            assert np.diff(rows[0])[0] == pytest.approx(np.diff(time[0])[0])
+            continue
+        assert rows[0][0] == 0.0
+        assert np.diff(rows[-1])[-1] == pytest.approx(np.diff(time[-1])[-1], rel=0.02)
+        assert all(after[0] == pytest.approx(before[-1]) for before, after in zip(rows, rows[1:], strict=False))
+
+
+def test_a_reading_that_drifts_from_an_onset_on_is_named_and_mended(sound: tuple[View, str]) -> None:
+    """Nothing for two fifths of the campaign, then 0.25 K/h: runs left out leave less once it is mended."""
+    view, sensor = sound
+    hours = _hours(view, Course(0.0, 0.4, 1.0))
+    drifting = altered(view, sensor, lambda k, s: s.dT[sensor] + 0.25 * (hours[k] - hours[k][0]))
+    assert first_name(drifting) == "sensor-drift"
+    stage = Stage(drifting)
+    best = stage.step.ranking[0].best
+    assert best.trial.parameters.get("from_share", 0.0) > 0.0
+    assert stage.with_effect(best).kinder_left < 0.7 * stage.kinder_left
+
+
+def test_an_error_is_taken_off_at_each_run_s_rate(sound: tuple[View, str]) -> None:
+    """A run that was not looked at drifts as the one before it did; any other as the last one."""
+    view, sensor = sound
+    names = [rows.run.name for rows in view.runs]
+    wider = replace(view, order=(*names[:2], "between", *names[2:], "after"))
+    course = Course(0.0, 0.0, 1.6)
+    made = _lessened(wider, sensor, course, _hours(wider, course))
+    assert made is not None
+    repair = made(0.2)
+    own = repair.parameters["rates_K_per_h"]
+    assert own["between"] == own[names[1]] < own[names[2]] < repair.parameters["rate_K_per_h"] < 0.2
+    assert set(own) == {*names[:-1], "between"}
+    steady = _lessened(wider, sensor, STEADY, _hours(wider, STEADY))
+    assert steady is not None
+    assert steady(0.2).parameters == {"sensor": sensor, "rate_K_per_h": pytest.approx(0.2)}
+
+
+def wandering(size: float, rng: np.random.Generator) -> list[FloatArray]:
+    """Two phases for each of ten runs."""
+    return [size * rng.standard_normal(2) for _run in range(20)]
+
+
+def test_a_reading_that_wanders_is_named(sound: tuple[View, str], rng: np.random.Generator) -> None:
+    """It has no shape, but its parity is looser than that of any other, and the drift knows the error's size."""
+    view, sensor = sound
+    waves = wandering(0.7, rng)
+
+    def change(k: int, signals: LegSignals) -> FloatArray:
+        """The reading with waves of two hours."""
+        phase = 2.0 * np.pi * signals.time / 7200.0
+        wave = np.column_stack([np.sin(phase), np.cos(phase) - 1.0]) @ waves[k]
+        return np.asarray(signals.dT[sensor] + wave)
+
+    wandered = altered(view, sensor, change)
+    assert first_name(wandered) == "sensor-drift"
+    model, before = Stage(wandered).bench.model(sensor), Stage(view).bench
+    own, others = before.model(sensor), [before.model(name) for name in before.bystanders(8)]
+    assert model is not None
+    assert own is not None
+    levels = [one.null[0] for one in others if one is not None]
+    assert model.beyond(levels) > 20.0 > own.beyond(levels)
+
+
+def test_heat_of_its_own_is_no_error_of_a_thermometer(sound: tuple[View, str], rng: np.random.Generator) -> None:
+    """Where a bystander wanders as much, or the drift follows what wanders, the law's thermometer is not named."""
+    view, sensor = sound
+    waves = wandering(0.7, rng)
+    runs = []
+    slope = Stage(view).bench.slopes[sensor]
+    for k, rows in enumerate(view.runs):
+        phase = 2.0 * np.pi * rows.signals.time / 7200.0
+        heat = np.column_stack([np.sin(phase), np.cos(phase) - 1.0]) @ waves[k]
+        dT = {**rows.signals.dT, sensor: rows.signals.dT[sensor] + heat}
+        span = rows.signals.span(Stage(view).bench.ratios[sensor])
+        runs.append(replace(rows, signals=replace(rows.signals, dT=dT), drift=rows.drift + slope * span * heat))
+    assert first_name(replace(view, runs=tuple(runs))) != "sensor-drift"
+
+
+def test_plugs_exchanged_from_a_run_on_are_found_and_put_back_there_alone(sound: tuple[View, str]) -> None:
+    """The runs before keep their readings."""
+    view, sensor = sound
+    other = next(name for name in view.sensors if name not in view.base and name in view.positions)
+    first = len(view.runs) // 2
+
+    def exchanged(name: str, with_name: str) -> View:
+        """The view with one of the two plugs in the other's place from the middle run on."""
+        return altered(view, name, lambda k, s: s.dT[with_name] if k >= first else s.dT[name])
+
+    both = exchanged(sensor, other)
+    one_way = exchanged(other, sensor)
+    runs = [replace(a, signals=replace(a.signals, dT={**a.signals.dT, other: b.signals.dT[other]}))
+            for a, b in zip(both.runs, one_way.runs, strict=True)]  # fmt: skip
+    swapped = replace(view, runs=tuple(runs))
+    leader = leading(swapped)
+    assert leader.cause == "swapped-sensors"
+    assert leader.best.trial.repair is not None
+    repair = leader.best.trial.repair()
+    names = [rows.run.name for rows in view.runs]
+    assert set(repair.parameters["from_s"]) & set(names) == set(names[first:])
+    mended = Stage(swapped).with_effect(leader.best).view
+    for before, after in zip(view.runs, mended.runs, strict=True):
+        assert np.array_equal(after.signals.dT[sensor], before.signals.dT[sensor])
+
+
+def late(view: View, name: str, stages: tuple[float, ...]) -> View:
+    """The view with a thermometer behind low passes."""
+
+    def change(_k: int, signals: LegSignals) -> FloatArray:
+        """The reading as it comes late."""
+        memory, values = Memory(), signals.dT[name]
+        for number, tau in enumerate(stages):
+            values = memory.low_pass(str(number), signals.time, values, tau)
+        return values
+
+    return altered(view, name, change)
+
+
+@pytest.mark.parametrize("stages", [(90.0,), (60.0, 30.0), (40.0, 25.0, 25.0)])
+def test_a_thermometer_late_by_stages_is_no_clock(stages: tuple[float, ...]) -> None:
+    """A minute and a half, in one stage or in three: its shape is an exponential's, or nearly a shift's."""
+    view, answer = viewed("quiet", 5, (), 1.0)
+    step = Stage(late(view, answer.base[0], stages)).step
+    values = {item.cause: item.value for item in step.ranking}
+    assert values["thermal-lag"] > max(LEAST, values["clock-offset"])
+
+
+def test_a_clock_that_is_off_is_no_lag() -> None:
+    """A minute and a half of all thermometers alike."""
+    view, _ = viewed("quiet", 5, (), 1.0)
+    for name in view.sensors:
+        view = altered(view, name, lambda _k, s, name=name: np.interp(s.time - 90.0, s.time, s.dT[name]))
+    values = {item.cause: item.value for item in Stage(view).step.ranking}
+    assert values["clock-offset"] > max(LEAST, values["thermal-lag"])
