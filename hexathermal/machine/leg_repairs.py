@@ -66,6 +66,8 @@ class SensorRepair:
             raise ArgumentError(f"repair {self.kind!r} of {self.cause!r} {wrong}; it takes {', '.join(sorted(known))}")
         if self.kind == "detached" and (not given["weights"] or given["sensor"] in given["weights"]):
             raise ArgumentError(f"repair of {given['sensor']!r}: weights are those of other sensors, one or more")
+        if self.kind == "swap" and any(given.get("from_s", {}).values()):
+            raise ArgumentError(f"repair of {given['first']!r}: plugs are exchanged between runs, from_s is 0 in each")
         object.__setattr__(self, "parameters", given)
 
     @property

@@ -105,6 +105,27 @@ def test_repairs_do_what_they_say() -> None:
     assert np.array_equal(begun, np.where(t >= 300.0, dT["T01"], dT["T02"]))
 
 
+def test_repairs_of_some_runs_leave_the_others_as_they_are() -> None:
+    """Plugs exchanged in some runs, a rate for each run; a controller, whose run has no name, takes what came last."""
+    signals = drawn_signals(3)
+    t, dT = signals.time, signals.dT
+    swap = SensorRepair("swapped-sensors", "swap", {"first": "T01", "second": "T02", "from_s": {"b": 0.0}})
+    before = repaired(signals, [swap], "a")
+    assert before.dT["T01"] is dT["T01"]
+    assert before.zero_degC == signals.zero_degC
+    for run in ("b", None):
+        after = repaired(signals, [swap], run)
+        assert np.array_equal(after.dT["T01"], dT["T02"])
+        assert after.zero_of("T02") == signals.zero_of("T01")
+    own = {"sensor": "T01", "rate_K_per_h": 0.06, "rates_K_per_h": {"a": 0.0, "b": 0.03}}
+    drift = SensorRepair("sensor-drift", "drift", own)
+    for run, rate in (("a", 0.0), ("b", 0.03), ("c", 0.06), (None, 0.06)):
+        taken = repaired(signals, [drift], run).dT["T01"]
+        assert np.allclose(taken, dT["T01"] - rate * t / 3600.0, atol=1e-14)
+    with pytest.raises(ArgumentError, match="exchanged between runs, from_s is 0"):
+        SensorRepair("swapped-sensors", "swap", {"first": "T01", "second": "T02", "from_s": {"b": 60.0}})
+
+
 def test_a_clock_that_runs_ahead_is_no_matter_for_a_controller() -> None:
     """Offline it is run; a controller says that it would need the future."""
     law = law_with((), (SensorRepair("clock-offset", "clock", {"offset_s": 30.0}),))

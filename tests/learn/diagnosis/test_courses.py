@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from itertools import pairwise
 
 import numpy as np
 import pytest
@@ -40,7 +41,7 @@ def test_courses_begin_at_zero_and_end_at_a_rate_of_one(sound: tuple[View, str])
             continue
         assert rows[0][0] == 0.0
         assert np.diff(rows[-1])[-1] == pytest.approx(np.diff(time[-1])[-1], rel=0.02)
-        assert all(after[0] == pytest.approx(before[-1]) for before, after in zip(rows, rows[1:], strict=False))
+        assert all(after[0] == pytest.approx(before[-1]) for before, after in pairwise(rows))
 
 
 def test_a_reading_that_drifts_from_an_onset_on_is_named_and_mended(sound: tuple[View, str]) -> None:

@@ -44,6 +44,22 @@ def test_a_faint_name_may_not_add_to_the_squares_of_runs_left_out(
     assert worth(nothing, nothing, Ranked("frame-expansion", evidence, best, LEVELS), later=False)[0] == pays
 
 
+@pytest.mark.parametrize(("starts", "evidence", "named"), [(0, FAINT + 1.0, False), (1, FAINT + 1.0, True),
+                                                           (1, FAINT - 1.0, False)])  # fmt: skip
+def test_runs_left_out_do_not_refuse_what_they_cannot_know(
+    monkeypatch: pytest.MonkeyPatch, starts: int, evidence: float, named: bool
+) -> None:
+    """A bench that had not come to rest before a run is named, clear as it is, but joins no law that does worse."""
+    monkeypatch.setattr(foresight, "part_saved", lambda *_stages, within=False: -0.2)
+    monkeypatch.setattr(foresight, "part_spread", lambda *_stages: 0.1)
+    monkeypatch.setattr(foresight, "foresight", lambda *_stages: 5.0)
+    trial = Trial("frame-expansion", np.zeros((1, 2)), starts=starts)
+    best = Scored(trial, evidence, 10.0 * LEVELS.rms, LEVELS.rms, 0.0, 1.0, np.ones(2))
+    nothing: Any = None
+    leader = Ranked("frame-expansion", evidence, best, LEVELS)
+    assert worth(nothing, nothing, leader, later=True) == (named, False)
+
+
 @pytest.mark.parametrize(("evidence", "share", "stands"), [(LEAST + 1.0, -0.2, False), (LEAST + 1.0, 0.01, True)])
 def test_something_faint_without_a_name_is_denied_alike(
     monkeypatch: pytest.MonkeyPatch, evidence: float, share: float, stands: bool
