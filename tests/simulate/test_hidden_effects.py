@@ -171,9 +171,9 @@ def test_a_sensor_drifts_within_its_bounds(leg: CampaignTruth, generator: np.ran
     truth, parameters = hidden("sensor-drift", leg, generator)
     j, drift = truth.sensors.index(str(parameters["target"])), float(parameters["drift"])
     lengths = [float(run.time[-1] - run.time[0]) for run in leg.runs]
-    gone = 0.0
+    gone, onset = 0.0, float(parameters["onset"]) * sum(lengths)
     for before, run in zip(leg.runs, truth.runs, strict=True):
-        trend = drift * (gone + run.time - run.time[0]) / np.mean(lengths)
+        trend = drift * np.maximum(gone + run.time - run.time[0] - onset, 0.0) / np.mean(lengths)
         walk = (run.sensor_errors - before.sensor_errors)[:, j] - trend
         assert np.abs(walk).max() <= abs(drift) * float(parameters["wandering"]) + 1e-12
         assert np.ptp(walk) > 0.0

@@ -1,4 +1,4 @@
-"""A thermometer of the law drifts: straight on, and about that as it likes, within bounds."""
+"""A thermometer of the law drifts, at once or from some time on: straight on, and about that as it likes, within bounds."""
 
 from __future__ import annotations
 
@@ -12,20 +12,26 @@ MINUTES = 60.0
 
 
 def draw(truth: CampaignTruth, generator: np.random.Generator) -> Parameters:
-    """Draw the sensor, the drift over the mean run [K], the wandering's part, and the seed of the walk.
+    """Draw the sensor, the drift over the mean run [K], the wandering's part, the seed of the walk, and the onset.
 
-    Engineering value: 0.05 to 1 K a shift of a bad junction or a warm logger.
+    That is a part of the campaign, of every third one up to a half. Engineering value: 0.05 to 1 K a shift of a bad
+    junction or a warm logger.
     """
-    return {
+    found: dict[str, float | int | str] = {
         "target": str(generator.choice(truth.base)),
         "drift": either_sign(generator) * log_uniform(0.05, 1.0, generator),
         "wandering": float(generator.uniform(0.1, 0.4)),
         "seed": int(generator.integers(2**31)),
     }
+    kind, place = divmod(int(found["seed"]), 3)
+    return found | {"onset": 0.0 if place else kind % 1000 / 2000.0}
 
 
 def hide(truth: CampaignTruth, parameters: Parameters) -> CampaignTruth:
-    """Add ``drift (t / run + wandering w(t))`` to the sensor; w is a walk of a step a minute, held within -1 and 1."""
+    """Add ``drift (max(t - onset, 0) / run + wandering w(t))`` to the sensor; w is a walk of a step a minute.
+
+    It is held within -1 and 1.
+    """
     j = truth.sensors.index(str(parameters["target"]))
     generator, times = np.random.default_rng(int(parameters["seed"])), since_start(truth)
     mean = float(np.mean([time[-1] - time[0] for time in times]))
@@ -34,13 +40,14 @@ def hide(truth: CampaignTruth, parameters: Parameters) -> CampaignTruth:
     # a walk between walls: turned back where it would pass them
     walk = np.abs((free + 1.0) % 4.0 - 2.0) - 1.0
     drift, part = float(parameters["drift"]), float(parameters["wandering"])
+    onset = float(parameters["onset"]) * times[-1][-1]
     return misread(
         truth,
         truth.sensors[j],
         lambda k, run: (
             run.temperatures[:, j]
             + run.sensor_errors[:, j]
-            + drift * (times[k] / mean + part * np.interp(times[k], minutes, walk))
+            + drift * (np.maximum(times[k] - onset, 0.0) / mean + part * np.interp(times[k], minutes, walk))
         ),
     )
 
