@@ -65,6 +65,9 @@ LEAST_SURE, SURE = 3.0, 3.5
 drift does not speak for a clock that is off, and from which it does wholly: neither law contains the other, either
 reads errors of thermometers, and the offset is the best of many."""
 
+FREE = 2.0
+"""Evidence that a cause needs besides where its decays before each run are free: no threshold is drawn with these."""
+
 TRIFLE = 0.3
 """Log evidence by which new noise must help the null for everything to be screened again."""
 
@@ -256,7 +259,7 @@ class Search:
             return scored
         before = self.base.extended(trial.columns[:, first:], scored.size[first:])
         alone = max(self.channel.evidence(before.X, before.sd, levels) for levels in pool)
-        return replace(scored, trial=replace(trial, doubt=max(alone - null, 0.0)))
+        return replace(scored, trial=replace(trial, doubt=max(alone - null, 0.0) + FREE))
 
     def _unsure(self, scored: Scored, drift: float, levels: Levels) -> Scored:
         """Return a trial whose evidence in the drift does not count against nothing where it may be chance.
