@@ -1,4 +1,4 @@
-"""A thermometer of the law drifts, at once or from some time on: straight on, and about that as it likes, within bounds."""
+"""A thermometer of the law drifts, at once or from some time on: straight on and, within bounds, as it likes."""
 
 from __future__ import annotations
 
