@@ -5,8 +5,8 @@ Kinds of repairs and their parameters:
 ``clock``: ``offset_s``. The temperatures' clock runs ahead (positive) or behind: ``dT(t) := dT(t + offset)``, linear
 between rows; where there is no such row, the first or the last one's. The zero moves with it: in the row in which all
 temperatures are zero they stay so.
-``swap``: ``first``, ``second``, optionally ``from_s`` (by the name of each run concerned, 0; without it everywhere).
-Two sensors exchange their names.
+``swap``: ``first``, ``second``, optionally ``not_in`` (names of runs in which the plugs still sat right). Two sensors
+exchange their names.
 ``drift``: ``sensor``, ``rate_K_per_h``, optionally ``rates_K_per_h`` (by the name of runs with a rate of their own).
 ``dT := dT - rate t``.
 ``detached``: ``sensor``, ``weights`` (of other sensors), optionally ``from_s`` (by the name of each run concerned, the
@@ -33,8 +33,8 @@ KINDS: dict[str, tuple[str, ...]] = {
 }  # fmt: skip
 """Kinds of repairs and the parameters that each of them needs."""
 
-BY_RUN = {"swap": ("from_s",), "drift": ("rates_K_per_h",), "detached": ("from_s",)}
-"""Tables by the name of runs that they may have besides."""
+BY_RUN = {"swap": ("not_in",), "drift": ("rates_K_per_h",), "detached": ("from_s",)}
+"""What they may have of single runs, by their names."""
 
 
 @dataclass(frozen=True)
@@ -66,8 +66,12 @@ class SensorRepair:
             raise ArgumentError(f"repair {self.kind!r} of {self.cause!r} {wrong}; it takes {', '.join(sorted(known))}")
         if self.kind == "detached" and (not given["weights"] or given["sensor"] in given["weights"]):
             raise ArgumentError(f"repair of {given['sensor']!r}: weights are those of other sensors, one or more")
-        if self.kind == "swap" and any(given.get("from_s", {}).values()):
-            raise ArgumentError(f"repair of {given['first']!r}: plugs are exchanged between runs, from_s is 0 in each")
+        if isinstance(given.get("not_in", ()), str):
+            raise ArgumentError(f"repair of {given['first']!r}: not_in holds names of runs, found one text")
+        given |= {"not_in": tuple(given["not_in"])} if "not_in" in given else {}
+        for key in ("from_s", "rates_K_per_h"):
+            if not isinstance(given.get(key, {}), dict):
+                raise ArgumentError(f"repair {self.kind!r}: {key} is a table by the names of runs")
         object.__setattr__(self, "parameters", given)
 
     @property
@@ -117,7 +121,8 @@ def repaired(
     signals : LegSignals
     repairs : sequence of SensorRepair
     run_name : str, optional
-        For what begins in a certain run; without it, a sensor that detached in some run is taken as detached.
+        For what is of certain runs; without it a sensor that detached in some run is taken as detached, plugs that were
+        exchanged in the end as exchanged, and a reading that drifts at the rate of the last run.
     memory : RepairMemory, optional
         Of the rows before, where rows come one by one or in blocks; without it the rows are a whole run.
 
@@ -136,21 +141,16 @@ def repaired(
         if repair.kind == "clock":
             signals = replace(signals, dT=_clock(signals, repair, number, memory))
         else:
-            if repair.kind == "swap" and _concerned(repair.parameters, run_name):
+            if repair.kind == "swap" and run_name not in repair.parameters.get("not_in", ()):
                 signals = replace(signals, zero_degC=_swapped_zeros(signals.zero_degC, repair.parameters))
             signals = replace(signals, dT={**signals.dT, **_AT_ONCE[repair.kind](signals, repair.parameters, run_name)})
     return signals
 
 
-def _concerned(parameters: Mapping[str, Any], run: str | None) -> bool:
-    """Return whether a run, or one of which nothing is known, is among those that a repair is for."""
-    return run is None or run in parameters.get("from_s", (run,))
-
-
 def _swapped(signals: LegSignals, parameters: Mapping[str, Any], run: str | None) -> dict[str, FloatArray]:
     """Return the temperatures of two sensors, exchanged."""
     first, second = parameters["first"], parameters["second"]
-    if not _concerned(parameters, run):
+    if run in parameters.get("not_in", ()):
         return {}
     return {first: signals.temperature(second), second: signals.temperature(first)}
 

@@ -76,7 +76,7 @@ KICKS = ("direction", "move", "step")
 TERM = {"cause": "text!", "shape": "text!", "amplitudes": "number+!", "unit": "text!", "covariance": "matrix"}
 REPAIRS: dict[str, dict[str, str]] = {
     "clock": {"offset_s": "number!"},
-    "swap": {"first": "text!", "second": "text!", "from_s": "table"},
+    "swap": {"first": "text!", "second": "text!", "not_in": "texts"},
     "drift": {"sensor": "text!", "rate_K_per_h": "number!", "rates_K_per_h": "table"},
     "detached": {"sensor": "text!", "weights": "table!", "from_s": "table"},
 }

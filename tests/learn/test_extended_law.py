@@ -109,11 +109,11 @@ def test_repairs_of_some_runs_leave_the_others_as_they_are() -> None:
     """Plugs exchanged in some runs, a rate for each run; a controller, whose run has no name, takes what came last."""
     signals = drawn_signals(3)
     t, dT = signals.time, signals.dT
-    swap = SensorRepair("swapped-sensors", "swap", {"first": "T01", "second": "T02", "from_s": {"b": 0.0}})
+    swap = SensorRepair("swapped-sensors", "swap", {"first": "T01", "second": "T02", "not_in": ["a"]})
     before = repaired(signals, [swap], "a")
     assert before.dT["T01"] is dT["T01"]
     assert before.zero_degC == signals.zero_degC
-    for run in ("b", None):
+    for run in ("b", "of a later campaign", None):
         after = repaired(signals, [swap], run)
         assert np.array_equal(after.dT["T01"], dT["T02"])
         assert after.zero_of("T02") == signals.zero_of("T01")
@@ -122,8 +122,10 @@ def test_repairs_of_some_runs_leave_the_others_as_they_are() -> None:
     for run, rate in (("a", 0.0), ("b", 0.03), ("c", 0.06), (None, 0.06)):
         taken = repaired(signals, [drift], run).dT["T01"]
         assert np.allclose(taken, dT["T01"] - rate * t / 3600.0, atol=1e-14)
-    with pytest.raises(ArgumentError, match="exchanged between runs, from_s is 0"):
-        SensorRepair("swapped-sensors", "swap", {"first": "T01", "second": "T02", "from_s": {"b": 60.0}})
+    with pytest.raises(ArgumentError, match="not_in holds names of runs"):
+        SensorRepair("swapped-sensors", "swap", {"first": "T01", "second": "T02", "not_in": "run-01"})
+    with pytest.raises(ArgumentError, match="rates_K_per_h is a table"):
+        SensorRepair("sensor-drift", "drift", {"sensor": "T01", "rate_K_per_h": 0.1, "rates_K_per_h": 0.2})
 
 
 def test_a_clock_that_runs_ahead_is_no_matter_for_a_controller() -> None:

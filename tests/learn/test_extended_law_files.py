@@ -68,7 +68,7 @@ def test_terms_survive_writing_and_reading_to_the_last_bit(
 def test_repairs_of_some_runs_survive_writing_and_reading(tmp_path: Path) -> None:
     """Runs whose plugs are exchanged, runs with rates of their own; a rate that is no number is named."""
     repairs = (
-        SensorRepair("swapped-sensors", "swap", {"first": "T01", "second": "T02", "from_s": {"run-07": 0.0}}),
+        SensorRepair("swapped-sensors", "swap", {"first": "T01", "second": "T02", "not_in": ["run-07"]}),
         SensorRepair(
             "sensor-drift", "drift", {"sensor": "T01", "rate_K_per_h": 0.1 / 3.0, "rates_K_per_h": {"run 1": 1e-17}}
         ),
@@ -77,8 +77,8 @@ def test_repairs_of_some_runs_survive_writing_and_reading(tmp_path: Path) -> Non
     path = write_leg_law(law, tmp_path / "leg.toml")
     assert_same(law, read_leg_law(path))
     text = path.read_text(encoding="utf-8")
-    path.write_text(text.replace("run-07 = 0.0", 'run-07 = "x"'), encoding="utf-8")
-    with pytest.raises(FileFormatError, match="repairs\\[0\\].from_s.run-07 must be a number"):
+    path.write_text(text.replace('"run 1" = ', '"run 1" = "x" # '), encoding="utf-8")
+    with pytest.raises(FileFormatError, match="repairs\\[1\\].rates_K_per_h.run 1 must be a number"):
         read_leg_law(path)
 
 

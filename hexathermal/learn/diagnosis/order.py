@@ -50,6 +50,11 @@ class Order:
         """Return the log evidence that `sensor` and `other` stand in each other's place."""
         return self.view.once(("order", self.first, sensor, other), partial(self._advantage, sensor, other))
 
+    def allows(self, sensor: str, other: str) -> bool:
+        """Return whether the order can be asked of two thermometers, and does not deny that they are exchanged."""
+        placed = len(self.names) >= FEWEST and sensor in self.names and other in self.names
+        return placed and self.most(sensor, other) > 0.0
+
     def _advantage(self, sensor: str, other: str) -> float:
         """Return what `advantage` keeps."""
         if len(self.names) < FEWEST or sensor not in self.names or other not in self.names:

@@ -172,7 +172,10 @@ class Search:
                     ranked[name] = self.witnesses.heard(Ranked(name, drift, doubted, at))
                 else:
                     ranked[name] = Ranked(
-                        name, min(value, 0.0) if name not in ranked else ranked[name].value, best, levels
+                        name,
+                        min(value, 0.0) if name not in ranked else ranked[name].value,
+                        _joining(best, scored),
+                        levels,
                     )
             gained = nulls[better] - null
             levels, null = pool[better], nulls[better]
@@ -287,7 +290,10 @@ class Search:
 
         The drift knows little of a fault late in the last run: the null may rather not believe that thermometer.
         """
-        trial = self._witnessed(best, scored).trial
+        chosen = self._witnessed(best, scored)
+        trial = chosen.trial
+        if trial.wanders:
+            return value + self.witnesses.spoken(chosen)
         if trial.least_parity >= 0.0:
             return value + self.witnesses.whole(trial)
         return value if trial.parity is None else value + max(self.witnesses.parity(trial), 0.0)
@@ -342,7 +348,8 @@ def all_trials(bench: Workbench) -> list[Trial]:
     for trial in flexible_trials(bench):
         feigned = _feigned(bench, thermal=trial.target in THERMAL, wanders=trial.target in WANDERING)
         found.append(_feigning(trial, feigned))
-    return [trial for trial in found if trial.base is not None or _varies(trial.columns)]
+    varied = [trial for trial in found if trial.base is not None or _varies(trial.columns)]
+    return [trial for trial in varied if trial.term is None or _varies(trial.term.columns)]
 
 
 def _feigned(bench: Workbench, *, thermal: bool, wanders: bool) -> float:

@@ -202,7 +202,8 @@ class Stage:
             gone.add(REPEATED)
         sensors = {item.trial.target for item in self.joined}
         late = {item.trial.target for item in self.joined if item.trial.shape == FORETOLD}
-        off = {next(iter(repair.parameters["from_s"])) for repair in self.repairs if "from_s" in repair.parameters}
+        off = {next(iter(repair.parameters["from_s"])) for repair in self.repairs
+               if repair.kind == "detached" and "from_s" in repair.parameters}  # fmt: skip
         return [trial for trial in self.search.trials
                 if trial.cause not in gone and not (trial.cause == REPEATED and trial.target in sensors)
                 and (trial.cause not in twins or (trial.cause == STEP and trial.target not in off))

@@ -97,7 +97,8 @@ class Witnesses:
         A fault of a thermometer must show against the other thermometers too: what the drift says for it counts up to
         `FOLLOWED` times what they say beyond `LEAST_WITNESS`; where both tell of one number, `AGREED` times what they
         say alike beyond `LEAST_AGREED`. Every thermometer is late against some other: what they say of lateness counts
-        as far as the drift says it, or as far as the thermometer is late with all that it reads.
+        as far as the drift says it, or as far as the thermometer is late with all that it reads. Of one that wanders
+        they say how far it does, as much as the drift at most; an error that they could not show counts without them.
         """
         trial, most = ranked.best.trial, min(ranked.value, ranked.best.trial.most)
         drift, agreed = most, self._agreed(ranked.best, ranked.levels)
@@ -110,13 +111,13 @@ class Witnesses:
             drift = min(drift, FOLLOWED * max(parity - LEAST_WITNESS, 0.0))
         elif np.isfinite(agreed):
             parity = sure = agreed
-            drift = min(drift, max(AGREED * max(agreed - LEAST_AGREED, 0.0), self._unseen(ranked) * drift))
+            drift = min(drift, max(AGREED * max(agreed - LEAST_AGREED, 0.0), self._unseen(ranked, agreed) * drift))
         else:
             parity, sure = self._parities(trial)
             drift = min(drift, FOLLOWED * max(parity - LEAST_WITNESS, 0.0))
         besides = trial.advantage + parity
         return replace(ranked, value=drift + besides, besides=besides, witness=sure, agreed=agreed,
-                       both=min(drift, sure) * trial.fault, seconded=self._gain(trial, trial.target) * trial.fault,
+                       both=min(drift, sure) * trial.fault, seconded=self._seconded(trial),
                        withheld=most - drift)  # fmt: skip
 
     def would_say(self, trial: Trial, amplitude: float) -> float:
@@ -188,6 +189,12 @@ class Witnesses:
         chance = self._chance(trial, shown)
         return _likelier(shown.amplitude, error, chance + float(slope @ covariance[np.ix_(own, own)] @ slope), chance)
 
+    def _seconded(self, trial: Trial) -> float:
+        """Return what the parity of a faulty thermometer says by itself; 0 of what is no fault."""
+        if not trial.fault:
+            return 0.0
+        return self._beyond(trial) if trial.wanders else self._gain(trial, trial.target)
+
     def _same_way(self, ranked: Ranked) -> bool:
         """Return whether a thermometer is late in the drift and against the others, or early in both.
 
@@ -203,17 +210,17 @@ class Witnesses:
         # what the law must add, a late thermometer lacks
         return float(np.dot(RATES, mean[len(mean) - len(RATES) :])) * A * float(np.dot(RATES, shown.amplitudes)) <= 0.0
 
-    def _unseen(self, ranked: Ranked) -> float:
+    def _unseen(self, ranked: Ranked, agreed: float) -> float:
         """Return the part of the drift's evidence for an error that counts since no parity could show it, 0 to 1.
 
-        A parity that would say more than `SEEN` of such an error, or denies it, leaves none.
+        A parity that would say more than `SEEN` of such an error leaves none, nor one that denies it by 1 or more.
         """
         if ranked.value <= 0.0:
             return 0.0
         base = self.system(ranked.best)
         _, mean, _ = self.channel.solved(base.X, base.sd, ranked.levels)
         said = self.would_say(ranked.best.trial, float(mean[-1]))
-        return float(np.clip(2.0 * (1.0 - said / SEEN), 0.0, 1.0))
+        return float(np.clip(2.0 * (1.0 - said / SEEN), 0.0, 1.0) * np.clip(1.0 + agreed, 0.0, 1.0))
 
     def _beyond(self, trial: Trial) -> float:
         """Return the log evidence of a parity for wandering as none of the others does."""

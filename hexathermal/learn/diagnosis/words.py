@@ -44,7 +44,8 @@ STEPS: dict[str, tuple[str, str, float]] = {
 
 SPOKEN = {
     "time_constant_s": "time constant", "pitch_m": "pitch", "time_s": "at", "offset_s": "offset", "step_um": "step",
-    "rate_um_per_h": "rate", "rate_K_per_h": "rate", "kick_um": "after each move", "scale_ppm": "scale",
+    "rate_um_per_h": "rate", "rate_K_per_h": "rate", "wander_K": "wanders by, RMS,",
+    "kick_um": "after each move", "scale_ppm": "scale",
     "coefficient_per_K": "coefficient", "A_per_K": "A", "B_per_K": "B",
     "coefficient_um_per_K": "coefficient", "curvature_per_K2": "curvature",
     "saturation_m": "long moves from", "amplitude_um": "amplitude", "share": "share", "amplitude_per_K": "coefficient",
@@ -106,6 +107,8 @@ def effect_of(found: Found, stage: Stage, final: Stage, covariance: FloatArray, 
             parameters[name] = Quantity(float(value * factor), float(std * factor), unit)
         if trial.shape == "periodic":
             parameters["amplitude_um"] = _length(amplitudes * UM, spread * UM)
+    elif trial.wanders:
+        parameters["wander_K"] = _wander(found, stage)
     elif trial.cause in STEPS and STEPS[trial.cause][0] not in parameters and len(amplitudes):
         name, unit, factor = STEPS[trial.cause]
         value, std = amplitudes[0] * factor, spread[0] * factor
@@ -117,6 +120,13 @@ def effect_of(found: Found, stage: Stage, final: Stage, covariance: FloatArray, 
     sentence = _sentence(trial.cause, trial.target, parameters, settings, visible, joined=found.joined)
     return Effect(trial.cause, trial.target, parameters, settings, found.decision.probability,
                   found.decision.equivalent, visible, sentence, found.joined)  # fmt: skip
+
+
+def _wander(found: Found, stage: Stage) -> Quantity:
+    """Return how far a reading wanders, RMS, as sure as its size in the drift is."""
+    column, size, spread = found.ranked.best.trial.columns[:, -1], found.amplitudes[-1], found.spread[-1]
+    error = float(np.sqrt(np.mean((column / stage.bench.slopes_span(str(found.ranked.best.trial.target))) ** 2)))
+    return Quantity(error, error * float(spread / max(abs(size), np.finfo(float).tiny)), "K")
 
 
 def _set(found: Found, stage: Stage) -> tuple[dict[str, Quantity], dict[str, Any]]:

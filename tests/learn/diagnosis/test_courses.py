@@ -74,7 +74,7 @@ def test_an_error_is_taken_off_at_each_run_s_rate(sound: tuple[View, str]) -> No
 
 
 def wandering(size: float, rng: np.random.Generator) -> list[FloatArray]:
-    """Two phases for each of ten runs."""
+    """Two phases for each of up to twenty runs."""
     return [size * rng.standard_normal(2) for _run in range(20)]
 
 
@@ -100,7 +100,7 @@ def test_a_reading_that_wanders_is_named(sound: tuple[View, str], rng: np.random
 
 
 def test_heat_of_its_own_is_no_error_of_a_thermometer(sound: tuple[View, str], rng: np.random.Generator) -> None:
-    """Where a bystander wanders as much, or the drift follows what wanders, the law's thermometer is not named."""
+    """Where the drift follows what wanders, the law's thermometer says the truth."""
     view, sensor = sound
     waves = wandering(0.7, rng)
     runs = []
@@ -111,7 +111,7 @@ def test_heat_of_its_own_is_no_error_of_a_thermometer(sound: tuple[View, str], r
         dT = {**rows.signals.dT, sensor: rows.signals.dT[sensor] + heat}
         span = rows.signals.span(Stage(view).bench.ratios[sensor])
         runs.append(replace(rows, signals=replace(rows.signals, dT=dT), drift=rows.drift + slope * span * heat))
-    assert first_name(replace(view, runs=tuple(runs))) != "sensor-drift"
+    assert first_name(replace(view, runs=tuple(runs))) is None
 
 
 def test_plugs_exchanged_from_a_run_on_are_found_and_put_back_there_alone(sound: tuple[View, str]) -> None:
@@ -134,7 +134,7 @@ def test_plugs_exchanged_from_a_run_on_are_found_and_put_back_there_alone(sound:
     assert leader.best.trial.repair is not None
     repair = leader.best.trial.repair()
     names = [rows.run.name for rows in view.runs]
-    assert set(repair.parameters["from_s"]) & set(names) == set(names[first:])
+    assert set(repair.parameters["not_in"]) & set(names) == set(names[:first])
     mended = Stage(swapped).with_effect(leader.best).view
     for before, after in zip(view.runs, mended.runs, strict=True):
         assert np.array_equal(after.signals.dT[sensor], before.signals.dT[sensor])
@@ -169,3 +169,33 @@ def test_a_clock_that_is_off_is_no_lag() -> None:
         view = altered(view, name, lambda _k, s, name=name: np.interp(s.time - 90.0, s.time, s.dT[name]))
     values = {item.cause: item.value for item in Stage(view).step.ranking}
     assert values["clock-offset"] > max(LEAST, values["thermal-lag"])
+
+
+def test_a_reading_that_wanders_is_told_by_its_size(sound: tuple[View, str]) -> None:
+    """No rate is told of what has none."""
+    view, _sensor = sound
+    trials = [trial for trial in Stage(view).search.trials if trial.wanders]
+    assert {trial.target for trial in trials} == set(view.base)
+    assert not any(trial.parameters for trial in trials)
+
+
+def test_lags_of_a_thermometer_that_stands_still_are_not_tried(sound: tuple[View, str]) -> None:
+    """A law may read one that is stuck: neither a term nor the law as a whole has a lag of it."""
+    view, sensor = sound
+    stuck = altered(view, sensor, lambda _k, s: 0.0 * s.dT[sensor])
+    assert not [trial for trial in Stage(stuck).search.trials if trial.delay is not None]
+
+
+@pytest.mark.parametrize(("agreed", "said", "part"), [(0.5, 0.0, 1.0), (0.5, 2.25, 0.5), (0.5, 4.0, 0.0),
+                                                      (-0.5, 0.0, 0.5), (-4.0, 0.0, 0.0)])  # fmt: skip
+def test_what_a_parity_could_not_show_counts_unless_it_denies_it(
+    monkeypatch: pytest.MonkeyPatch, sound: tuple[View, str], agreed: float, said: float, part: float
+) -> None:
+    """All of a drift's evidence where the parity would say nothing, none where it would say much, or says no."""
+    view, _sensor = sound
+    stage = Stage(view)
+    witnesses = stage.search.witnesses
+    monkeypatch.setattr(type(witnesses), "would_say", lambda *_args: said)
+    trial = next(one for one in stage.search.trials if one.cause == "sensor-drift" and one.in_parity)
+    item = stage.search.scored(stage.levels, [trial])[0]
+    assert witnesses._unseen(Ranked("sensor-drift", 10.0, item, stage.levels), agreed) == pytest.approx(part)

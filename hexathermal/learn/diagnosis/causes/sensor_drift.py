@@ -83,7 +83,7 @@ def trials(bench: Workbench) -> Iterator[Trial]:
             told = Trial(CAUSE.name, (span * lost)[:, None], sensor, "", settings,
                          parity=partial(_parity, STEADY), in_parity=rate, repair=partial(_repair, model))  # fmt: skip
             yield told
-            yield replace(told, in_parity=0.0, wanders=True)
+            yield replace(told, parameters={}, in_parity=0.0, wanders=True)
 
 
 def _hours(view: View, course: Course) -> list[FloatArray]:

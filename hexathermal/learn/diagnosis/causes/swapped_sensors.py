@@ -45,17 +45,17 @@ def _exchanged(view: View) -> Iterator[Trial]:
     for first in (0, *later_ones):
         order = Order(view, max((one for one in asked if one <= first), default=0))
         later = view.channel.run >= first
-        runs = view.order[view.order.index(names[first]) :]
-        since: dict[str, Any] = {"from_s": dict.fromkeys(runs, 0.0)} if first else {}
+        # a run that was not looked at counts with those before it
+        sound: dict[str, Any] = {"not_in": list(view.order[: view.order.index(names[first])])} if first else {}
         told: dict[str, Any] = {"from_run": names[first]} if first else {}
         for k, sensor in enumerate(view.base):
             for other in view.sensors:
-                if other in view.base or (first and order.most(sensor, other) == 0.0):
+                if other in view.base or (first and not order.allows(sensor, other)):
                     continue
                 tables = [view.temperatures(name) for name in view.base]
                 tables[k] = np.where(later, view.temperatures(other), tables[k])
                 yield Trial(CAUSE.name, np.zeros((len(view.q), 0)), sensor, "", {"other": other} | told,
                             base=view.base_of(tables), repair=partial(SensorRepair, CAUSE.name, "swap",
-                                                                      {"first": sensor, "second": other} | since),
+                                                                      {"first": sensor, "second": other} | sound),
                             anew=True, advantage=order.advantage(sensor, other),
                             most=order.most(sensor, other), doubt=FEIGNED)  # fmt: skip
