@@ -94,7 +94,8 @@ faint; alarms of drifting thermometers in 90811 and 13577 took a change back. A 
 `free_convection` came when the diagnosis was made, and nothing was changed by what it showed (seeds 4711, 8629, 30517,
 62903). `held_out_actuator` makes parts with a stroke of the physics of `held_out`: of its seeds 30021 and 30022 it was
 seen that landings of a part scatter as those of a leg do, which the diagnosis had not allowed for. After all of these
-the effects took [further forms](decisions/0014-forms-that-others-write.md) on every bench. Causes, strengths
+the effects took [further](decisions/0014-forms-that-others-write.md)
+[forms](decisions/0015-faults-that-begin-and-lags-as-a-whole.md) on every bench. Causes, strengths
 (log-uniform 0.25 to 2), noise, bias of the sensors and the number of effects are drawn. Each campaign is a folder,
 diagnosed from its files with the sensors of the base law; the answer is read afterwards.
 [How it is done](diagnosis.md). Repeat:

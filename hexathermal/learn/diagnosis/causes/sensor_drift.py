@@ -24,7 +24,12 @@ CAUSE = Cause(
     signature=(
         "The residual is the law at a temperature error that grows with time; the other thermometers do not see it."
     ),
-    parameters=(Parameter("rate", "K/h", "0.25 to 4 times the noise in the drift"),),
+    parameters=(
+        Parameter("rate", "K/h", "0.25 to 4 times the noise in the drift"),
+        Parameter("from_share", "1", "0 to 0.6 of the running time"),
+        Parameter("power", "1", "of the time since, 0.7 to 1.6"),
+        Parameter("wander", "K", "as the other thermometers tell"),
+    ),
     confused_with=(
         "zero-drift",
         "missing-sensor",

@@ -20,7 +20,10 @@ CAUSE = Cause(
         "The drift follows another thermometer in place of the law's own, with the same coefficients; the "
         "profile along the leg is out of order."
     ),
-    parameters=(Parameter("other", "name", "any other thermometer"),),
+    parameters=(
+        Parameter("other", "name", "any other thermometer"),
+        Parameter("from_run", "name", "any run, where each has its own zero"),
+    ),
     confused_with=("missing-sensor",),
     experiment="Warm one of the two with a finger.",
     words="the plugs of {target} and another thermometer are exchanged",
