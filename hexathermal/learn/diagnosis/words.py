@@ -44,7 +44,7 @@ STEPS: dict[str, tuple[str, str, float]] = {
 
 SPOKEN = {
     "time_constant_s": "time constant", "pitch_m": "pitch", "time_s": "at", "offset_s": "offset", "step_um": "step",
-    "rate_um_per_h": "rate", "rate_K_per_h": "rate", "wander_K": "wanders by, RMS,",
+    "rate_um_per_h": "rate", "rate_K_per_h": "rate", "wander_K": "wander, RMS,",
     "kick_um": "after each move", "scale_ppm": "scale",
     "coefficient_per_K": "coefficient", "A_per_K": "A", "B_per_K": "B",
     "coefficient_um_per_K": "coefficient", "curvature_per_K2": "curvature",
