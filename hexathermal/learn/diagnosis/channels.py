@@ -26,6 +26,10 @@ SLOW_TIMES = (900.0, 2400.0, 7200.0)
 """Correlation times that the slow process may have [s]."""
 
 
+ALIKE = 1e-6
+"""Of the values' scatter: a smaller middle difference of neighbours is none."""
+
+
 @dataclass(frozen=True)
 class Levels:
     """Standard deviations of the noise's parts, in the channel's unit, and the slow process's correlation time [s]."""
@@ -95,7 +99,10 @@ class Channel:
         """A first guess of the noise: from differences of neighbouring windows."""
         inside = ~self.start
         jump = np.diff(self.y, prepend=self.y[:1])[inside]
-        return max(float(np.median(np.abs(jump)) / 0.954) if jump.size else float(np.std(self.y)), 1e-12)
+        middle = float(np.median(np.abs(jump)) / 0.954) if jump.size else float(np.std(self.y))
+        # most neighbours alike: of a reading in coarse steps the middle difference says nothing
+        size = middle if middle > ALIKE * float(np.std(self.y)) else float(np.sqrt(np.mean(self.y**2)))
+        return max(size, 1e-12)
 
     def whitened(self, columns: FloatArray, levels: Levels) -> tuple[FloatArray, float]:
         """Return columns (n, m) whitened, and log det V."""
@@ -222,8 +229,11 @@ class Channel:
 
         def objective(point: FloatArray) -> float:
             whole[free] = point
-            value = log_posterior(whole, slow_time, table, self.start, self.fresh, self.step, self.wander, share,
-                                  self.scale, self.has_landings, self.tied_offsets)  # fmt: skip
+            try:
+                value = log_posterior(whole, slow_time, table, self.start, self.fresh, self.step, self.wander, share,
+                                      self.scale, self.has_landings, self.tied_offsets)  # fmt: skip
+            except np.linalg.LinAlgError:  # so little noise beside such columns is lost in rounding
+                return math.inf
             return -float(value)
 
         start = whole[free]

@@ -165,3 +165,14 @@ def test_offsets_of_runs_are_free_where_a_campaign_counts_from_one_row(tied: boo
     found, _ = base.fitted(rng.standard_normal((len(base), 1)), np.ones(1))
     ratio = found.offset / found.rms
     assert ratio < 5.0 if tied else ratio > 4.0, ratio
+
+
+def test_a_reading_in_coarse_steps_has_a_noise(rng: np.random.Generator) -> None:
+    """Most neighbours are alike: their middle difference is no noise of nothing, which no matrix bears."""
+    plain = channel_like(rng)
+    coarse = plain.with_y(np.round(np.sin(np.arange(len(plain)) / 7.0)))
+    assert np.median(np.abs(np.diff(coarse.y))) == 0.0
+    assert coarse.scale > 0.1
+    X = np.column_stack([np.ones(len(plain)), np.arange(len(plain)) / len(plain), coarse.y])
+    levels, evidence = coarse.fitted(X, np.full(3, 10.0))
+    assert np.isfinite([levels.rms, evidence]).all()
