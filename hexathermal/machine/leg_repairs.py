@@ -138,10 +138,12 @@ def repaired(
     [0.0, 3.0]
     """
     for number, repair in enumerate(repairs):
+        if run_name in repair.parameters.get("not_in", ()):
+            continue
         if repair.kind == "clock":
             signals = replace(signals, dT=_clock(signals, repair, number, memory))
         else:
-            if repair.kind == "swap" and run_name not in repair.parameters.get("not_in", ()):
+            if repair.kind == "swap":
                 signals = replace(signals, zero_degC=_swapped_zeros(signals.zero_degC, repair.parameters))
             signals = replace(signals, dT={**signals.dT, **_AT_ONCE[repair.kind](signals, repair.parameters, run_name)})
     return signals
@@ -150,8 +152,6 @@ def repaired(
 def _swapped(signals: LegSignals, parameters: Mapping[str, Any], run: str | None) -> dict[str, FloatArray]:
     """Return the temperatures of two sensors, exchanged."""
     first, second = parameters["first"], parameters["second"]
-    if run in parameters.get("not_in", ()):
-        return {}
     return {first: signals.temperature(second), second: signals.temperature(first)}
 
 

@@ -246,7 +246,7 @@ class Stage:
             return replace(self, joined=(*self.joined, scored), most=None)
         stages = [self._repaired(trial.repair())]
         if trial.lessened is not None:
-            stages.append(self._repaired(trial.lessened(self._error(scored))))
+            stages.append(self._repaired(trial.lessened(self.search.witnesses.error(scored, self.levels))))
         return min(stages, key=lambda stage: stage.kinder_left) if len(stages) > 1 else stages[0]
 
     def _repaired(self, repair: SensorRepair) -> Stage:
@@ -255,13 +255,6 @@ class Stage:
         joined = tuple(remade(item, repair, self.view, view) for item in self.joined)
         repairs = (*self.repairs, repair)
         return replace(self, view=view, joined=joined, repairs=repairs, tolerated=(), models={}, most=None)
-
-    def _error(self, scored: Scored) -> float:
-        """Return the size of a thermometer's error by the drift: its amplitude there over the law's own A."""
-        both = self.search.system(scored)
-        _, mean, _ = self.channel.solved(both.X, both.sd, self.levels)
-        A = float(mean[self.view.base.index(str(scored.trial.target))])
-        return float(mean[-1]) / A if A else 0.0
 
     def amplitudes(self, leader: Ranked) -> tuple[FloatArray, FloatArray]:
         """Return the amplitudes of a leader's columns beside the base, and their standard uncertainties.

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Hashable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property, partial
 from typing import TYPE_CHECKING, Any, Protocol, TypeVar
 
@@ -346,6 +346,12 @@ class Workbench:
         view = self.view
         columns = view.quick_columns(shape, parameters) if quick else view.columns(shape, parameters)
         return Trial(cause, columns, target, shape, parameters)
+
+    def not_at_rest(self, trial: Trial, time_constant: float) -> Trial:
+        """Return a trial whose state had not come to rest before the runs: with a decay of each beside it."""
+        view = self.view
+        starts = view.once(("starts", time_constant), partial(view.starts, time_constant))
+        return replace(trial, columns=np.column_stack([trial.columns, starts]), starts=starts.shape[1])
 
 
 def evenly(items: Sequence[Item], most: int) -> list[Item]:

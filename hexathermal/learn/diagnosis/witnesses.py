@@ -231,11 +231,14 @@ class Witnesses:
 
     def _own(self, best: Scored, levels: Levels) -> float:
         """Return the part that counts of a fault whose size in the drift should be the law's own A."""
+        return float(np.exp(-0.5 * ((self.error(best, levels) - 1.0) / PARTLY) ** 2))
+
+    def error(self, best: Scored, levels: Levels) -> float:
+        """Return the size of a thermometer's error by the drift: its amplitude there over the law's own A."""
         base = self.system(best)
         _, mean, _ = self.channel.solved(base.X, base.sd, levels)
-        A = mean[self.bench.view.base.index(str(best.trial.target))]
-        share = float(mean[-1] / A) if A else 0.0
-        return float(np.exp(-0.5 * ((share - 1.0) / PARTLY) ** 2))
+        A = float(mean[self.bench.view.base.index(str(best.trial.target))])
+        return float(mean[-1]) / A if A else 0.0
 
     def whole(self, trial: Trial) -> float:
         """Return the log evidence of the parity for a fault that is whole, against none; 0 where it is not asked so.

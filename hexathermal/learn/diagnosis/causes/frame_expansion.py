@@ -3,10 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import replace
-from functools import partial
-
-import numpy as np
 
 from hexathermal.learn.diagnosis.trials import Cause, Parameter, Trial, Workbench
 
@@ -43,5 +39,4 @@ def trials(bench: Workbench) -> Iterator[Trial]:
             trial = bench.term(CAUSE.name, "room", None, time_constant_s=tau)
             yield trial
             if tau > 0.0:
-                starts = view.once((CAUSE.name, tau), partial(view.starts, tau))
-                yield replace(trial, columns=np.column_stack([trial.columns, starts]), starts=starts.shape[1])
+                yield bench.not_at_rest(trial, tau)

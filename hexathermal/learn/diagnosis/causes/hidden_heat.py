@@ -3,12 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import replace
-from functools import partial
 from itertools import product
 from typing import Any
-
-import numpy as np
 
 from hexathermal.learn.diagnosis.trials import Cause, Parameter, Trial, Workbench
 
@@ -59,5 +55,4 @@ def trials(bench: Workbench) -> Iterator[Trial]:
                                    **first, **length)  # fmt: skip
                 yield trial
                 if tau in KEPT_S and (source, power) == sources[0] and not first and not length:
-                    starts = view.once((CAUSE.name, tau), partial(view.starts, tau))
-                    yield replace(trial, columns=np.column_stack([trial.columns, starts]), starts=starts.shape[1])
+                    yield bench.not_at_rest(trial, tau)
