@@ -173,27 +173,29 @@ class Memory:
         self._kept["lengths"] = found[-1]
         return np.asarray(found)
 
-    def direction(self, q: FloatArray) -> FloatArray:
-        """Return the direction of the last move, +1 or -1; 0 before the first move."""
+    def direction(self, q: FloatArray, before: float = 0.0) -> FloatArray:
+        """Return the direction of the last move, +1 or -1; `before` until the first one."""
         sign = np.sign(self.moves(q))
-        held = np.concatenate([[self._kept.get("direction", 0.0)], sign])
+        held = np.concatenate([[self._kept.get("direction", before)], sign])
         last = np.maximum.accumulate(np.where(held != 0.0, np.arange(len(held)), 0))
         found = held[last][1:]
         self._kept["direction"] = found[-1]
         return np.asarray(found)
 
-    def play(self, q: FloatArray, width: float) -> FloatArray:
+    def play(self, q: FloatArray, width: float, start: float = 0.0) -> FloatArray:
         """Return where a nut sits in its play, -1/2 to 1/2: it goes with the rod until it meets the other side.
 
-        ``s <- clip(s + dq / width, -1/2, 1/2)``, in the middle at first.
+        ``s <- clip(s + dq / width, -1/2, 1/2)``.
 
         Parameters
         ----------
         q : array, shape (n,) [m]
         width : float [m]
             Way of the rod in which the nut crosses its play.
+        start : float
+            Where it sits at first; by default in the middle.
         """
-        before, place = self._kept.get("play", (float(q[0]), 0.0))
+        before, place = self._kept.get("play", (float(q[0]), start))
         found = np.empty(len(q))
         for row, step in enumerate(np.diff(q, prepend=before).tolist()):
             place = min(max(place + step / width, -0.5), 0.5)
@@ -229,6 +231,38 @@ class Memory:
         kicks = sizes - np.where(lengths * gone > 0.0, before * (1.0 + anew * np.expm1(-step)), 0.0)
         y = _accumulated(np.exp(-step), kicks[:, None], y0)
         self._kept[key] = (time[-1], y[-1].copy(), sizes[-1], lengths[-1])
+        return np.asarray(y[:, 0])
+
+    def renewing(
+        self, time: FloatArray, whole: FloatArray, lengths: FloatArray, time_constant: float, slid: float,
+        name: str = "",
+    ) -> FloatArray:  # fmt: skip
+        """Return what decays at rest, and what sliding renews, shape (n,).
+
+        ``y <- whole + (y exp(-dt / tau) - whole) exp(-|dq| / slid)``: friction's force at rest and on its way
+        (Dahl, AIAA Journal 14 (1976) 1675), which creeps at rest.
+
+        Parameters
+        ----------
+        time : array, shape (n,) [s]
+        whole : array, shape (n,)
+            What the move that a row belongs to ends at.
+        lengths : array, shape (n,) [m]
+            See `lengths`.
+        time_constant : float [s]
+        slid : float [m]
+            Way that renews.
+        name : str
+            Of several decays that one term remembers.
+        """
+        key = f"renewing {name}"
+        t0, y0, length = self._kept.get(key, (time[0], np.zeros(1), 0.0))
+        gone = np.concatenate([[length], lengths[:-1]])
+        begun = np.where(lengths * gone > 0.0, gone, 0.0)  # a move the other way begins at 0
+        way = np.where(lengths != 0.0, np.abs(lengths - begun), 0.0)
+        kept = np.exp(-way / slid)
+        y = _accumulated(np.exp(-np.diff(time, prepend=t0) / time_constant) * kept, (whole * (1.0 - kept))[:, None], y0)
+        self._kept[key] = (time[-1], y[-1].copy(), lengths[-1])
         return np.asarray(y[:, 0])
 
 

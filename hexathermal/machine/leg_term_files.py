@@ -45,11 +45,17 @@ PARAMETERS: dict[str, dict[str, str]] = {
     "room": {"time_constant_s": "number!"},
     "air-index": {"path_mm": "mm!", "stroke_share": "number!", "reference_index": "number"},
     "tilt": {},
-    "direction": {"play_mm": "mm"},
+    "direction": {"play_mm": "mm", "approach": "number"},
     "periodic": {"pitch_mm": "mm!"},
     "wave": {"pitch_mm": "mm!", "origin_mm": "mm!"},
     "position": {},
-    "relaxation": {"time_constant_s": "number!", "kick": "text!", "decades": "number", "saturation_mm": "mm"},
+    "relaxation": {
+        "time_constant_s": "number!",
+        "kick": "text!",
+        "decades": "number",
+        "saturation_mm": "mm",
+        "renewed": "number",
+    },
     "time": {},
 }
 """Parameters of each shape in files and their rules, see `hexathermal.machine.forms.Form`."""
@@ -243,6 +249,10 @@ def _check_parameters(form: Form, shape: str, parameters: Mapping[str, Any], pat
         )
     if "decades" in parameters and shape == "relaxation":
         form.check((*path, "decades"), 0.0 <= parameters["decades"] <= MOST_DECADES, f"0 to {MOST_DECADES:g}")
+    if "approach" in parameters and shape == "direction":
+        form.check((*path, "approach"), -1.0 <= parameters["approach"] <= 1.0, "-1 to 1")
+    if "renewed" in parameters and shape == "relaxation":
+        form.check((*path, "renewed"), parameters["renewed"] in (0.0, 1.0), "0 or 1")
     if "kick" in parameters and shape == "relaxation":
         form.check((*path, "kick"), parameters["kick"] in KICKS, f"one of: {', '.join(KICKS)}")
 

@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 
 from hexathermal.errors import ArgumentError, UnknownNameError
-from hexathermal.machine.leg_signals import LegSignals, Memory
+from hexathermal.machine.leg_signals import WHOLE_ROW, LegSignals, Memory
 from hexathermal.machine.thermal import frozen, refreeze
 from hexathermal.poses import FloatArray
 
@@ -249,12 +249,13 @@ def tilt(signals: LegSignals, parameters: Mapping[str, Any], memory: Memory) -> 
 def direction(signals: LegSignals, parameters: Mapping[str, Any], memory: Memory) -> FloatArray:
     """Return half the direction of the last move: the amplitude is the whole step at a reversal [1].
 
-    With ``play_m`` the step is not at once: a reversal takes that way of the rod until it is whole.
+    With ``play_m`` the step is not at once: a reversal takes that way of the rod until it is whole. ``approach`` is the
+    direction from which the first position was reached, -1 to 1, where it is known; the column counts from there.
     """
+    before = 0.5 * float(parameters.get("approach", 0.0))
     if "play_m" in parameters:
-        return memory.play(signals.q, parameters["play_m"])
-    found = memory.direction(signals.q)
-    return np.asarray(0.5 * found)
+        return memory.play(signals.q, parameters["play_m"], before) - before
+    return np.asarray(0.5 * memory.direction(signals.q, 2.0 * before) - before)
 
 
 def periodic(signals: LegSignals, parameters: Mapping[str, Any], memory: Memory) -> FloatArray:
@@ -286,15 +287,21 @@ def relaxation(signals: LegSignals, parameters: Mapping[str, Any], memory: Memor
     of the move, signed, in units of 10 mm). Rows in which the rod moves one way without a rest are one move. With
     ``saturation_m`` a move shorter than this kicks less, ``1 - exp(-length / saturation)`` of it. With ``decades``
     above 0 it is the mean of exponentials evenly in log time from the time constant on over so many decades: creep
-    that goes with the logarithm of time.
+    that goes with the logarithm of time. Where it is ``renewed`` (1), a move wipes out what earlier ones left, as
+    sliding does, so that after each the same relaxes; lengths of moves do not matter then but for the saturation.
     """
     lengths, tau = memory.lengths(signals.q), parameters["time_constant_s"]
     way = np.sign(lengths)
+    decades = parameters.get("decades", 0.0)
+    times = tau * np.logspace(0.0, decades, 1 + round(PER_DECADE * decades))
+    if parameters.get("renewed", 0.0):
+        whole = np.abs(way) if parameters["kick"] == "move" else way
+        slid = parameters.get("saturation_m", WHOLE_ROW)
+        return np.asarray(np.mean([memory.renewing(signals.time, whole, lengths, one, slid, f"{k}")
+                                   for k, one in enumerate(times)], axis=0))  # fmt: skip
     sizes = {"direction": way, "move": np.abs(way), "step": lengths / 0.01}[parameters["kick"]]
     if "saturation_m" in parameters:
         sizes = sizes * -np.expm1(-np.abs(lengths) / parameters["saturation_m"])
-    decades = parameters.get("decades", 0.0)
-    times = tau * np.logspace(0.0, decades, 1 + round(PER_DECADE * decades))
     return np.asarray(
         np.mean([memory.relaxing(signals.time, sizes, lengths, one, f"{k}") for k, one in enumerate(times)], axis=0)
     )

@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from hexathermal.learn.diagnosis.common_error import doubted_alike
 from hexathermal.learn.diagnosis.evidence import Scored
 from hexathermal.learn.diagnosis.read_later import read_later
 from hexathermal.learn.diagnosis.sensor_model import SensorModel, sensor_model
@@ -29,10 +30,13 @@ class Told:
         The law's columns.
     doubts : tuple of array, shape (n, k) [K]
         Of each thermometer what the law may rather not believe: its parity, noise of readings, quick warming.
+    alike : tuple of array, shape (n, k) [K]
+        Of each thermometer what it may err by as all others do.
     """
 
     law: FloatArray
     doubts: tuple[FloatArray, ...]
+    alike: tuple[FloatArray, ...]
 
 
 def told_by(view: View, model: Callable[[str], SensorModel | None]) -> Told:
@@ -40,7 +44,9 @@ def told_by(view: View, model: Callable[[str], SensorModel | None]) -> Told:
     models = [model(sensor) for sensor in view.base]
     parity = [np.zeros((len(view.q), 0)) if one is None else one.innovation for one in models]
     quick = [view.quick(sensor) for sensor in view.base]
-    return Told(view.base_columns, tuple(np.column_stack(both) for both in zip(parity, quick, strict=True)))
+    doubts = tuple(np.column_stack(both) for both in zip(parity, quick, strict=True))
+    alike = view.once(("doubted alike",), lambda: view.windows_zeroed(doubted_alike(view)))
+    return Told(view.base_columns, doubts, (alike,) * len(view.base))
 
 
 def told_after(view: View, repair: SensorRepair, model: Callable[[str], SensorModel | None]) -> Told:
@@ -78,13 +84,17 @@ def law_late(view: View, delay: Delay) -> FloatArray:
 
 def _told(view: View, found: Sequence[FloatArray]) -> Told:
     """Return what thermometers tell, from the windows of `_rows`."""
-    return Told(view.base_of([table[:, 0] for table in found]), tuple(table[:, 1:] for table in found))
+    count = doubted_alike(view)[0].shape[1]
+    doubts, alike = zip(
+        *((table[:, 1 : -count or None], table[:, len(table[0]) - count :]) for table in found), strict=True
+    )
+    return Told(view.base_of([table[:, 0] for table in found]), doubts, alike)
 
 
 def _rows(view: View, sensor: str, model: Callable[[str], SensorModel | None]) -> list[FloatArray]:
     """Return a sensor's temperature, and what the law may rather not believe of it, in all rows of each run."""
     one = model(sensor)
-    parts = [view.tables([sensor]), *([] if one is None else [one.doubted]), view.bands(sensor)]
+    parts = [view.tables([sensor]), *([] if one is None else [one.doubted]), view.bands(sensor), doubted_alike(view)]
     return [np.column_stack(own) for own in zip(*parts, strict=True)]
 
 

@@ -15,6 +15,7 @@ import numpy.typing as npt
 
 from hexathermal.learn.diagnosis.along_leg import smooth_along
 from hexathermal.learn.diagnosis.channels import Channel, Levels
+from hexathermal.learn.diagnosis.parity_windows import PARITY_WINDOW_S, parity_windows
 from hexathermal.learn.diagnosis.smoothing import leading_profiles, smoothed
 from hexathermal.learn.diagnosis.view import View
 from hexathermal.machine.leg_signals import Memory
@@ -42,7 +43,6 @@ Parity = Callable[["SensorModel"], tuple[FloatArray, FloatArray]]
 """From the model of a sensor to columns in its parity, shape (m, k), and their sizes, shape (k,)."""
 
 FEWEST_ROWS = 10
-PARITY_WINDOW_S = 600.0
 SLOW_PARITY_S = 1800.0
 """The parity that goes with the law is smoothed over so long: what is quicker is noise of readings."""
 
@@ -224,40 +224,15 @@ class SensorModel:
         weights = self._solved(np.sum([M for M, _ in own], axis=0), np.sum([z for _, z in own], axis=0), centre, spread)
         return [P @ weights for P in profiles]
 
-    @cached_property
-    def windows(self) -> list[np.ndarray]:
-        """Rows where windows of the parity begin, for each run."""
-        found = []
-        for signals in self.view.signals:
-            piece = np.floor(signals.time / PARITY_WINDOW_S)
-            found.append(np.flatnonzero(np.concatenate([[True], piece[1:] != piece[:-1]])))
-        return found
-
     def means(self, values: list[FloatArray]) -> FloatArray:
         """Return means over the parity's windows, run after run."""
-        parts = [
-            np.add.reduceat(value, edges, axis=0) / (count if value.ndim == 1 else count[:, None])
-            for edges, count, value in zip(self.windows, self._rows, values, strict=True)
-        ]
-        return np.asarray(np.concatenate(parts))
-
-    @cached_property
-    def _rows(self) -> list[npt.NDArray[np.int64]]:
-        """Rows of each window of the parity, for each run."""
-        return [np.diff(np.append(edges, len(own))) for edges, own in zip(self.windows, self.own, strict=True)]
+        return parity_windows(self.view).means(values)
 
     @cached_property
     def channel(self) -> Channel:
         """The sensor's temperature in the parity's windows."""
-        start = np.concatenate([np.arange(len(edges)) == 0 for edges in self.windows])
-        time = self.means([signals.time for signals in self.view.signals])
-        step = np.where(start, 0.0, np.diff(time, prepend=time[:1]))
-        run = np.repeat(np.arange(len(self.windows)), [len(edges) for edges in self.windows])
-        n = len(start)
         told = [p @ self.expected[0] for p in self.profiles]
-        y = self.means(self.own) - self.means(told)
-        zeroed = self.view.zeroed_by_run
-        return Channel(y, start, start, step, np.ones(n), run, False, zeroed, zeroed)
+        return parity_windows(self.view).channel(self.means(self.own) - self.means(told))
 
     @cached_property
     def X(self) -> FloatArray:

@@ -100,7 +100,7 @@ class Stage:
             coefficients, _ = self.law
             left = self.channel.y - self.predicted(coefficients)
             noise = min(noise, float(np.sqrt(np.average(left**2, weights=self.channel.rows))))
-        return Workbench(self.view, coefficients[:p], noise, self.models)
+        return Workbench(self.view, coefficients[:p], noise, self.models, self.levels.slow)
 
     @cached_property
     def _plain(self) -> tuple[FloatArray, FloatArray]:
@@ -132,6 +132,8 @@ class Stage:
     def _doubting(self, base: Base, bench: Workbench, told: Told) -> Base:
         """Return a base with errors of the law's thermometers, of the beams' repairs, and of the campaign's first row.
 
+        Each thermometer may err by itself, or as all of them do.
+
         Where all runs count from that row, its noise stands in all of them.
         """
         if not self.view.zeroed_by_run:
@@ -139,6 +141,9 @@ class Stage:
         for sensor, doubts in zip(self.view.base, told.doubts, strict=True):
             sizes = np.full(doubts.shape[1], DISBELIEVED * abs(bench.slopes[sensor]))
             base = base.extended(bench.slopes_span(sensor)[:, None] * doubts, sizes)
+        moved = [bench.slopes[sensor] * bench.slopes_span(sensor) for sensor in self.view.base]
+        alike = np.sum([one[:, None] * table for one, table in zip(moved, told.alike, strict=True)], axis=0)
+        base = base.extended(alike, np.full(alike.shape[1], DISBELIEVED))
         steps = self.view.taken_back
         return base.extended(steps, np.full(steps.shape[1], TAKEN_BACK))
 
@@ -174,7 +179,7 @@ class Stage:
         told = self._told_anew(trial)
         X, sizes = self._with_joined(told.law)
         _, mean, _ = self.channel.solved(X, sizes, self.levels)
-        bench = Workbench(self.view, mean[: told.law.shape[1]], self.levels.rms, self.models)
+        bench = Workbench(self.view, mean[: told.law.shape[1]], self.levels.rms, self.models, self.levels.slow)
         # the same priors as without the repair: evidence is compared
         return self._with_starts(self._doubting(Base(X, self._plain[1], X.shape[1]), bench, told))
 

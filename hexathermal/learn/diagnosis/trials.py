@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any, Protocol, TypeVar
 import numpy as np
 
 from hexathermal.learn.diagnosis.channels import Levels
+from hexathermal.learn.diagnosis.common_error import common_error
 from hexathermal.learn.diagnosis.recorded import noisy_sensors, row_noise
 from hexathermal.learn.diagnosis.sensor_model import Parity, SensorModel, sensor_model
 from hexathermal.learn.diagnosis.view import View
@@ -238,12 +239,15 @@ class Workbench:
         RMS of the noise in windows beside the law.
     models : dict, optional
         Models of the view's sensors that were made before; those made here join them.
+    slow : float, optional [m]
+        What wanders of this noise, RMS; by default all of it may.
     """
 
     def __init__(
-        self, view: View, coefficients: FloatArray, noise: float, models: dict[str, SensorModel | None] | None = None
-    ) -> None:
-        self.view, self.noise = view, noise
+        self, view: View, coefficients: FloatArray, noise: float, models: dict[str, SensorModel | None] | None = None,
+        slow: float | None = None,
+    ) -> None:  # fmt: skip
+        self.view, self.noise, self.slow = view, noise, noise if slow is None else slow
         k = len(view.base)
         A = coefficients[:k]
         B = coefficients[k : 2 * k] if view.kind == "leg" else np.zeros(k)
@@ -297,7 +301,8 @@ class Workbench:
         """Misfit that errors of the law's thermometers may feign in thermal causes, RMS [m].
 
         Each has a slow bias, as its parity shows, a resolution, below which it sees no warming at all, and noise that
-        smoothing leaves: whatever goes as the temperature does with less noise stands for a better reading.
+        smoothing leaves: whatever goes as the temperature does with less noise stands for a better reading. All of them
+        may err alike, by no more than they wander beside what warms them, and than wanders in the drift.
         """
         parts, noises = [], []
         for sensor in self.view.base:
@@ -308,6 +313,10 @@ class Workbench:
             slow = min(abs(self._moved_by(sensor)) * bias, self.noise)
             parts.append(np.hypot(FEIGNED * slow, self._moved_by(sensor) * step / np.sqrt(12.0)))
             noises.append(self._moved_by(sensor) * noise * self.view.noise_left)
+        alike = common_error(self.view)
+        if alike is not None:
+            moved = abs(sum(self._moved_by(sensor) for sensor in self.view.base))
+            parts.append(FEIGNED * min(moved * alike.slow, self.slow))
         whole = float(np.linalg.norm(noises))
         lured = whole * min(MOST_FEIGNED, FEIGNED_NOISE * whole / self.noise)
         return float(np.hypot(np.linalg.norm(parts), lured))

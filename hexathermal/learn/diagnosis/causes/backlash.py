@@ -12,7 +12,10 @@ CAUSE = Cause(
         "Play between screw and nut, or friction in the guide: the position depends on the direction of the last move."
     ),
     signature="A step of constant size at each reversal, at any temperature.",
-    parameters=(Parameter("step", "m", "visible effect of 0.25 to 4 times the noise"),),
+    parameters=(
+        Parameter("approach", "1", "-1 to 1: how the first position of each run was reached"),
+        Parameter("step", "m", "visible effect of 0.25 to 4 times the noise"),
+    ),
     confused_with=(
         "creep",
         "periodic-screw-error",
@@ -22,8 +25,13 @@ CAUSE = Cause(
     readings=40,
 )
 
+APPROACHES = (-1.0, -0.5, 0.5, 1.0)
+"""Directions, or parts of the play, from which all runs may begin."""
+
 
 def trials(bench: Workbench) -> Iterator[Trial]:
-    """Give the direction of the last move."""
+    """Give the direction of the last move, from each way in which the runs' first positions may have been reached."""
     if bench.view.moves:
         yield bench.term(CAUSE.name, "direction", None)
+        for approach in APPROACHES:
+            yield bench.term(CAUSE.name, "direction", None, approach=approach)

@@ -21,6 +21,7 @@ CAUSE = Cause(
         Parameter("time_constant_s", "s", "log-uniform, 20 s to 75 min"),
         Parameter("decades", "1", "0: one exponential; 1.5 or 3: relaxation times over so many decades"),
         Parameter("saturation_m", "m", "none, 4 or 15 mm: shorter moves kick in part, where their lengths differ"),
+        Parameter("renewed", "1", "0: what moves leave adds up; 1: each wipes out what earlier ones left"),
         Parameter("kick", "m", "visible effect of 0.25 to 4 times the noise"),
     ),
     confused_with=(
@@ -58,6 +59,7 @@ def trials(bench: Workbench) -> Iterator[Trial]:
             yield alike
             kicks: list[dict[str, Any]] = [{"kick": "direction"}, {"kick": "step"}]
             kicks += [{"kick": kick, "saturation_m": full} for full in short for kick in ("move", "direction")]
+            kicks += [{"kick": kick, "renewed": 1.0} for kick in ("move", "direction")]
             for kick in kicks:
                 trial = bench.term(CAUSE.name, "relaxation", None, **kick, **times)
                 unlike = kick["kick"] != "move" and _apart(trial.columns[:, 0], alike.columns[:, 0])

@@ -1,0 +1,139 @@
+"""What may be wrong with all thermometers alike, as where a logger's cold junction drifts.
+
+No thermometer tells it from the others, since all of them show it. But what warms a part is recorded: motion, inputs,
+the room. What the thermometers show together and these do not foretell is warmth of another origin, or an error that
+all readings share:
+
+``mean_s T_s = x b + e(t)``,  x: motion, inputs and air behind low passes, decays before each run
+
+The null of the drift may believe e or not, and errs where b is uncertain: else whatever goes as motion or the room do
+stands for a better reading of the law's thermometers.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from functools import cached_property
+
+import numpy as np
+
+from hexathermal.learn.diagnosis.channels import Levels
+from hexathermal.learn.diagnosis.parity_windows import parity_windows
+from hexathermal.learn.diagnosis.recorded import noisy_sensors
+from hexathermal.learn.diagnosis.sensor_model import FEWEST_OTHERS
+from hexathermal.learn.diagnosis.smoothing import smoothed
+from hexathermal.learn.diagnosis.view import View
+from hexathermal.machine.leg_signals import LegSignals, Memory
+from hexathermal.poses import FloatArray
+
+WARMING_S = (240.0, 900.0, 3600.0, 14400.0)
+"""Low passes that heat, and the warmth of the room, take on their way to the thermometers."""
+
+RESTING_S = (1800.0, 7200.0)
+"""Decays of what had not come to rest before a run."""
+
+SLOWER_S = (1800.0, 7200.0)
+"""What is not foretold is doubted as it is and smoothed over so long: warmth and errors have speeds of their own."""
+
+LARGEST_PART = 3.0
+"""Prior size of what one column foretells, over the RMS of the mean."""
+
+LEAST_DIRECTION = 0.03
+"""Directions in which what is foretold is uncertain by this part of the most uncertain one stand in the null."""
+
+
+class CommonError:
+    """The thermometers outside the law, together, against what warms them.
+
+    Parameters
+    ----------
+    view : View
+    sensors : tuple of str
+        Whose mean is asked.
+    """
+
+    def __init__(self, view: View, sensors: tuple[str, ...]) -> None:
+        self.view, self.sensors = view, sensors
+
+    @cached_property
+    def _own(self) -> list[FloatArray]:
+        """The mean of the thermometers in all rows of each run [K]."""
+        return [table.mean(axis=1) for table in self.view.tables(self.sensors)]
+
+    @cached_property
+    def _causes(self) -> list[FloatArray]:
+        """What warms them in all rows of each run, less its first value, each column over its RMS, shape (n, k)."""
+        view, memory, begun = self.view, Memory(), 0.0
+        beginnings = np.cumsum([not goes_on for goes_on in view.goes_on]) - 1
+        found = []
+        for signals, goes_on, own in zip(view.signals, view.goes_on, beginnings.tolist(), strict=True):
+            if not goes_on:
+                memory, begun = Memory(), float(signals.time[0])
+            columns = list(_warmed(signals, memory, moves=view.moves))
+            decays = np.zeros((len(signals), len(RESTING_S) * (int(beginnings[-1]) + 1)))
+            for k, tau in enumerate(RESTING_S):
+                decays[:, len(RESTING_S) * own + k] = np.expm1(-(signals.time - begun) / tau)
+            found.append(np.column_stack([*columns, decays]))
+        scale = np.sqrt((np.concatenate(found) ** 2).mean(axis=0)) + 1e-30
+        return [table / scale for table in found]
+
+    @cached_property
+    def _solved(self) -> tuple[Levels, FloatArray, FloatArray]:
+        """Noise of the mean beside what warms it, the coefficients, and directions in which they are uncertain."""
+        windows = parity_windows(self.view)
+        X, y = windows.means(self._causes), windows.means(self._own)
+        channel, sd = windows.channel(y), np.full(X.shape[1], LARGEST_PART * float(np.sqrt((y**2).mean())))
+        levels, _ = channel.fitted(X, sd)
+        _, mean, covariance = channel.solved(X, sd, levels)
+        w, V = np.linalg.eigh(covariance)
+        spread = V * np.sqrt(np.maximum(w, 0.0))
+        _, size, turn = np.linalg.svd(X @ spread, full_matrices=False)
+        return levels, mean, spread @ turn[size > LEAST_DIRECTION * size[0]].T
+
+    @property
+    def slow(self) -> float:
+        """What wanders of the mean beside what warms it, RMS [K]: more than this no error that all share is."""
+        return self._solved[0].slow
+
+    @cached_property
+    def doubted(self) -> list[FloatArray]:
+        """What is not foretold, as it is and smoothed, then errors of what is, in all rows of each run, (n, k) [K]."""
+        _, mean, uncertain = self._solved
+        found = []
+        for signals, own, causes in zip(self.view.signals, self._own, self._causes, strict=True):
+            left = (own - causes @ mean)[:, None]
+            slower = [smoothed(signals.time, left, over) for over in SLOWER_S]
+            found.append(np.column_stack([left, *slower, causes @ uncertain]))
+        return found
+
+
+def _warmed(signals: LegSignals, memory: Memory, *, moves: bool) -> Iterator[FloatArray]:
+    """Give motion, recorded inputs and the air behind low passes, less their first values, shape (n,) each."""
+    heats = {name: np.abs(values) for name, values in signals.inputs.items()}
+    if moves:
+        heats["motion"] = memory.speed(signals.time, signals.q)
+    late = [(name, tau, values) for name, values in heats.items() for tau in WARMING_S]
+    if signals.air is not None:
+        late += [("air", tau, signals.air) for tau in (0.0, *WARMING_S)]
+    for name, tau, values in late:
+        passed = memory.low_pass(f"{name} {tau}", signals.time, values, tau) if tau else values
+        yield passed - memory.first(f"first {name} {tau}", passed)
+
+
+def common_error(view: View) -> CommonError | None:
+    """Return what a view's thermometers may share; None where too few are outside the law, or nothing warms them."""
+    return view.once(("common error",), lambda: _made(view))
+
+
+def _made(view: View) -> CommonError | None:
+    """Return what `common_error` keeps."""
+    noisy = noisy_sensors(view.runs, view.sensors)
+    sensors = tuple(name for name in view.sensors if name not in (*view.base, *noisy))
+    warmed = view.moves or bool(view.signals[0].inputs)
+    return CommonError(view, sensors) if warmed and len(sensors) >= FEWEST_OTHERS else None
+
+
+def doubted_alike(view: View) -> list[FloatArray]:
+    """Return what all thermometers may err alike, in all rows of each run, shape (n, k) [K]; k 0 if nobody can know."""
+    found = common_error(view)
+    return [np.zeros((len(one), 0)) for one in view.signals] if found is None else found.doubted
