@@ -85,10 +85,9 @@ def law_late(view: View, delay: Delay) -> FloatArray:
 def _told(view: View, found: Sequence[FloatArray]) -> Told:
     """Return what thermometers tell, from the windows of `_rows`."""
     count = doubted_alike(view)[0].shape[1]
-    doubts, alike = zip(
-        *((table[:, 1 : -count or None], table[:, len(table[0]) - count :]) for table in found), strict=True
-    )
-    return Told(view.base_of([table[:, 0] for table in found]), doubts, alike)
+    last = found[0].shape[1] - count
+    alike = tuple(table[:, last:] for table in found)
+    return Told(view.base_of([table[:, 0] for table in found]), tuple(table[:, 1:last] for table in found), alike)
 
 
 def _rows(view: View, sensor: str, model: Callable[[str], SensorModel | None]) -> list[FloatArray]:

@@ -41,6 +41,9 @@ BROAD = {1.5: (10.0, 30.0, 100.0, 300.0), 3.0: (20.0, 80.0, 320.0)}
 SATURATIONS_M, LEAST_TOLD = (0.004, 0.015), 0.15
 """Ways in which a kick becomes whole, where the sizes of moves differ by so much of their mean."""
 
+LONGEST_RENEWED_S = 1500.0
+"""What each move renews in its direction, and stays for longer, is backlash."""
+
 ALIKE = 0.8
 """Correlation with decays after every move alike, from which on a decay with the direction is no other shape."""
 
@@ -59,7 +62,9 @@ def trials(bench: Workbench) -> Iterator[Trial]:
             yield alike
             kicks: list[dict[str, Any]] = [{"kick": "direction"}, {"kick": "step"}]
             kicks += [{"kick": kick, "saturation_m": full} for full in short for kick in ("move", "direction")]
-            kicks += [{"kick": kick, "renewed": 1.0} for kick in ("move", "direction")]
+            kicks.append({"kick": "move", "renewed": 1.0})
+            if times["time_constant_s"] * 10.0 ** times.get("decades", 0.0) < LONGEST_RENEWED_S:
+                kicks.append({"kick": "direction", "renewed": 1.0})
             for kick in kicks:
                 trial = bench.term(CAUSE.name, "relaxation", None, **kick, **times)
                 unlike = kick["kick"] != "move" and _apart(trial.columns[:, 0], alike.columns[:, 0])
