@@ -95,9 +95,10 @@ faint; alarms of drifting thermometers in 90811 and 13577 took a change back. A 
 62903). `held_out_actuator` makes parts with a stroke of the physics of `held_out`: of its seeds 30021 and 30022 it was
 seen that landings of a part scatter as those of a leg do, which the diagnosis had not allowed for. After all of these
 the effects took [further](decisions/0014-forms-that-others-write.md)
-[forms](decisions/0015-faults-that-begin-and-lags-as-a-whole.md) on every bench. Causes, strengths
-(log-uniform 0.25 to 2), noise, bias of the sensors and the number of effects are drawn. Each campaign is a folder,
-diagnosed from its files with the sensors of the base law; the answer is read afterwards.
+[forms](decisions/0015-faults-that-begin-and-lags-as-a-whole.md) on every bench, and in every
+third campaign the logger gives all thermometers [one error](decisions/0016-what-all-thermometers-share.md). Causes,
+strengths (log-uniform 0.25 to 2), noise, bias of the sensors and the number of effects are drawn. Each campaign is a
+folder, diagnosed from its files with the sensors of the base law; the answer is read afterwards.
 [How it is done](diagnosis.md). Repeat:
 
 ```text
@@ -150,7 +151,8 @@ def page(outcomes: Sequence[Outcome], seed: int, ablation: str, times: Sequence[
         parts += [f"## Seconds\n\nProcessor time of one core ({platform.machine()}), reading the files included.\n"]
         parts += [rates.table(("campaign", "rows", "s", "µs a row"), rows)]
     parts += ["## Draws that went wrong\n\nWrong or superfluous names, alarms on clean data, misses from 0.7 on; "
-              "`campaign_of(bench, seed)` of `hexathermal.simulate.hidden.drawing` repeats one.\n"]  # fmt: skip
+              "`campaign_of(bench, seed, shared=True)` of `hexathermal.simulate.hidden.drawing` "
+              "repeats one.\n"]  # fmt: skip
     return "\n".join([*parts, rates.failures(outcomes)])
 
 

@@ -45,7 +45,7 @@ class Outcome:
     ----------
     bench : str
     seed : int
-        ``campaign_of(bench, seed)`` makes the campaign again.
+        ``campaign_of(bench, seed, shared=True)`` makes the campaign again.
     causes : list of str
     strengths : list of float
         Visible RMS of each effect over the noise.
@@ -193,7 +193,7 @@ def outcome_of(bench: str, seed: int, causes: tuple[str, ...] | None = None, str
     from hexathermal.simulate.hidden.strength import without_noise
     from hexathermal.simulate.hidden.writing import write_campaign
 
-    truth, drawn = campaign_of(bench, seed, causes=causes, strength=strength)
+    truth, drawn = campaign_of(bench, seed, causes=causes, strength=strength, shared=True)
     rows = sum(len(run.time) for run in truth.runs)
     said: dict[str, Any] = {}
     exact: tuple[float | None, float | None] = None, None

@@ -13,6 +13,7 @@ from hexathermal.simulate.hidden import benches
 from hexathermal.simulate.hidden.beams import with_usual_differences
 from hexathermal.simulate.hidden.effect import Effect, Parameters, target_of
 from hexathermal.simulate.hidden.effects import OUTSIDE, found, named
+from hexathermal.simulate.hidden.loggers import with_shared_errors
 from hexathermal.simulate.hidden.shapes import log_uniform
 from hexathermal.simulate.hidden.strength import Oracle, noise_rms, oracle, scaled, visible_strength
 from hexathermal.simulate.hidden.truth import CampaignTruth
@@ -54,6 +55,8 @@ class Answer:
     base : tuple of str
         Sensors of the base law.
     oracle : Oracle
+    shared : float [K]
+        RMS of the errors that the logger gives all thermometers; 0 where it does not drift, or was not asked to.
     """
 
     bench: str
@@ -68,6 +71,7 @@ class Answer:
     noise: float
     base: tuple[str, ...]
     oracle: Oracle
+    shared: float = 0.0
 
 
 def possible_causes(truth: CampaignTruth) -> tuple[str, ...]:
@@ -113,14 +117,19 @@ def draw_campaign(
 
 
 def campaign_of(
-    bench: str, seed: int, *, causes: Sequence[str] | None = None, strength: float | None = None
+    bench: str, seed: int, *, causes: Sequence[str] | None = None, strength: float | None = None, shared: bool = False
 ) -> tuple[CampaignTruth, Answer]:
-    """Return the campaign that a seed stands for; see `draw_campaign`."""
+    """Return the campaign that a seed stands for; see `draw_campaign`.
+
+    With `shared`, the logger of every third campaign drifts: all thermometers err alike besides.
+    """
     if strength is not None and not 0.0 < strength < np.inf:
         raise ArgumentError(f"a strength is a number above 0 (1: as strong as the noise), found {strength!r}")
     effects = None if causes is None else [named(name) for name in causes]
     generator = np.random.default_rng([seed, 0])
-    clean = with_usual_differences(benches.draw(bench, generator), generator)
+    clean, error = with_usual_differences(benches.draw(bench, generator), generator), 0.0
+    if shared:
+        clean, error = with_shared_errors(clean, np.random.default_rng([seed, 3]))
     if effects is None:
         effects = _drawn(clean, np.random.default_rng([seed, 1]))
     for effect in effects:
@@ -140,7 +149,7 @@ def campaign_of(
         tuple(item for item, _ in parts), wanted, tuple(reached for _, reached in parts),
         tuple(visible_strength(clean, effect.hidden_by(item), offsets=True) for effect, item in pairs),
         visible_strength(clean, partial(_with_all, pairs)) if effects else 0.0, noise_rms(clean), clean.base,
-        oracle(clean, hidden, pairs),
+        oracle(clean, hidden, pairs), error,
     )  # fmt: skip
     return hidden, answer
 

@@ -120,5 +120,6 @@ def answer_data(answer: Answer) -> dict[str, Any]:
     data = asdict(answer)
     judged = data.pop("oracle")
     data["noise_um"] = data.pop("noise") * 1e6
+    data["shared_K"] = data.pop("shared")
     data["oracle"] = {f"rmse_{name}_um": value * 1e6 if np.isfinite(value) else None for name, value in judged.items()}
     return {"format": ANSWER_FORMAT, **data, "parameters": [dict(item) for item in answer.parameters]}
