@@ -7,6 +7,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
+from hexathermal.show.diagnosis_labels import CHOICES, LABELS, SHARES, SIGNALS
 from hexathermal.show.shares import less, proven
 
 if TYPE_CHECKING:
@@ -22,38 +23,6 @@ ENDINGS = ("_degC", "_per_K2", "_urad_per_K", "_um_per_K", "_um_per_h", "_um_per
 
 POSITIVE = ("time_constant_s", "source_time_constant_s", "pitch_m", "play_m", "saturation_m")
 """Parameters that are above zero by what they are."""
-
-LABELS = {
-    "first_per_K": "amplitude, first order",
-    "second_per_K": "amplitude, second order",
-    "kick": "kick at each",
-    "decades": "decades of time constants",
-    "saturation_m": "way in which a kick becomes whole",
-    "source_time_constant_s": "time constant of what is rubbed",
-}
-"""Of parameters whose names alone would not be understood."""
-
-SHARES = {"sensor-detached": "share of the air in it", "air-refraction": "share of the index left out"}
-"""Of what a share is one, by the cause."""
-
-CHOICES: dict[tuple[str, Any], str] = {
-    ("kick", "direction"): "move, with its sign",
-    ("kick", "step"): "move, by its length",
-}
-"""What a setting of a parameter is called where its own word would not be understood."""
-
-SIGNALS = {
-    "time": ("time since the {zero} began", "h", 1.0 / 3600.0),
-    "q": ("displacement of the rod", "mm", 1e3),
-    "direction": ("direction of the last move", "", 1.0),
-    "dT": ("temperature of {sensor} since the zero", "K", 1.0),
-    "rate": ("rate of the temperature of {sensor}", "K/h", 3600.0),
-    "since_move": ("time since the last move", "min", 1.0 / 60.0),
-    "air": ("air temperature", "°C", 1.0),
-    "pressure": ("air pressure", "hPa", 1e-2),
-    "humidity": ("relative humidity", "%", 1e2),
-}
-"""What each signal of a residual is called, the unit that is shown, and its factor."""
 
 NONE_NAMED = ("explains them better than chance could", "can be named")
 """What is said of all causes where none was named: as it is, and where some stand above chance."""

@@ -37,14 +37,16 @@ EXAMPLES: dict[str, list[tuple[str, dict[str, Any], list[float]]]] = {
     "air-index": [("air-refraction", {"path_m": 0.7003, "stroke_share": 1.0}, [-1.0]),
                   ("air-refraction", {"path_m": 0.4, "stroke_share": 1.0, "reference_index": 1.000265}, [-0.6])],
     "tilt": [("abbe-tilt", {}, [2e-3, -1e-3])],
-    "direction": [("backlash", {}, [0.31e-6])],
+    "direction": [("backlash", {}, [0.31e-6]), ("backlash", {"approach": -0.4}, [0.31e-6]),
+                  ("backlash", {"approach": 0.5, "play_m": 0.001}, [0.31e-6])],
     "periodic": [("periodic-screw-error", {"pitch_m": 0.00203}, [0.1e-6, -0.2e-6])],
     "wave": [("periodic-screw-error", {"pitch_m": 0.02, "origin_m": 0.0013}, [0.2e-6])],
     "position": [("scale-error", {}, [3e-6])],
     "relaxation": [("creep", {"time_constant_s": 240.0, "kick": "direction"}, [0.2e-6]),
                    ("creep", {"time_constant_s": 240.0, "kick": "move"}, [0.2e-6]),
                    ("creep", {"time_constant_s": 90.0, "kick": "direction", "saturation_m": 0.004}, [0.3e-6]),
-                   ("creep", {"time_constant_s": 60.0, "kick": "step", "decades": 1.5}, [0.2e-6])],
+                   ("creep", {"time_constant_s": 60.0, "kick": "step", "decades": 1.5}, [0.2e-6]),
+                   ("creep", {"time_constant_s": 90.0, "kick": "direction", "renewed": 1}, [0.3e-6])],
     "time": [("zero-drift", {}, [0.05e-6])],
 }  # fmt: skip
 """Cause, parameters and amplitudes of terms of each shape."""

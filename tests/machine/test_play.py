@@ -53,3 +53,20 @@ def test_a_play_stands_in_the_file(tmp_path: Path) -> None:
     file.write_text(file.read_text().replace("play_mm = 0.2", "play_mm = 0.0"))
     with pytest.raises(FileFormatError, match="play_mm"):
         ht.load_hexapod(file)
+
+
+@pytest.mark.parametrize("settings", [{}, {"play_m": 2e-4}])
+def test_a_reversal_counts_from_where_the_first_position_was_reached(settings: dict[str, float]) -> None:
+    """From below, moves upwards change nothing, and the first one downwards takes the whole step; blocks are as one."""
+    q = np.array([0.0, 1e-3, 2e-3, 1e-3, 0.0, 1e-3])
+    signals = LegSignals(np.arange(6.0), {}, q)
+    below, above, partly = (
+        term_columns("direction", signals, {**settings, "approach": own})[:, 0] for own in (1.0, -1.0, 0.5)
+    )
+    assert below == pytest.approx([0.0, 0.0, 0.0, -1.0, -1.0, 0.0])
+    assert above == pytest.approx([0.0, 1.0, 1.0, 0.0, 0.0, 1.0])
+    assert partly == pytest.approx([0.0, 0.25, 0.25, -0.75, -0.75, 0.25])
+    memory, own = Memory(), {**settings, "approach": 1.0}
+    halves = [LegSignals(signals.time[part], {}, q[part]) for part in (slice(0, 2), slice(2, 6))]
+    joined = np.concatenate([term_columns("direction", half, own, memory)[:, 0] for half in halves])
+    assert joined == pytest.approx(below)

@@ -179,6 +179,23 @@ def test_draws_hide_none_one_two_or_outside() -> None:
     assert set(kinds) == {"0", "1", "2", "outside"}
 
 
+def test_a_logger_gives_all_thermometers_one_error_in_every_third_draw() -> None:
+    """Where asked for, all thermometers of about a third of the campaigns err alike besides; the truth stays."""
+    errors = []
+    for k in range(24):
+        plain, _ = campaign_of("quiet", k, causes=())
+        drifting, answer = campaign_of("quiet", k, causes=(), shared=True)
+        added = [b.sensor_errors - a.sensor_errors for a, b in zip(plain.runs, drifting.runs, strict=True)]
+        assert all(np.ptp(table, axis=1).max() < 1e-12 for table in added)
+        assert all(np.array_equal(a.drift, b.drift) for a, b in zip(plain.runs, drifting.runs, strict=True))
+        size = float(np.sqrt(np.mean(np.concatenate(added) ** 2)))
+        assert size == pytest.approx(answer.shared, rel=0.8)
+        assert (noise_rms(drifting) > noise_rms(plain)) == (answer.shared > 0.0)
+        errors.append(answer.shared)
+    assert 3 <= np.count_nonzero(errors) <= 14
+    assert max(errors) <= 0.06
+
+
 def test_two_effects_add_up(seed: int) -> None:
     """Two effects in the drift are both there, each as alone."""
     both, answer = draw_campaign("quiet", np.random.default_rng(seed), causes=("backlash", "zero-drift"), strength=1.0)

@@ -1,0 +1,46 @@
+"""What parameters, their settings and signals of a diagnosis are called where people meet them."""
+
+from __future__ import annotations
+
+from typing import Any
+
+LABELS = {
+    "first_per_K": "amplitude, first order",
+    "second_per_K": "amplitude, second order",
+    "kick": "kick at each",
+    "decades": "decades of time constants",
+    "saturation_m": "way in which a kick becomes whole",
+    "source_time_constant_s": "time constant of what is rubbed",
+    "renewed": "what earlier moves left",
+    "approach": "first positions of runs were reached",
+    "play_m": "way of a reversal",
+}
+"""Of parameters whose names alone would not be understood."""
+
+SHARES = {"sensor-detached": "share of the air in it", "air-refraction": "share of the index left out"}
+"""Of what a share is one, by the cause."""
+
+CHOICES: dict[tuple[str, Any], str] = {
+    ("kick", "direction"): "move, with its sign",
+    ("kick", "step"): "move, by its length",
+    ("renewed", 1.0): "wiped out by each move",
+    ("approach", 0.0): "from where nobody knows",
+    ("approach", 1.0): "from below",
+    ("approach", -1.0): "from above",
+    ("approach", 0.5): "partly from below",
+    ("approach", -0.5): "partly from above",
+}
+"""What a setting of a parameter is called where its own word would not be understood."""
+
+SIGNALS = {
+    "time": ("time since the {zero} began", "h", 1.0 / 3600.0),
+    "q": ("displacement of the rod", "mm", 1e3),
+    "direction": ("direction of the last move", "", 1.0),
+    "dT": ("temperature of {sensor} since the zero", "K", 1.0),
+    "rate": ("rate of the temperature of {sensor}", "K/h", 3600.0),
+    "since_move": ("time since the last move", "min", 1.0 / 60.0),
+    "air": ("air temperature", "°C", 1.0),
+    "pressure": ("air pressure", "hPa", 1e-2),
+    "humidity": ("relative humidity", "%", 1e2),
+}
+"""What each signal of a residual is called, the unit that is shown, and its factor."""

@@ -1,0 +1,81 @@
+"""Errors that all thermometers share are no cause; where nobody can know of them, nothing changes."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from hexathermal.learn.diagnosis import mending, trials
+from hexathermal.learn.diagnosis.common_error import common_error, doubted_alike
+from hexathermal.learn.diagnosis.view import View
+from tests.learn.diagnosis.campaigns import first_name, viewed
+
+ERROR_K, TIME_S = 0.06, 7200.0
+
+
+def drifting(view: View, seed: int) -> View:
+    """A view whose logger adds one error to all thermometers, of first order, from each run's first row on."""
+    rng, runs = np.random.default_rng(seed), []
+    for rows in view.runs:
+        time = rows.signals.time
+        kept = np.exp(-np.diff(time) / TIME_S)
+        error = [rng.standard_normal()]
+        for a in kept:
+            error.append(a * error[-1] + np.sqrt(1.0 - a * a) * rng.standard_normal())
+        shared = ERROR_K * (np.array(error) - error[0])
+        dT = {name: values + shared for name, values in rows.signals.dT.items()}
+        runs.append(replace(rows, signals=replace(rows.signals, dT=dT)))
+    return replace(view, runs=tuple(runs))
+
+
+def test_what_motion_and_room_do_not_foretell_wanders_more_where_the_logger_drifts() -> None:
+    """The thermometers' mean wanders by what a sound leg's does and the logger's error together."""
+    sound = viewed("held_out", 2, (), 1.0)[0]
+    view = drifting(sound, 2)
+    before, after = common_error(sound), common_error(view)
+    assert before is not None
+    assert after is not None
+    assert after.slow == pytest.approx(np.hypot(before.slow, ERROR_K), rel=0.25)
+    assert after.slow > 1.5 * before.slow
+
+
+def test_errors_of_what_is_foretold_are_no_larger_than_what_wanders() -> None:
+    """Directions in which what is foretold is uncertain are smaller, the one by one, than what is not foretold."""
+    view = drifting(viewed("held_out", 2, (), 1.0)[0], 2)
+    sizes = np.concatenate(doubted_alike(view)).std(axis=0)
+    assert len(sizes) > 4
+    assert 0.0 < sizes[3:].max() < sizes[0]
+
+
+ALARMS = (("held_out", 1), ("held_out", 2), ("modal", 2))
+
+
+@pytest.mark.parametrize(("bench", "seed"), ALARMS)
+def test_a_logger_that_drifts_is_no_cause(bench: str, seed: int, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A sound leg whose logger drifts gets no name; where the null knew no shared error, it would."""
+    view = drifting(viewed(bench, seed, (), 1.0)[0], seed)
+    assert first_name(view) is None
+    unknowing = replace(view)
+    monkeypatch.setattr(trials, "common_error", lambda _view: None)
+    monkeypatch.setattr(mending, "doubted_alike", lambda own: [np.zeros((len(one), 0)) for one in own.signals])
+    assert first_name(unknowing) is not None
+
+
+@pytest.mark.parametrize("cause", ["hidden-heat", "frame-expansion", "missing-sensor", "thermal-lag"])
+def test_what_goes_as_motion_or_the_room_is_still_named(cause: str) -> None:
+    """The doubt of a sound logger hides no cause that follows what warms the leg."""
+    view, _answer = viewed("finite_volume", 11, (cause,), 1.5)
+    assert first_name(view) == cause
+
+
+def test_few_thermometers_or_nothing_that_warms_say_nothing() -> None:
+    """With fewer than five thermometers outside the law, or no motion and no input, nothing is doubted alike."""
+    view = viewed("quiet", 1, (), 1.0)[0]
+    few = replace(view, sensors=view.sensors[:5])
+    assert common_error(few) is None
+    assert doubted_alike(few)[0].shape[1] == 0
+    still = [replace(rows, signals=replace(rows.signals, q=np.full(len(rows.signals), 0.2))) for rows in view.runs]
+    assert common_error(replace(view, runs=tuple(still))) is None
+    assert common_error(view) is not None
