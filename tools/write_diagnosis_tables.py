@@ -23,9 +23,10 @@ CONSTANTS = {
         "BIAS_K",
         "AIR_SHARE",
         "WIDER",
-        "PARITY_WINDOW_S",
         "SLOW_PARITY_S",
     ),
+    "parity_windows": ("PARITY_WINDOW_S",),
+    "common_error": ("WARMING_S", "RESTING_S", "SLOWER_S", "LARGEST_PART", "LEAST_DIRECTION"),
     "along_leg": ("NEAREST", "NEIGHBOURS", "LEAST_PART"),
     "search": ("LEADERS", "TIMED", "LEAST_SURE", "SURE", "MOST_WITNESSED"),
     "witnesses": (

@@ -338,7 +338,7 @@ def _with_kin(after: Stage, before: Stage, leader: Ranked) -> Stage:
         return after
     base = after.base
     columns = stacked_columns(len(after.channel), kin)
-    left = beside(columns, base.X)
+    left = beside(columns, base.hiding)
     scale = np.sqrt((left**2).mean(axis=0))
     # of the shape that joined only rounding is left
     seen = scale > ROUNDING * np.sqrt((columns**2).mean(axis=0))

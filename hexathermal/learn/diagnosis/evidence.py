@@ -51,10 +51,19 @@ class Base:
     sd: FloatArray
     plain: int
     """Columns of the law and of what joined it; errors of thermometers stand behind."""
+    little: tuple[int, ...] = ()
+    """Columns whose priors are so small that they hide nothing: what they could take of a trial stays visible."""
 
-    def extended(self, columns: FloatArray, sizes: FloatArray) -> Base:
+    def extended(self, columns: FloatArray, sizes: FloatArray, *, little: bool = False) -> Base:
         """Return the base with more columns behind."""
-        return Base(np.column_stack([self.X, columns]), np.concatenate([self.sd, sizes]), self.plain)
+        before, count = self.X.shape[1], columns.shape[1]
+        known = (*self.little, *range(before, before + count)) if little else self.little
+        return Base(np.column_stack([self.X, columns]), np.concatenate([self.sd, sizes]), self.plain, known)
+
+    @property
+    def hiding(self) -> FloatArray:
+        """Columns that may hide a trial, those of the law first."""
+        return np.delete(self.X, self.little, axis=1) if self.little else self.X
 
 
 @dataclass(frozen=True, eq=False)
@@ -173,7 +182,7 @@ class Terms:
 
 def terms_of(base: Base, trials: Iterable[Trial]) -> list[Terms]:
     """Return those of some trials that add columns, in tables that a processor keeps at hand."""
-    Q, keep = _orthonormal(base.X)
+    Q, keep = _orthonormal(base.hiding)
     plain, Q = int(keep[: base.plain].sum()), np.ascontiguousarray(Q[:, keep])
     groups: dict[tuple[int, int], list[Trial]] = {}
     for trial in trials:
@@ -308,7 +317,7 @@ def changed_base(base: Base, trial: Trial) -> Base:
     if trial.base is None:
         return base
     p = trial.base.shape[1]
-    return Base(np.column_stack([trial.base, base.X[:, p:]]), base.sd, base.plain)
+    return Base(np.column_stack([trial.base, base.X[:, p:]]), base.sd, base.plain, base.little)
 
 
 @dataclass(frozen=True, eq=False)

@@ -111,8 +111,12 @@ def _shapes_of(stage: Stage, levels: Levels, threshold: float) -> tuple[list[Lim
 
 
 def _whitened_base(stage: Stage, levels: Levels) -> FloatArray:
-    """Return an orthonormal basis of the whitened base."""
+    """Return an orthonormal basis of the whitened base, priors of its columns as rows behind, shape (n + p, p).
+
+    What it leaves of whitened columns, zeros behind, has their products ``Z' P Z`` of eq. (3).
+    """
     table, _ = stage.channel.whitened(stage.base.X, levels)
+    table = np.concatenate([table, np.diag(1.0 / stage.base.sd)])
     Q, _R = linalg.qr(table / (np.sqrt((table**2).mean(axis=0)) + 1e-30), mode="economic")
     return np.asarray(Q)
 
@@ -131,7 +135,8 @@ def _strength(stage: Stage, levels: Levels, Q: FloatArray, trial: Trial) -> tupl
     if left < 1e-6 * rms:
         return None
     white, _ = stage.channel.whitened(column, levels)
-    white = white[:, 0] - Q @ (Q.T @ white[:, 0])
+    white = np.concatenate([white[:, 0], np.zeros(len(Q) - len(white))])
+    white = white - Q @ (Q.T @ white)
     size = float(white @ white)
     if size <= 0.0:
         return None

@@ -143,7 +143,7 @@ class Stage:
             base = base.extended(bench.slopes_span(sensor)[:, None] * doubts, sizes)
         moved = [bench.slopes[sensor] * bench.slopes_span(sensor) for sensor in self.view.base]
         alike = np.sum([one[:, None] * table for one, table in zip(moved, told.alike, strict=True)], axis=0)
-        base = base.extended(alike, np.full(alike.shape[1], DISBELIEVED))
+        base = base.extended(alike, np.full(alike.shape[1], DISBELIEVED), little=True)
         steps = self.view.taken_back
         return base.extended(steps, np.full(steps.shape[1], TAKEN_BACK))
 
