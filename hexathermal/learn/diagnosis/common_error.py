@@ -35,6 +35,9 @@ RESTING_S = (1800.0, 7200.0)
 SLOWER_S = (1800.0, 7200.0)
 """What is not foretold is doubted as it is and smoothed over so long: warmth and errors have speeds of their own."""
 
+MOST_SHARED_K = 0.1
+"""Largest error of a logger, RMS: where more is not foretold, most of it is warmth."""
+
 LARGEST_PART = 3.0
 """Prior size of what one column foretells, over the RMS of the mean."""
 
@@ -92,18 +95,22 @@ class CommonError:
 
     @property
     def slow(self) -> float:
-        """What wanders of the mean beside what warms it, RMS [K]: more than this no error that all share is."""
-        return self._solved[0].slow
+        """Largest error that all may share, RMS [K]: what wanders of the mean beside what warms it, `MOST_SHARED_K`."""
+        return min(self._solved[0].slow, MOST_SHARED_K)
 
     @cached_property
     def doubted(self) -> list[FloatArray]:
-        """What is not foretold, as it is and smoothed, then errors of what is, in all rows of each run, (n, k) [K]."""
-        _, mean, uncertain = self._solved
+        """What is not foretold, as it is and smoothed, then errors of what is, in all rows of each run, (n, k) [K].
+
+        As much of it as a logger may err by.
+        """
+        levels, mean, uncertain = self._solved
+        part = self.slow / max(levels.slow, np.finfo(float).tiny)
         found = []
         for signals, own, causes in zip(self.view.signals, self._own, self._causes, strict=True):
             left = (own - causes @ mean)[:, None]
             slower = [smoothed(signals.time, left, over) for over in SLOWER_S]
-            found.append(np.column_stack([left, *slower, causes @ uncertain]))
+            found.append(part * np.column_stack([left, *slower, causes @ uncertain]))
         return found
 
 
@@ -121,7 +128,10 @@ def _warmed(signals: LegSignals, memory: Memory, *, moves: bool) -> Iterator[Flo
 
 
 def common_error(view: View) -> CommonError | None:
-    """Return what a view's thermometers may share; None where too few are outside the law, or nothing warms them."""
+    """Return what the thermometers of a leg may share; None where too few are outside the law, or nothing moves.
+
+    In a part of many lumps most of what no low pass of its inputs foretells is warmth that moves it.
+    """
     return view.once(("common error",), lambda: _made(view))
 
 
@@ -129,8 +139,7 @@ def _made(view: View) -> CommonError | None:
     """Return what `common_error` keeps."""
     noisy = noisy_sensors(view.runs, view.sensors)
     sensors = tuple(name for name in view.sensors if name not in (*view.base, *noisy))
-    warmed = view.moves or bool(view.signals[0].inputs)
-    return CommonError(view, sensors) if warmed and len(sensors) >= FEWEST_OTHERS else None
+    return CommonError(view, sensors) if view.kind == "leg" and view.moves and len(sensors) >= FEWEST_OTHERS else None
 
 
 def doubted_alike(view: View) -> list[FloatArray]:

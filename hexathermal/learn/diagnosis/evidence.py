@@ -63,7 +63,14 @@ class Base:
     @property
     def hiding(self) -> FloatArray:
         """Columns that may hide a trial, those of the law first."""
-        return np.delete(self.X, self.little, axis=1) if self.little else self.X
+        return self.believing.X
+
+    @property
+    def believing(self) -> Base:
+        """The base without columns that hide nothing: thermometers share no error."""
+        if not self.little:
+            return self
+        return Base(np.delete(self.X, self.little, axis=1), np.delete(self.sd, self.little), self.plain)
 
 
 @dataclass(frozen=True, eq=False)

@@ -162,11 +162,12 @@ class Search:
             # every noise is open to the null and to every leader
             nulls = [self.channel.evidence(self.base.X, self.base.sd, item) for item in pool]
             better = int(np.argmax(nulls))
+            believing = self._all_believed(pool)
             for name, (value, best) in families.items():
                 grid = value - best.value
                 if name in fits:
                     own, at = max(((self._at(best, item), item) for item in pool), key=lambda pair: pair[0])
-                    drift = own + grid - np.log(len(RHO)) * bool(best.rho) - max(nulls)
+                    drift = min(own - max(nulls), believing(best)) + grid - np.log(len(RHO)) * bool(best.rho)
                     joining = self._doubted(_joining(best, scored), pool, max(nulls))
                     doubted = self._unsure(joining, drift, at)
                     ranked[name] = self.witnesses.heard(Ranked(name, drift, doubted, at))
@@ -186,6 +187,23 @@ class Search:
         believed = with_a_misfit(self.channel, self.system, timed)
         order = tuple(sorted(believed, key=lambda item: -item.value))
         return Step(order, levels, null)
+
+    def _all_believed(self, pool: list[Levels]) -> Callable[[Scored], float]:
+        """Return what gives a trial's evidence where thermometers share no error, over its price: the most it may say.
+
+        Together with such an error it may be what better thermometers would have read.
+        """
+        if not self.base.little:
+            return lambda _scored: math.inf
+        base = self.base.believing
+        noises = [*pool, self.channel.fitted(base.X, base.sd, pool[0], 40)[0]]
+        null = max(self.channel.evidence(base.X, base.sd, item) for item in noises)
+
+        def evidence(scored: Scored) -> float:
+            own = self.system(scored).believing
+            return max(self.channel.evidence(own.X, own.sd, item) for item in noises) - null
+
+        return evidence
 
     def _closer(self, scored: list[Scored], levels: Levels, null: float) -> list[Scored]:
         """Return trials of which those that mend data, the best of each cause, are scored on data that are mended.
