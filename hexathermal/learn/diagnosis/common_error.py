@@ -35,7 +35,7 @@ RESTING_S = (1800.0, 7200.0)
 SLOWER_S = (1800.0, 7200.0)
 """What is not foretold is doubted as it is and smoothed over so long: warmth and errors have speeds of their own."""
 
-MOST_SHARED_K = 0.1
+MOST_SHARED_K = 0.2
 """Largest error of a logger, RMS: where more is not foretold, most of it is warmth."""
 
 LARGEST_PART = 3.0
