@@ -26,7 +26,15 @@ CONSTANTS = {
         "SLOW_PARITY_S",
     ),
     "parity_windows": ("PARITY_WINDOW_S",),
-    "common_error": ("WARMING_S", "RESTING_S", "SLOWER_S", "MOST_SHARED_K", "LARGEST_PART", "LEAST_DIRECTION"),
+    "common_error": (
+        "WARMING_S",
+        "RESTING_S",
+        "SLOWER_S",
+        "MOST_SHARED_K",
+        "LARGEST_PART",
+        "LEAST_DIRECTION",
+        "MOST_DIRECTIONS",
+    ),
     "along_leg": ("NEAREST", "NEIGHBOURS", "LEAST_PART"),
     "search": ("LEADERS", "TIMED", "LEAST_SURE", "SURE", "MOST_WITNESSED"),
     "witnesses": (

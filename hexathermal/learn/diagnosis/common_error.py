@@ -44,6 +44,9 @@ LARGEST_PART = 3.0
 LEAST_DIRECTION = 0.03
 """Directions in which what is foretold is uncertain by this part of the most uncertain one stand in the null."""
 
+MOST_DIRECTIONS = 30
+"""Of them, the most uncertain ones, so that many runs do not make many columns."""
+
 
 class CommonError:
     """The thermometers outside the law, together, against what warms them.
@@ -91,7 +94,7 @@ class CommonError:
         w, V = np.linalg.eigh(covariance)
         spread = V * np.sqrt(np.maximum(w, 0.0))
         _, size, turn = np.linalg.svd(X @ spread, full_matrices=False)
-        return levels, mean, spread @ turn[size > LEAST_DIRECTION * size[0]].T
+        return levels, mean, spread @ turn[size > LEAST_DIRECTION * size[0]][:MOST_DIRECTIONS].T
 
     @property
     def slow(self) -> float:
