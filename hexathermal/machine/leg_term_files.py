@@ -252,7 +252,8 @@ def _check_parameters(form: Form, shape: str, parameters: Mapping[str, Any], pat
     if "approach" in parameters and shape == "direction":
         form.check((*path, "approach"), -1.0 <= parameters["approach"] <= 1.0, "-1 to 1")
     if "renewed" in parameters and shape == "relaxation":
-        form.check((*path, "renewed"), parameters["renewed"] in (0.0, 1.0), "0 or 1")
+        allowed = (0.0,) if parameters.get("kick") == "step" else (0.0, 1.0)
+        form.check((*path, "renewed"), parameters["renewed"] in allowed, "0 or 1, with kick 'step' 0")
     if "kick" in parameters and shape == "relaxation":
         form.check((*path, "kick"), parameters["kick"] in KICKS, f"one of: {', '.join(KICKS)}")
 

@@ -105,7 +105,7 @@ BAD = [
     ('kick = "move"', 'kick = "jump"', "terms[2].kick must be one of: direction, move, step"),
     ('kick = "move"', 'kick = "move"\ndecades = 7', "terms[2].decades must be 0 to 6"),
     ('kick = "move"', 'kick = "move"\nsaturation_mm = 0', "terms[2].saturation_mm must be above 0"),
-    ('kick = "move"', 'kick = "move"\nrenewed = 2', "terms[2].renewed must be 0 or 1"),
+    ('kick = "move"', 'kick = "move"\nrenewed = 2', "terms[2].renewed must be 0 or 1, with kick 'step' 0"),
     ('source = "motion"', 'source = "motion"\nsource_time_constant_s = -5', "source_time_constant_s must be 0 or more"),
     ('kind = "swap"', 'kind = "exchange"', "repairs[0].kind must be one of: clock, swap, drift, detached"),
     ('second = "T02"\n', "", "key 'second' is missing in [repairs[0]]"),

@@ -71,11 +71,12 @@ class CommonError:
         """What warms them in all rows of each run, less its first value, each column over its RMS, shape (n, k)."""
         view, memory, begun = self.view, Memory(), 0.0
         beginnings = np.cumsum([not goes_on for goes_on in view.goes_on]) - 1
+        airy = all(signals.air is not None for signals in view.signals)
         found = []
         for signals, goes_on, own in zip(view.signals, view.goes_on, beginnings.tolist(), strict=True):
             if not goes_on:
                 memory, begun = Memory(), float(signals.time[0])
-            columns = list(_warmed(signals, memory, moves=view.moves))
+            columns = list(_warmed(signals, memory, airy=airy))
             decays = np.zeros((len(signals), len(RESTING_S) * (int(beginnings[-1]) + 1)))
             for k, tau in enumerate(RESTING_S):
                 decays[:, len(RESTING_S) * own + k] = np.expm1(-(signals.time - begun) / tau)
@@ -112,18 +113,19 @@ class CommonError:
         found = []
         for signals, own, causes in zip(self.view.signals, self._own, self._causes, strict=True):
             left = (own - causes @ mean)[:, None]
+            # where all runs count from one zero their levels are warmth of the days between
+            left = left if self.view.zeroed_by_run else left - left.mean(axis=0)
             slower = [smoothed(signals.time, left, over) for over in SLOWER_S]
             found.append(part * np.column_stack([left, *slower, causes @ uncertain]))
         return found
 
 
-def _warmed(signals: LegSignals, memory: Memory, *, moves: bool) -> Iterator[FloatArray]:
+def _warmed(signals: LegSignals, memory: Memory, *, airy: bool) -> Iterator[FloatArray]:
     """Give motion, recorded inputs and the air behind low passes, less their first values, shape (n,) each."""
     heats = {name: np.abs(values) for name, values in signals.inputs.items()}
-    if moves:
-        heats["motion"] = memory.speed(signals.time, signals.q)
+    heats["motion"] = memory.speed(signals.time, signals.q)
     late = [(name, tau, values) for name, values in heats.items() for tau in WARMING_S]
-    if signals.air is not None:
+    if airy and signals.air is not None:
         late += [("air", tau, signals.air) for tau in (0.0, *WARMING_S)]
     for name, tau, values in late:
         passed = memory.low_pass(f"{name} {tau}", signals.time, values, tau) if tau else values

@@ -116,7 +116,7 @@ def _whitened_base(stage: Stage, levels: Levels) -> FloatArray:
     What it leaves of whitened columns, zeros behind, has their products ``Z' P Z`` of eq. (3).
     """
     table, _ = stage.channel.whitened(stage.base.X, levels)
-    table = np.concatenate([table, np.diag(1.0 / stage.base.sd)])
+    table = np.concatenate([table, np.diag(1.0 / np.maximum(stage.base.sd, np.finfo(float).tiny ** 0.25))])
     Q, _R = linalg.qr(table / (np.sqrt((table**2).mean(axis=0)) + 1e-30), mode="economic")
     return np.asarray(Q)
 

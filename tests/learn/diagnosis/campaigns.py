@@ -8,7 +8,11 @@ from functools import cache
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
+import numpy as np
+import pytest
+
 from hexathermal.learn.campaign_files import load_campaign
+from hexathermal.learn.diagnosis import mending, trials
 from hexathermal.learn.diagnosis.course import _tolerant
 from hexathermal.learn.diagnosis.deciding import decided
 from hexathermal.learn.diagnosis.evidence import LEAST
@@ -36,6 +40,12 @@ def first_name(view: View) -> str | None:
     """The cause that is named first, or what is nameless."""
     leader = decided(_tolerant(Stage(view), LEAST).step, LEAST).leader
     return None if leader is None else leader.cause
+
+
+def nothing_shared(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Let the null of views made from now on know no error that all thermometers share."""
+    monkeypatch.setattr(trials, "common_error", lambda _view: None)
+    monkeypatch.setattr(mending, "doubted_alike", lambda own: [np.zeros((len(one), 0)) for one in own.signals])
 
 
 def altered(view: View, sensor: str, change: Callable[[int, LegSignals], FloatArray]) -> View:

@@ -7,10 +7,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from hexathermal.learn.diagnosis import mending, trials
 from hexathermal.learn.diagnosis.common_error import common_error, doubted_alike
 from hexathermal.learn.diagnosis.view import View
-from tests.learn.diagnosis.campaigns import first_name, viewed
+from tests.learn.diagnosis.campaigns import first_name, nothing_shared, viewed
 
 ERROR_K, TIME_S = 0.06, 7200.0
 
@@ -58,8 +57,7 @@ def test_a_logger_that_drifts_is_no_cause(bench: str, seed: int, monkeypatch: py
     view = drifting(viewed(bench, seed, (), 1.0)[0], seed)
     assert first_name(view) is None
     unknowing = replace(view)
-    monkeypatch.setattr(trials, "common_error", lambda _view: None)
-    monkeypatch.setattr(mending, "doubted_alike", lambda own: [np.zeros((len(one), 0)) for one in own.signals])
+    nothing_shared(monkeypatch)
     assert first_name(unknowing) is not None
 
 
@@ -71,7 +69,7 @@ def test_what_goes_as_motion_or_the_room_is_still_named(cause: str) -> None:
 
 
 def test_few_thermometers_or_nothing_that_warms_say_nothing() -> None:
-    """With fewer than five thermometers outside the law, or no motion and no input, nothing is doubted alike."""
+    """With fewer than five thermometers outside the law, or in a leg that rests, nothing is doubted alike."""
     view = viewed("quiet", 1, (), 1.0)[0]
     few = replace(view, sensors=view.sensors[:5])
     assert common_error(few) is None

@@ -13,7 +13,7 @@ from hexathermal.learn.diagnosis.stage import Stage
 from hexathermal.learn.diagnosis.trials import STEEPEST
 from hexathermal.learn.diagnosis.view import View
 from hexathermal.learn.diagnosis.wandering import with_wandering
-from tests.learn.diagnosis.campaigns import first_name, viewed
+from tests.learn.diagnosis.campaigns import first_name, nothing_shared, viewed
 
 
 @pytest.mark.parametrize(("bench", "seed", "feigned"), [("modal", 1, "hidden-heat"), ("quiet", 2, "the pressure")])
@@ -27,6 +27,7 @@ def test_an_error_of_the_first_row_is_in_all_runs_and_is_no_cause(
     off = replace(view, runs=runs, zeroed_by_run=False)
     assert first_name(off) is None
     monkeypatch.setattr(stages, "FIRST_ROW", 1e-9)
+    nothing_shared(monkeypatch)
     assert str(first_name(replace(off))).endswith(feigned)
 
 
