@@ -312,7 +312,7 @@ def _refined(before: Stage, after: Stage, leader: Ranked, threshold: float) -> S
 
     Nature's creep is no single exponential, nor is a lag of one time: a second of the same cause is no other cause.
     """
-    kin = _kin(before, leader)
+    kin = [] if leader.best.trial.shape == "direction" else _kin(before, leader)  # a nut has one play
     for _more in range(MOST_REFINED):
         # a shape with temperatures as recorded is the same term of a law as with smoothed ones
         joined = [(item.trial.shape, item.trial.parameters) for item in after.joined]

@@ -27,7 +27,7 @@ from hexathermal.learn.diagnosis.view import View
 from hexathermal.learn.diagnosis.witnesses import Witnesses
 from hexathermal.machine.leg_signals import LegSignals
 from hexathermal.poses import FloatArray
-from tests.learn.diagnosis.campaigns import altered, viewed
+from tests.learn.diagnosis.campaigns import altered, nothing_shared, viewed
 
 LEGS = ("modal", "finite_volume")
 SEEDS = (3, 4, 5)
@@ -229,19 +229,21 @@ def test_motion_knows_a_clock_to_a_few_rows(bench: str) -> None:
 
 
 @pytest.mark.parametrize(("bench", "seed"), [("quiet", 1378150900011671), ("modal", 4394158916904567)])
-def test_a_clock_is_looked_for_on_mended_data(bench: str, seed: int) -> None:
+def test_a_clock_is_looked_for_on_mended_data(bench: str, seed: int, monkeypatch: pytest.MonkeyPatch) -> None:
     """What the null doubts of a thermometer hides the right shift until it is mended: from the best on, more are."""
     view, answer = viewed(bench, seed, ("clock-offset",), 0.6)
-    best = Stage(view).step.ranking[0]
+    nothing_shared(monkeypatch)
+    best = Stage(replace(view)).step.ranking[0]
     assert best.cause == "clock-offset"
     # the generator reads a clock later by its offset, the repair reads it earlier again
     assert best.best.trial.parameters["offset_s"] == pytest.approx(-answer.parameters[0]["offset"], rel=0.2)
 
 
-def test_a_clock_between_two_trials_is_found() -> None:
+def test_a_clock_between_two_trials_is_found(monkeypatch: pytest.MonkeyPatch) -> None:
     """Trials stand a fifth apart; the one that is named is within a thirtieth of the truth."""
     view, answer = viewed("modal", 14, ("clock-offset",), 0.5)
-    best = next(item for item in Stage(view).step.ranking if item.cause == "clock-offset").best.trial
+    nothing_shared(monkeypatch)
+    best = next(item for item in Stage(replace(view)).step.ranking if item.cause == "clock-offset").best.trial
     assert best.parameters["offset_s"] == pytest.approx(-answer.parameters[0]["offset"], rel=0.033)
     assert min(abs(abs(best.parameters["offset_s"]) / offset - 1.0) for offset in OFFSETS_S) > 0.03
 
@@ -252,7 +254,8 @@ def test_a_clock_that_helps_some_windows_and_harms_others_is_chance(monkeypatch:
     It is asked a little more than usual: here the windows tell 2.9 standard deviations.
     """
     monkeypatch.setattr(search, "LEAST_SURE", 1.1 * search.LEAST_SURE)
-    clocks = [item for item in Stage(viewed("rough", 1165592194120917, (), 1.0)[0]).step.ranking
+    nothing_shared(monkeypatch)
+    clocks = [item for item in Stage(replace(viewed("rough", 1165592194120917, (), 1.0)[0])).step.ranking
               if item.cause == "clock-offset"]  # fmt: skip
     assert clocks[0].value > 1.5 * LEAST
     assert clocks[0].best.trial.doubt > 0.0
