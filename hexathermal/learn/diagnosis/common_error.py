@@ -137,13 +137,18 @@ def common_error(view: View) -> CommonError | None:
 
     In a part of many lumps most of what no low pass of its inputs foretells is warmth that moves it.
     """
-    return view.once(("common error",), lambda: _made(view))
+    return view.once(("common error",), lambda: _made(view), outside(view))
+
+
+def outside(view: View) -> tuple[str, ...]:
+    """Return the thermometers outside the law."""
+    return tuple(name for name in view.sensors if name not in view.base)
 
 
 def _made(view: View) -> CommonError | None:
     """Return what `common_error` keeps."""
     noisy = noisy_sensors(view.runs, view.sensors)
-    sensors = tuple(name for name in view.sensors if name not in (*view.base, *noisy))
+    sensors = tuple(name for name in outside(view) if name not in noisy)
     return CommonError(view, sensors) if view.kind == "leg" and view.moves and len(sensors) >= FEWEST_OTHERS else None
 
 

@@ -7,13 +7,13 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from hexathermal.learn.diagnosis.common_error import doubted_alike
+from hexathermal.learn.diagnosis.common_error import doubted_alike, outside
 from hexathermal.learn.diagnosis.evidence import Scored
 from hexathermal.learn.diagnosis.read_later import read_later
 from hexathermal.learn.diagnosis.sensor_model import SensorModel, sensor_model
 from hexathermal.learn.diagnosis.smoothing import smoothed
 from hexathermal.learn.diagnosis.trials import Delay
-from hexathermal.learn.diagnosis.view import View
+from hexathermal.learn.diagnosis.view import View, read_by
 from hexathermal.learn.signals import RunRows
 from hexathermal.machine.leg_repairs import SensorRepair, repaired
 from hexathermal.machine.leg_signals import Memory
@@ -45,7 +45,8 @@ def told_by(view: View, model: Callable[[str], SensorModel | None]) -> Told:
     parity = [np.zeros((len(view.q), 0)) if one is None else one.innovation for one in models]
     quick = [view.quick(sensor) for sensor in view.base]
     doubts = tuple(np.column_stack(both) for both in zip(parity, quick, strict=True))
-    alike = view.once(("doubted alike",), lambda: view.windows_zeroed(doubted_alike(view)))
+    others = outside(view)
+    alike = view.once(("doubted alike",), lambda: view.windows_zeroed(doubted_alike(view)), others)
     return Told(view.base_columns, doubts, (alike,) * len(view.base))
 
 
@@ -116,10 +117,7 @@ def remade(scored: Scored, repair: SensorRepair, before: View, view: View) -> Sc
     """Return a term that joined, its columns made of mended data where it reads what the repair mends."""
     trial = scored.trial
     own = trial.parameters
-    read = {own["sensor"]} if "sensor" in own else set()
-    read |= set(own.get("weights", ()))
-    touched = {repair.parameters[name] for name in ("sensor", "first", "second") if name in repair.parameters}
-    if not trial.shape or not read or (touched and not touched & read):  # a clock touches all of them
+    if not trial.shape or not read_by(own) & touched(view, repair):
         return scored
     carried, starts = trial.columns[:, : trial.carried], trial.columns[:, trial.carried :]
     # made of rows or of windows, of smoothed temperatures or of those as recorded: as they were made before
@@ -134,7 +132,13 @@ def remade(scored: Scored, repair: SensorRepair, before: View, view: View) -> Sc
 
 def mended_view(view: View, repair: SensorRepair) -> View:
     """Return runs whose temperatures are repaired, as the diagnosis sees them."""
-    return replace(view, runs=tuple(mended(rows, repair) for rows in view.runs))
+    return view.mended(tuple(mended(rows, repair) for rows in view.runs), touched(view, repair))
+
+
+def touched(view: View, repair: SensorRepair) -> frozenset[str]:
+    """Return the thermometers whose readings a repair changes; a clock's are all of them."""
+    names = ("sensor", "first", "second")
+    return frozenset(repair.parameters[name] for name in names if name in repair.parameters) or frozenset(view.sensors)
 
 
 def mended(rows: RunRows, repair: SensorRepair) -> RunRows:

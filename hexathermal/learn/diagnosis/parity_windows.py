@@ -60,4 +60,4 @@ class ParityWindows:
 
 def parity_windows(view: View) -> ParityWindows:
     """Return the windows of a view, made once."""
-    return view.once(("parity windows",), lambda: ParityWindows(view))
+    return view.once(("parity windows",), lambda: ParityWindows(view), ())

@@ -29,7 +29,7 @@ PITCHES = 6
 
 def common_step(view: View) -> tuple[float, float] | None:
     """Return the common step of the places where the rod stands still, and the first place [m]; None without one."""
-    return view.once(("common step",), lambda: _common_step(view))
+    return view.once(("common step",), lambda: _common_step(view), ())
 
 
 def _common_step(view: View) -> tuple[float, float] | None:

@@ -344,7 +344,7 @@ class Workbench:
 
     def reading(self, sensor: str) -> tuple[float, float]:
         """Return a thermometer's resolution, where it is coarser than its noise, and its noise from row to row [K]."""
-        return self.view.once(("reading", sensor), partial(_reading, self.view, sensor))
+        return self.view.once(("reading", sensor), partial(_reading, self.view, sensor), [sensor])
 
     def slopes_span(self, sensor: str) -> FloatArray:
         """Return ``q0 + ratio q`` of a sensor of the law in windows [m]."""
@@ -359,7 +359,7 @@ class Workbench:
     def not_at_rest(self, trial: Trial, time_constant: float) -> Trial:
         """Return a trial whose state had not come to rest before the runs: with a decay of each beside it."""
         view = self.view
-        starts = view.once(("starts", time_constant), partial(view.starts, time_constant))
+        starts = view.once(("starts", time_constant), partial(view.starts, time_constant), ())
         return replace(trial, columns=np.column_stack([trial.columns, starts]), starts=starts.shape[1])
 
 

@@ -54,7 +54,7 @@ def flexible_trials(bench: Workbench) -> Iterator[Trial]:
         if view.moves:
             both = _bumps(view.q, 5)[:, :, None] * _bumps(T, 4)[:, None, :]
             yield Trial(PREFIX + "displacement and temperature", both.reshape(len(T), -1), "qT")
-    yield from view.once((PREFIX, "rhythms"), lambda: tuple(_rhythms(view)))
+    yield from view.once((PREFIX, "rhythms"), lambda: tuple(_rhythms(view)), ())
     for name, columns in _weather(bench):
         yield Trial(PREFIX + name, columns, name)
     for name in view.runs[0].signals.inputs:

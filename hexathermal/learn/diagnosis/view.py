@@ -18,6 +18,9 @@ from hexathermal.machine.leg_signals import LegSignals, Memory
 from hexathermal.machine.leg_terms import term_columns
 from hexathermal.poses import FloatArray
 
+UNMOVED = ("pieces", "channel", "time", "q", "goes_on", "travelled")
+"""What of a view no temperature enters."""
+
 LONGER_S = (900.0, 2400.0)
 """Longer smoothing, for what the law may rather not believe of a thermometer."""
 
@@ -81,12 +84,16 @@ class View:
         found = []
         for rows, piece in zip(self.runs, self.pieces, strict=True):
             signals = rows.signals
-            table = smoothed(signals.time, np.column_stack([signals.dT[name] for name in self.sensors]))
-            zero = table[piece.used[0]] if self.zeroed_by_run else 0.0
-            table = table - zero
             air = None if signals.air is None else smoothed(signals.time, signals.air[:, None])[:, 0]
-            found.append(replace(signals, dT=dict(zip(self.sensors, table.T, strict=True)), air=air))
+            found.append(replace(signals, dT=self._smoothed(signals, piece, self.sensors), air=air))
         return tuple(found)
+
+    def _smoothed(self, signals: LegSignals, piece: Pieces, sensors: Iterable[str]) -> dict[str, FloatArray]:
+        """Return the smoothed temperatures of some sensors in all rows of a run [K]."""
+        names = list(sensors)
+        table = smoothed(signals.time, np.column_stack([signals.dT[name] for name in names]))
+        zero = table[piece.used[0]] if self.zeroed_by_run else 0.0
+        return dict(zip(names, (table - zero).T, strict=True))
 
     @cached_property
     def goes_on(self) -> tuple[bool, ...]:
@@ -155,22 +162,41 @@ class View:
         k = both.shape[1] // 2
         return np.asarray(both[:, :k] + parameters["ratio"] * both[:, k:])
 
-    def once(self, key: tuple[Hashable, ...], made: Callable[[], Made]) -> Made:
-        """Return what was made before under a key, or make it: most of what stages of a diagnosis ask for is alike."""
+    def once(self, key: tuple[Hashable, ...], made: Callable[[], Made], reads: Iterable[str] | None = None) -> Made:
+        """Return what was made before under a key, or make it: most of what stages of a diagnosis ask for is alike.
+
+        `reads` are the thermometers that enter it, by default all of them.
+        """
         if key not in self._made:
-            self._made[key] = made()
-        return cast("Made", self._made[key])
+            self._made[key] = made(), frozenset(self.sensors if reads is None else reads)
+        return cast("Made", self._made[key][0])
 
     @cached_property
-    def _made(self) -> dict[tuple[Hashable, ...], object]:
-        """What `once` keeps."""
+    def _made(self) -> dict[tuple[Hashable, ...], tuple[object, frozenset[str]]]:
+        """What `once` keeps, and the thermometers that enter it."""
         return {}
+
+    def mended(self, runs: tuple[RunRows, ...], sensors: Iterable[str]) -> View:
+        """Return the view of runs whose `sensors` alone were mended: what reads none of these is not made again."""
+        other, changed = replace(self, runs=runs), frozenset(sensors)
+        kept = {key: item for key, item in self._made.items() if not item[1] & changed}
+        unmoved = {name: self.__dict__[name] for name in UNMOVED if name in self.__dict__}
+        other.__dict__.update(unmoved, _made=kept)
+        if self.smooths and "signals" in self.__dict__:
+            again = zip(self.signals, runs, self.pieces, strict=True)
+            other.__dict__["signals"] = tuple(
+                replace(rows.signals, dT={**before.dT, **self._smoothed(rows.signals, piece, changed)}, air=before.air)
+                for before, rows, piece in again
+            )
+        return other
 
     def _kept(
         self, how: str, shape: str, parameters: Mapping[str, Any], made: Callable[[str, Mapping[str, Any]], FloatArray]
     ) -> FloatArray:
         """Return columns of a shape that were made before, or make them."""
-        found = self.once((how, shape, repr(sorted(parameters.items()))), lambda: made(shape, parameters))
+        found = self.once(
+            (how, shape, repr(sorted(parameters.items()))), lambda: made(shape, parameters), read_by(parameters)
+        )
         found.flags.writeable = False
         return found
 
@@ -274,7 +300,8 @@ class View:
 
     def temperatures(self, sensor: str) -> FloatArray:
         """Return a sensor's smoothed temperature in windows [K]."""
-        return self.once(("means", sensor), lambda: self._means([signals.dT[sensor] for signals in self.signals]))
+        rows = (signals.dT[sensor] for signals in self.signals)
+        return self.once(("means", sensor), lambda: self._means(list(rows)), [sensor])
 
     def degC(self, sensor: str) -> tuple[FloatArray, FloatArray] | None:
         """Return a sensor's temperature in windows and at the zero of each, shape (n,) [degC]; None if not known."""
@@ -305,11 +332,11 @@ class View:
 
         It is noise of readings and quick warming; smoothing is symmetric in time and knows no lag.
         """
-        return self.once(("quick", sensor), lambda: self.windows_zeroed(self.bands(sensor)))
+        return self.once(("quick", sensor), lambda: self.windows_zeroed(self.bands(sensor)), [sensor])
 
     def bands(self, sensor: str) -> list[FloatArray]:
         """Return what `quick` takes the means of, in all rows of each run, shape (n, 3) [K]."""
-        return self.once(("bands", sensor), lambda: self._bands(sensor))
+        return self.once(("bands", sensor), lambda: self._bands(sensor), [sensor])
 
     def _bands(self, sensor: str) -> list[FloatArray]:
         """Return what `bands` keeps."""
@@ -339,6 +366,12 @@ class View:
         if self.kind != "leg":
             return table
         return np.concatenate([self.length * table, self.q[:, None] * table], axis=1)
+
+
+def read_by(parameters: Mapping[str, Any]) -> frozenset[str]:
+    """Return the thermometers that a shape with such parameters reads."""
+    own = [parameters["sensor"]] if "sensor" in parameters else []
+    return frozenset(own) | frozenset(parameters.get("weights", ()))
 
 
 def _mean_signals(signals: LegSignals, piece: Pieces) -> LegSignals:

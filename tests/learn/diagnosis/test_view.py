@@ -7,9 +7,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from hexathermal.learn.diagnosis.mending import mended
+from hexathermal.learn.diagnosis.mending import mended, mended_view, told_by
 from hexathermal.learn.diagnosis.pieces import EDGES_S, LONGEST_S, pieces_of
 from hexathermal.learn.diagnosis.read_later import read_later
+from hexathermal.learn.diagnosis.search import all_trials
+from hexathermal.learn.diagnosis.sensor_model import sensor_model
 from hexathermal.learn.diagnosis.smoothing import smoothed
 from hexathermal.learn.diagnosis.stage import Stage
 from hexathermal.learn.diagnosis.view import View
@@ -237,3 +239,44 @@ def test_a_frame_that_had_not_come_to_rest_is_found_and_its_law_carries_the_room
     assert len(after.law[0]) == found.base_columns.shape[1] + 1
     assert after.base.X.shape[1] == stage.base.X.shape[1] + 1 + len(found.runs)
     assert after.base.plain == stage.base.plain + 1
+
+
+def _repairs(view: View) -> list[SensorRepair]:
+    """A repair of each kind, of the law's thermometer where it is of one."""
+    own, *others = (view.base[0], *(name for name in view.sensors if name not in view.base))
+    return [
+        SensorRepair("clock-offset", "clock", {"offset_s": 240.0}),
+        SensorRepair("swapped-sensors", "swap", {"first": own, "second": others[0]}),
+        SensorRepair("sensor-drift", "drift", {"sensor": own, "rate_K_per_h": 0.1}),
+        SensorRepair("sensor-detached", "detached", {"sensor": own, "weights": {others[0]: 0.4, others[1]: 0.6}}),
+    ]
+
+
+@pytest.mark.parametrize("kind", ["clock", "swap", "drift", "detached"])
+def test_a_mended_view_keeps_only_what_the_repair_leaves(kind: str) -> None:
+    """What a view made before its data were mended is made anew where it reads what was mended, and nowhere else.
+
+    A view that was asked for all its trials and then mended tells the same as one that is mended and asked for the
+    first time: temperatures, all trials' columns, what the thermometers may err by.
+    """
+    asked = replace(viewed("modal", 5, (), 1.0)[0])
+    repair = next(one for one in _repairs(asked) if one.kind == kind)
+    fresh = mended_view(replace(asked), repair)
+    told_by(asked, lambda sensor: sensor_model(asked, sensor))
+    all_trials(Stage(asked).bench)
+    creep = {"time_constant_s": 200.0, "kick": "direction"}
+    before = asked.columns("relaxation", creep)
+    kept = mended_view(asked, repair)
+    for one, other in zip(kept.signals, fresh.signals, strict=True):
+        assert one.zero_degC == other.zero_degC
+        for name in asked.sensors:
+            np.testing.assert_allclose(one.dT[name], other.dT[name], atol=1e-12)
+    both = [told_by(view, lambda sensor, of=view: sensor_model(of, sensor)) for view in (kept, fresh)]
+    np.testing.assert_allclose(both[0].law, both[1].law, atol=1e-12)
+    np.testing.assert_allclose(both[0].alike[0], both[1].alike[0], atol=1e-9)
+    trials = [all_trials(Stage(view).bench) for view in (kept, fresh)]
+    assert len(trials[0]) == len(trials[1])
+    for one, other in zip(*trials, strict=True):
+        assert (one.cause, one.target, one.shape) == (other.cause, other.target, other.shape)
+        np.testing.assert_allclose(one.columns, other.columns, rtol=1e-6, atol=1e-9)
+    assert kept.columns("relaxation", creep) is before, "motion was not mended"

@@ -42,7 +42,7 @@ BOTH = 0.1
 def trials(bench: Workbench) -> Iterator[Trial]:
     """Give waves of all pitches that the stroke can tell apart."""
     # no stage of a diagnosis changes them
-    yield from bench.view.once((CAUSE.name,), lambda: tuple(_waves(bench.view)))
+    yield from bench.view.once((CAUSE.name,), lambda: tuple(_waves(bench.view)), ())
 
 
 def _waves(view: View) -> Iterator[Trial]:

@@ -40,7 +40,7 @@ spike, or a bad zero."""
 
 def trials(bench: Workbench) -> Iterator[Trial]:
     """Give steps at the beginnings of windows, run by run."""
-    yield from bench.view.once((CAUSE.name,), lambda: tuple(_steps(bench.view)))
+    yield from bench.view.once((CAUSE.name,), lambda: tuple(_steps(bench.view)), ())
 
 
 def _steps(view: View) -> Iterator[Trial]:
