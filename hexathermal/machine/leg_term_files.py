@@ -77,7 +77,7 @@ COUNTS = {"lead": 2, "expansion": 2, "tilt": 2, "periodic": 2}
 
 MOST_DECADES = 6.0
 DENSEST_AIR = 1.001
-KICKS = ("direction", "move", "step")
+KICKS = ("direction", "move", "step", "begin")
 
 TERM = {"cause": "text!", "shape": "text!", "amplitudes": "number+!", "unit": "text!", "covariance": "matrix"}
 REPAIRS: dict[str, dict[str, str]] = {
@@ -252,8 +252,10 @@ def _check_parameters(form: Form, shape: str, parameters: Mapping[str, Any], pat
     if "approach" in parameters and shape == "direction":
         form.check((*path, "approach"), -1.0 <= parameters["approach"] <= 1.0, "-1 to 1")
     if "renewed" in parameters and shape == "relaxation":
-        allowed = (0.0,) if parameters.get("kick") == "step" else (0.0, 1.0)
-        form.check((*path, "renewed"), parameters["renewed"] in allowed, "0 or 1, with kick 'step' 0")
+        allowed = (0.0,) if parameters.get("kick") in ("step", "begin") else (0.0, 1.0)
+        form.check((*path, "renewed"), parameters["renewed"] in allowed, "0 or 1, with kick 'step' or 'begin' 0")
+    if "saturation_mm" in parameters and shape == "relaxation":
+        form.check((*path, "saturation_mm"), parameters.get("kick") != "begin", "of moves, not with kick 'begin'")
     if "kick" in parameters and shape == "relaxation":
         form.check((*path, "kick"), parameters["kick"] in KICKS, f"one of: {', '.join(KICKS)}")
 

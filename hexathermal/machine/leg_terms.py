@@ -289,11 +289,15 @@ def relaxation(signals: LegSignals, parameters: Mapping[str, Any], memory: Memor
     above 0 it is the mean of exponentials evenly in log time from the time constant on over so many decades: creep
     that goes with the logarithm of time. Where it is ``renewed`` (1), a move wipes out what earlier ones left, as
     sliding does, so that after each the same relaxes; lengths of moves do not matter then but for the saturation.
+    ``"begin"`` is one kick, at the beginning of the run: the column counts from there.
     """
-    lengths, tau = memory.lengths(signals.q), parameters["time_constant_s"]
-    way = np.sign(lengths)
-    decades = parameters.get("decades", 0.0)
+    tau, decades = parameters["time_constant_s"], parameters.get("decades", 0.0)
     times = tau * np.logspace(0.0, decades, 1 + round(PER_DECADE * decades))
+    if parameters["kick"] == "begin":
+        since = signals.time - memory.first("begin", signals.time)
+        return np.asarray(np.mean([np.expm1(-since / one) for one in times], axis=0))
+    lengths = memory.lengths(signals.q)
+    way = np.sign(lengths)
     if parameters.get("renewed", 0.0):
         whole = np.abs(way) if parameters["kick"] == "move" else way
         slid = parameters.get("saturation_m", WHOLE_ROW)

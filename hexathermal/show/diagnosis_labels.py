@@ -23,6 +23,7 @@ SHARES = {"sensor-detached": "share of the air in it", "air-refraction": "share 
 CHOICES: dict[tuple[str, Any], str] = {
     ("kick", "direction"): "move, with its sign",
     ("kick", "step"): "move, by its length",
+    ("kick", "begin"): "beginning of a run",
     ("renewed", 1.0): "wiped out by each move",
     ("approach", 0.0): "from where nobody knows",
     ("approach", 1.0): "from below",

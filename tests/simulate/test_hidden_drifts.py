@@ -76,7 +76,7 @@ def test_creep_relaxes_after_a_move(leg: CampaignTruth, generator: np.random.Gen
     """After one long move its height is left, then less and less; a move back takes its own away from it."""
     truth = made_up(leg, lambda time: np.interp(time, [1000.0, 1010.0], [0.05, 0.09]))
     for law in ("logarithm", "stretched"):
-        found, _ = hidden("creep", truth, generator, law=law, height=1e-6, time=200.0)
+        found, _ = hidden("creep", truth, generator, law=law, height=1e-6, time=200.0, begun=False)
         (run,) = found.runs
         times, lengths = moves(run)
         assert times.tolist() == [1010.0]
@@ -88,6 +88,20 @@ def test_creep_relaxes_after_a_move(leg: CampaignTruth, generator: np.random.Gen
         # neither law is an exponential: after a fast start they relax longer than exp would
         at = [float(np.interp(1010.0 + since, run.time, effect)) for since in (100.0, 1000.0, 2000.0)]
         assert at[2] / at[1] > 1.2 * (at[1] / at[0]) ** (1000.0 / 900.0)
+
+
+def test_creep_of_what_was_clamped_goes_on_from_each_beginning(leg: CampaignTruth, seed: int) -> None:
+    """Whatever moves, it relaxes from the first row of each run on, in all runs nearly alike."""
+    generator = np.random.default_rng(seed)
+    for law in ("logarithm", "stretched"):
+        own = {"law": law, "height": 1e-6, "time": 1000.0, "begun": True, "unlike": 5}
+        found, _ = hidden("creep", leg, generator, **own)
+        firsts = np.array([run.effect[0] for run in found.runs])
+        assert all((np.diff(run.effect) <= 0.0).all() for run in found.runs)
+        assert firsts == pytest.approx(1e-6, rel=0.5)
+        assert 0.02 < firsts.std() / firsts.mean() < 0.3
+        shapes = [float(np.interp(3000.0, run.time - run.time[0], run.effect)) / run.effect[0] for run in found.runs]
+        np.testing.assert_allclose(shapes, shapes[0])
 
 
 def test_moves_are_counted_from_rows() -> None:
@@ -182,8 +196,13 @@ def test_the_rest_of_the_catalogue(leg: CampaignTruth, component: CampaignTruth,
     truth, parameters = hidden("missing-sensor", leg, generator, place="fixed")
     j = truth.sensors.index(str(parameters["target"]))
     assert straight(truth.runs, lambda run: run.temperatures[:, j]) == pytest.approx(1.0)
-    truth, _ = hidden("zero-drift", leg, generator)
+    truth, _ = hidden("zero-drift", leg, generator, unlike=0.0)
     assert 0.98 < straight(truth.runs, lambda run: run.time) <= 1.0
+    truth, _ = hidden("zero-drift", leg, generator, unlike=0.3, curvature=0.0, rate=1e-10, runs=3)
+    rates = [float(run.effect[-1] / (run.time[-1] - run.time[0])) for run in truth.runs]
+    assert 0.05 < np.std(rates) / np.mean(rates) < 0.8
+    for run, one in zip(truth.runs, rates, strict=True):
+        np.testing.assert_allclose(run.effect, one * (run.time - run.time[0]), atol=1e-15)
     truth, _ = hidden("zero-drift", component, generator, curvature=0.0)
     ends = [(run.effect[0], run.effect[-1]) for run in truth.runs]
     assert all(abs(b[0]) >= abs(a[1]) - 1e-15 for a, b in pairwise(ends))

@@ -40,6 +40,10 @@ ALIKE = 0.7
 CLEAR = 100.0
 """Log evidence against a tolerated misfit from which on more of it makes no name any better."""
 
+NEARLY, FAR, UNBOUNDED = 0.7, 10.0, 2.0
+"""Part of the threshold that a name needs which is so far ahead of one that stands, and how many times the threshold
+that one may have against a tolerated misfit."""
+
 EVEN = 0.5
 """Probability of something without a name that a name is hardly ahead of: five of eight such had none."""
 
@@ -104,7 +108,7 @@ def decided(step: Step, threshold: float, *, before: float = 0.0) -> Decision:
     weights = {name: float(np.exp(value - top)) for name, value in values.items()}
     total = sum(weights.values())
     probabilities = {name: SOUND * weight / total for name, weight in weights.items()}
-    standing = [item for item in step.ranking if item.gated >= threshold]
+    standing = _standing(step, threshold)
     if not standing:
         return Decision(None, probabilities[NONE], probabilities, ())
     best = standing[0]
@@ -131,6 +135,22 @@ def decided(step: Step, threshold: float, *, before: float = 0.0) -> Decision:
     ]
     alike += [name for name in (*faults, *_as_likely(best, named, threshold)) if name not in alike]
     return Decision(best, own / (1.0 + sum(faults.values())), probabilities, tuple(alike))
+
+
+def _standing(step: Step, threshold: float) -> list[Ranked]:
+    """Return what stands above chance, best first.
+
+    With a name that errors of the thermometers may feign in part stands another one that explains far more, of which
+    they may feign hardly more: there is something, and the gate asks no more than that.
+    """
+    sure = [item for item in step.ranking if item.gated >= threshold]
+    bounded = [item.value for item in sure if item.named and item.gated < min(item.value, UNBOUNDED * threshold)]
+    return [
+        item
+        for item in step.ranking
+        if item in sure
+        or (bounded and item.named and item.gated >= NEARLY * threshold and item.value >= FAR + max(bounded))
+    ]
 
 
 def _handed(standing: Sequence[Ranked], probabilities: dict[str, float]) -> Decision:
@@ -199,12 +219,11 @@ def _tempered(step: Step, threshold: float, named: int, nameless: int) -> dict[s
 
     What does not stand above a null that tolerates a small misfit counts as that null lets it.
     """
-    shown = {
-        item.cause: item.value if item.gated >= threshold else min(item.value, item.gated) for item in step.ranking
-    }
+    standing = _standing(step, threshold)
+    shown = {item.cause: item.value if item in standing else min(item.value, item.gated) for item in step.ranking}
     lead = max(shown.values(), default=0.0)
     gate = max((item.gated for item in step.ranking), default=0.0)
-    leading = [item for item in step.ranking if shown[item.cause] == lead and item.gated >= threshold]
+    leading = [item for item in standing if shown[item.cause] == lead]
     cool = _cool(leading[0]) if leading else 1.0 + SHAPE_ERROR * max(lead, 0.0)
     found = {NONE: 0.0}
     for item in step.ranking:

@@ -189,6 +189,9 @@ def _sentence(
     if "offset_s" in parameters and parameters["offset_s"].value < 0.0:
         words = words.replace("runs ahead of", "runs behind")
     spoken = SPOKEN | ({"kick_um": "after each long move"} if "saturation_m" in parameters else {})
+    if settings.get("kick") == "begin":
+        spoken |= {"kick_um": "from the beginning of each run"}
+        words = words.replace("after each move", "from the beginning of each run on")
     parts = [f"{spoken[name]} {told(one)}" for name, one in parameters.items() if name in spoken]
     if "run" in settings and settings["run"] != target:
         parts.insert(0, f"in {settings['run']}")

@@ -2,8 +2,14 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
 from hexathermal.learn.diagnosis.deciding import SOUND, decided
 from hexathermal.learn.diagnosis.evidence import LEAST
+from hexathermal.learn.diagnosis.ranking import Ranked
 from tests.learn.diagnosis.test_evidence import ranked, step
 
 
@@ -27,3 +33,28 @@ def test_names_that_are_as_good_are_as_sure_together() -> None:
     assert decision.probability < 0.5 < 0.97 < decision.together <= SOUND
     alone = decided(step(ranked("creep", 80.0)), LEAST)
     assert alone.together == alone.probability
+
+
+def test_a_name_that_is_far_ahead_stands_beside_one_that_thermometers_may_feign() -> None:
+    """Where one thermal name stands, another that explains far more leads, although a little more of it may be feigned.
+
+    Not where it is hardly ahead, nor where far more of it may be feigned, nor where nothing else stands.
+    """
+
+    def feigned(cause: str, value: float, gated: float) -> Ranked:
+        """A name with some evidence, and less of it against a misfit that thermometers feign."""
+        plain = ranked(cause, value)
+        trial = replace(plain.best.trial, feigned=plain.best.visible / np.sqrt(2.0 * gated))
+        item = replace(plain, best=replace(plain.best, trial=trial))
+        assert item.gated == pytest.approx(gated, rel=0.1)
+        return item
+
+    other = feigned("missing-sensor", 60.0, 1.2 * LEAST)
+    ahead, hardly, less = (
+        feigned("swapped-sensors", value, part * LEAST) for value, part in ((200.0, 0.9), (66.0, 0.9), (200.0, 0.4))
+    )
+    for item, leads in ((ahead, True), (hardly, False), (less, False)):
+        leader = decided(step(item, other), LEAST).leader
+        assert leader is not None
+        assert (leader.cause == "swapped-sensors") == leads
+    assert decided(step(ahead), LEAST).leader is None

@@ -15,8 +15,10 @@ from hexathermal.poses import FloatArray
 
 CAUSE = Cause(
     name="creep",
-    physics="Friction, grease or glued joints give way for seconds to minutes after the rod has stopped.",
-    signature="A decay after each move, towards the same end or with the direction of the move.",
+    physics="Friction, grease or glued joints give way for seconds to minutes after the rod has stopped; what was "
+    "clamped, glued or loaded for a run gives way for hours.",
+    signature="A decay after each move, towards the same end or with its direction; or one from the beginning of each "
+    "run on, alike in all.",
     parameters=(
         Parameter("time_constant_s", "s", "log-uniform, 20 s to 75 min"),
         Parameter("decades", "1", "0: one exponential; 1.5 or 3: relaxation times over so many decades"),
@@ -27,6 +29,8 @@ CAUSE = Cause(
     confused_with=(
         "backlash",
         "hidden-heat",
+        "zero-drift",
+        "frame-expansion",
     ),
     experiment="One move, then half an hour of rest, ten times, without warming.",
     words="the leg relaxes after each move",
@@ -37,6 +41,12 @@ CAUSE = Cause(
 TIMES_S = (20.0, 45.0, 100.0, 220.0, 480.0, 1000.0, 2000.0, 4400.0)
 BROAD = {1.5: (10.0, 30.0, 100.0, 300.0), 3.0: (20.0, 80.0, 320.0)}
 """Decades of a broad relaxation, and the shortest times in it: glue and friction creep with the logarithm of time."""
+
+BEGUN = {0.0: (300.0, 1000.0, 3000.0, 9000.0), 1.5: (120.0, 600.0, 3000.0), 3.0: (20.0, 120.0)}
+"""The same from the beginning of a run on; what takes longer than a run is a drift with time."""
+
+FEWEST_BEGUN = 4
+"""In fewer runs a slow noise may go alike from all beginnings."""
 
 SATURATIONS_M, LEAST_TOLD = (0.004, 0.015), 0.15
 """Ways in which a kick becomes whole, where the sizes of moves differ by so much of their mean."""
@@ -49,10 +59,11 @@ ALIKE = 0.8
 
 
 def trials(bench: Workbench) -> Iterator[Trial]:
-    """Give decays after moves, with and without their direction, and with their length.
+    """Give decays after moves, with and without their direction, and with their length; and from each beginning on.
 
     Heat of motion, which a thermometer may read wrong, follows every move alike: it knows no direction.
     """
+    yield from _from_the_beginning(bench)
     if bench.view.moves:
         single: list[dict[str, Any]] = [{"time_constant_s": tau} for tau in TIMES_S]
         broad = [{"time_constant_s": tau, "decades": decades} for decades, times in BROAD.items() for tau in times]
@@ -69,6 +80,18 @@ def trials(bench: Workbench) -> Iterator[Trial]:
                 trial = bench.term(CAUSE.name, "relaxation", None, **kick, **times)
                 unlike = kick["kick"] != "move" and _apart(trial.columns[:, 0], alike.columns[:, 0])
                 yield replace(trial, unfeigned=unlike)
+
+
+def _from_the_beginning(bench: Workbench) -> Iterator[Trial]:
+    """Give decays from the beginning of each run on, alike in all: of legs, since parts warm so when they begin."""
+    view = bench.view
+    if view.kind != "leg" or view.goes_on.count(False) < FEWEST_BEGUN:
+        return
+    for decades, times in BEGUN.items():
+        for tau in times:
+            own: dict[str, Any] = {"time_constant_s": tau, "kick": "begin"}
+            own |= {"decades": decades} if decades else {}
+            yield bench.term(CAUSE.name, "relaxation", None, **own)
 
 
 def _saturations(view: View) -> list[float]:

@@ -1,4 +1,7 @@
-"""After each move something relaxes, by the logarithm or a stretched exponential; what all moves have left adds up."""
+"""After each move, or after the beginning of each run, something relaxes, by the logarithm or a stretched exponential.
+
+What all moves have left adds up.
+"""
 
 from __future__ import annotations
 
@@ -16,6 +19,9 @@ MOVES_AT_ONCE = 200
 DIRECTED = 2.0 / 3.0
 """How often what relaxes has the direction of the move; else every move loosens alike."""
 
+BEGUN, SLOWER, UNLIKE = 0.25, 4.0, 0.1
+"""How often it is what was clamped for a run that relaxes, by how much slower, and how unlike runs are."""
+
 
 def draw(truth: CampaignTruth, generator: np.random.Generator) -> Parameters:
     """Draw the law, the height of one long move [m], its time [s], and of a stretched exponential the exponent.
@@ -29,6 +35,8 @@ def draw(truth: CampaignTruth, generator: np.random.Generator) -> Parameters:
         "exponent": float(generator.uniform(0.4, 0.7)),
     }
     found["directed"] = bool(generator.random() < DIRECTED)
+    if generator.random() < BEGUN:
+        found |= {"begun": True, "time": SLOWER * float(found["time"]), "unlike": int(generator.integers(2**31))}
     return found
 
 
@@ -43,7 +51,12 @@ def remaining(since: FloatArray, parameters: Parameters) -> FloatArray:
 
 
 def hide(truth: CampaignTruth, parameters: Parameters) -> CampaignTruth:
-    """Add ``height sum over moves of tanh(length / 5 mm) remaining(t - t_move)``, or of its size alone."""
+    """Add ``height sum over moves of tanh(length / 5 mm) remaining(t - t_move)``, or of its size alone; or one of runs.
+
+    Of runs it is ``height (1 + unlike) remaining(t)``.
+    """
+    if parameters.get("begun"):
+        return _from_beginnings(truth, parameters)
 
     def relaxing(run: RunTruth) -> FloatArray:
         """Return what has still to relax [m]."""
@@ -59,6 +72,18 @@ def hide(truth: CampaignTruth, parameters: Parameters) -> CampaignTruth:
         return float(parameters["height"]) * found
 
     return add(truth, relaxing)
+
+
+def _from_beginnings(truth: CampaignTruth, parameters: Parameters) -> CampaignTruth:
+    """Add what relaxes from the beginning of each run on."""
+    unlike = np.random.default_rng(int(parameters["unlike"])).normal(1.0, UNLIKE, len(truth.runs))
+    height = float(parameters["height"])
+    return truth.changed(
+        runs=tuple(
+            run.changed(effect=run.effect + height * size * remaining(run.time - run.time[0], parameters))
+            for run, size in zip(truth.runs, unlike.tolist(), strict=True)
+        )
+    )
 
 
 EFFECT = Effect("creep", draw, hide, with_stroke, "height", (1e-9, 2e-5))

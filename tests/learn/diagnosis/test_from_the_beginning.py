@@ -1,0 +1,50 @@
+"""What relaxes from the beginning of each run on, and a zero that drifts at a rate of its own in each run."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from hexathermal.learn.diagnosis.causes import creep, zero_drift
+from hexathermal.learn.diagnosis.causes.creep import FEWEST_BEGUN
+from hexathermal.learn.diagnosis.causes.zero_drift import FEWEST_RATES
+from hexathermal.learn.diagnosis.stage import Stage
+from tests.learn.diagnosis.campaigns import first_name, viewed
+
+
+@pytest.mark.parametrize("seed", [4, 7])
+def test_what_was_clamped_for_a_run_creeps(seed: int) -> None:
+    """By a stretched exponential or the logarithm of time, whatever moves: it is no bench that follows the room."""
+    view, answer = viewed("modal", seed, ("creep",), 1.0)
+    assert answer.parameters[0]["begun"]
+    assert first_name(view) == "creep"
+
+
+def test_rates_that_differ_are_a_drift_all_the_same() -> None:
+    """Where each run drifts at a rate of its own about a common one, that is no rhythm of a long period."""
+    view, answer = viewed("modal", 1, ("zero-drift",), 1.0)
+    assert answer.parameters[0]["unlike"] > 0.2
+    assert first_name(view) == "zero-drift"
+
+
+def test_a_law_carries_the_common_rate_alone() -> None:
+    """What one run has of its own stands beside it: one column for each run, of which no law knows anything."""
+    view, _ = viewed("modal", 1, ("zero-drift",), 1.0)
+    steady, own = zero_drift.trials(Stage(view).bench)
+    assert own.carried == steady.carried == 1
+    assert own.starts == len(view.runs)
+    assert own.columns[:, 1:].sum(axis=1) == pytest.approx(steady.columns[:, 0])
+
+
+def test_few_runs_are_not_asked() -> None:
+    """A slow noise goes alike from the beginnings of three runs, and at rates of their own."""
+    whole, _ = viewed("modal", 1, ("zero-drift",), 1.0)
+    for count in (FEWEST_BEGUN - 1, FEWEST_BEGUN):
+        view = replace(whole, runs=whole.runs[:count])
+        bench = Stage(view).bench
+        begun = [trial for trial in creep.trials(bench) if trial.parameters["kick"] == "begin"]
+        assert bool(begun) == (count >= FEWEST_BEGUN)
+        assert (len(list(zero_drift.trials(bench))) > 1) == (count >= FEWEST_RATES)
+        assert all(np.isfinite(trial.columns).all() for trial in begun)
