@@ -9,7 +9,6 @@ from functools import cached_property
 
 import numpy as np
 
-from hexathermal.learn.diagnosis.causes import catalogue
 from hexathermal.learn.diagnosis.channels import Channel, Levels
 from hexathermal.learn.diagnosis.evidence import (
     RHO,
@@ -25,7 +24,6 @@ from hexathermal.learn.diagnosis.ranking import Ranked, Step
 from hexathermal.learn.diagnosis.rivals import late_or_off, nameless_bounded, with_a_misfit
 from hexathermal.learn.diagnosis.stand_offs import stand_offs
 from hexathermal.learn.diagnosis.trials import PREFIX, Item, Trial, Workbench
-from hexathermal.learn.diagnosis.unexplained import THERMAL, WANDERING, flexible_trials
 from hexathermal.learn.diagnosis.witnesses import Witnesses
 from hexathermal.poses import FloatArray
 
@@ -157,27 +155,20 @@ class Search:
                 value, best = families[name]
                 witnessed = self._witnessed(best, scored)
                 families[name] = (witnessed.value + value - best.value, witnessed)
-                fits[name] = self._fit(witnessed, levels)
-                pool.append(fits[name][0])
+                fits[name] = [witnessed, *_at_rest(witnessed, scored)]
+                pool += [self._fit(item, levels)[0] for item in fits[name]]
             # every noise is open to the null and to every leader
             nulls = [self.channel.evidence(self.base.X, self.base.sd, item) for item in pool]
             better = int(np.argmax(nulls))
             believing = self._all_believed(pool)
             for name, (value, best) in families.items():
-                grid = value - best.value
                 if name in fits:
-                    own, at = max(((self._at(best, item), item) for item in pool), key=lambda pair: pair[0])
-                    drift = min(own - max(nulls), believing(best)) + grid - np.log(len(RHO)) * bool(best.rho)
-                    joining = self._doubted(_joining(best, scored), pool, max(nulls))
-                    doubted = self._unsure(joining, drift, at)
-                    ranked[name] = self.witnesses.heard(Ranked(name, drift, doubted, at))
+                    grid = value - best.value
+                    each = [self._beside(item, grid, pool, nulls, believing, scored) for item in fits[name]]
+                    ranked[name] = max(each, key=lambda item: item.gated)
                 else:
-                    ranked[name] = Ranked(
-                        name,
-                        min(value, 0.0) if name not in ranked else ranked[name].value,
-                        _joining(best, scored),
-                        levels,
-                    )
+                    value = min(value, 0.0) if name not in ranked else ranked[name].value
+                    ranked[name] = Ranked(name, value, _joining(best, scored), levels)
             gained = nulls[better] - null
             levels, null = pool[better], nulls[better]
             if gained < TRIFLE:
@@ -187,6 +178,16 @@ class Search:
         believed = with_a_misfit(self.channel, self.system, timed)
         order = tuple(sorted(believed, key=lambda item: -item.value))
         return Step(order, levels, null)
+
+    def _beside(
+        self, best: Scored, grid: float, pool: list[Levels], nulls: list[float],
+        believing: Callable[[Scored], float], scored: list[Scored],
+    ) -> Ranked:  # fmt: skip
+        """Return a trial as it stands beside the null, every noise open to both."""
+        own, at = max(((self._at(best, item), item) for item in pool), key=lambda pair: pair[0])
+        drift = min(own - max(nulls), believing(best)) + grid - np.log(len(RHO)) * bool(best.rho)
+        joining = self._doubted(_joining(best, scored), pool, max(nulls))
+        return self.witnesses.heard(Ranked(best.trial.cause, drift, self._unsure(joining, drift, at), at))
 
     def _all_believed(self, pool: list[Levels]) -> Callable[[Scored], float]:
         """Return what gives a trial's evidence where thermometers share no error, over its price: the most it may say.
@@ -328,6 +329,17 @@ class Search:
                            lambda item: item.value + self.witnesses.spoken(item))  # fmt: skip
 
 
+def _at_rest(best: Scored, scored: list[Scored]) -> list[Scored]:
+    """Return the best trial of a cause without columns of single runs, where the best one has some; else none.
+
+    What these explain by themselves does not count for the cause: it may stand better without.
+    """
+    if not best.trial.starts:
+        return []
+    own = [item for item in scored if item.trial.cause == best.trial.cause and not item.trial.starts]
+    return [max(own, key=lambda item: item.value)] if own else []
+
+
 def _joining(best: Scored, scored: list[Scored]) -> Scored:
     """Return what joins the law for a trial: itself, or another one that it is compared for."""
     term = best.trial.term
@@ -355,36 +367,6 @@ def most_valued(items: Sequence[Item], most: Callable[[Item], float], value: Cal
         if own > found or (own == found and k < best):
             best, found = k, own
     return items[best]
-
-
-def all_trials(bench: Workbench) -> list[Trial]:
-    """Return the trials of the catalogue and the nameless ones."""
-    found = []
-    for module in catalogue().values():
-        feigned = _feigned(bench, thermal=module.CAUSE.thermal, wanders=module.CAUSE.wanders)
-        found += [_feigning(trial, feigned) for trial in module.trials(bench)]
-    for trial in flexible_trials(bench):
-        feigned = _feigned(bench, thermal=trial.target in THERMAL, wanders=trial.target in WANDERING)
-        found.append(_feigning(trial, feigned))
-    varied = [trial for trial in found if trial.base is not None or _varies(trial.columns)]
-    return [trial for trial in varied if trial.term is None or _varies(trial.term.columns)]
-
-
-def _feigned(bench: Workbench, *, thermal: bool, wanders: bool) -> float:
-    """Return the misfit that errors of the thermometers may feign, RMS [m]."""
-    return math.hypot(bench.feigned * thermal, bench.wandered * wanders)
-
-
-def _feigning(trial: Trial, feigned: float) -> Trial:
-    """Return a trial with the misfit that errors of the thermometers may feign."""
-    feigned = 0.0 if trial.unfeigned else feigned
-    return trial if trial.feigned == feigned else replace(trial, feigned=feigned)
-
-
-def _varies(columns: FloatArray) -> bool:
-    """Return whether a column is no constant; columns with missing values say nothing."""
-    varies = (columns[-1] != columns[0]).any() or (columns != columns[0]).any()  # most differ at once
-    return bool(varies and not np.isnan(columns.sum()))
 
 
 def _families(scored: list[Scored]) -> dict[str, tuple[float, Scored]]:

@@ -10,13 +10,14 @@ from typing import Any
 import numpy as np
 
 from hexathermal.learn.campaign import Campaign
+from hexathermal.learn.diagnosis.all_trials import all_trials
 from hexathermal.learn.diagnosis.channels import Channel, Levels
 from hexathermal.learn.diagnosis.evidence import Base, Scored
 from hexathermal.learn.diagnosis.foresight import FAINT, repeated
 from hexathermal.learn.diagnosis.mending import Told, mended_view, remade, told_after, told_by, told_late
 from hexathermal.learn.diagnosis.ranking import Ranked, Step
 from hexathermal.learn.diagnosis.recorded import silent_inputs, silent_sensors, without_inputs
-from hexathermal.learn.diagnosis.search import FORETOLD, REPEATED, STEP, TWINS, Search, all_trials
+from hexathermal.learn.diagnosis.search import FORETOLD, REPEATED, STEP, TWINS, Search
 from hexathermal.learn.diagnosis.sensor_model import SensorModel
 from hexathermal.learn.diagnosis.trials import Trial, Workbench
 from hexathermal.learn.diagnosis.view import View

@@ -10,13 +10,13 @@ import numpy as np
 import pytest
 
 from hexathermal.learn.diagnosis import foresight
+from hexathermal.learn.diagnosis.all_trials import all_trials
 from hexathermal.learn.diagnosis.channels import Levels
 from hexathermal.learn.diagnosis.course import _not_denied
 from hexathermal.learn.diagnosis.deciding import Decision
 from hexathermal.learn.diagnosis.evidence import LEAST, Scored
 from hexathermal.learn.diagnosis.foresight import FAINT, worth
 from hexathermal.learn.diagnosis.ranking import Ranked
-from hexathermal.learn.diagnosis.search import all_trials
 from hexathermal.learn.diagnosis.stage import Stage
 from hexathermal.learn.diagnosis.trials import Trial
 from tests.learn.diagnosis.campaigns import viewed

@@ -7,10 +7,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from hexathermal.learn.diagnosis.all_trials import all_trials
 from hexathermal.learn.diagnosis.mending import mended, mended_view, told_by
 from hexathermal.learn.diagnosis.pieces import EDGES_S, LONGEST_S, pieces_of
 from hexathermal.learn.diagnosis.read_later import read_later
-from hexathermal.learn.diagnosis.search import all_trials
 from hexathermal.learn.diagnosis.sensor_model import sensor_model
 from hexathermal.learn.diagnosis.smoothing import smoothed
 from hexathermal.learn.diagnosis.stage import Stage
