@@ -17,8 +17,12 @@ THERMAL = ("T", "qT", "input", "the humidity")
 WANDERING = ("travel", "the humidity", "the pressure")
 """What thermometers that wander from run to run can feign: it grows all along the campaign, or changes by the day."""
 
-PERIODS_S = (*np.geomspace(480.0, 7200.0, 28), 14400.0, 28800.0, 86400.0)
+SHORTEST_S, LONGEST_S, LONGER_S = 480.0, 7200.0, (14400.0, 28800.0, 86400.0)
 """Periods of a rhythm."""
+
+FINER, MOST_PERIODS = 1.5, 80
+"""Frequencies are tried so closely that one between two is off by 1 / FINER half turns at most at a run's ends; and so
+many of them at most."""
 
 WEAR = (1.0, 0.75, 0.5)
 """Powers of the way with which a part wears: straight on, or running in."""
@@ -66,11 +70,19 @@ def flexible_trials(bench: Workbench) -> Iterator[Trial]:
 def _rhythms(view: View) -> Iterator[Trial]:
     """Give waves in time, in each run with a phase of its own."""
     own = (view.channel.run[:, None] == np.arange(len(view.runs))[None, :]).astype(float)
-    for period in PERIODS_S:
+    for period in _periods(view):
         phase = 2.0 * np.pi * view.time / period
         waves = np.column_stack([np.sin(phase), np.cos(phase)])
         yield Trial(PREFIX + "time (a rhythm)", (waves[:, :, None] * own[:, None, :]).reshape(len(phase), -1), "t", "",
                     {"period_s": float(period)})  # fmt: skip
+
+
+def _periods(view: View) -> list[float]:
+    """Return periods of a rhythm that the longest run tells apart [s]."""
+    longest = max(float(np.ptp(view.time[view.channel.run == k])) for k in range(len(view.runs)))
+    first, last = 1.0 / LONGEST_S, 1.0 / SHORTEST_S
+    count = 1 + int(np.ceil((last - first) * FINER * max(longest, SHORTEST_S)))
+    return [*(1.0 / np.linspace(first, last, min(count, MOST_PERIODS))).tolist(), *LONGER_S]
 
 
 def _kinks(bench: Workbench, sensor: str) -> Iterator[Trial]:

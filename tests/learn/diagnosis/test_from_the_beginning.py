@@ -11,6 +11,7 @@ from hexathermal.learn.diagnosis.causes import creep, zero_drift
 from hexathermal.learn.diagnosis.causes.creep import FEWEST_BEGUN
 from hexathermal.learn.diagnosis.causes.zero_drift import FEWEST_RATES
 from hexathermal.learn.diagnosis.stage import Stage
+from hexathermal.learn.diagnosis.unexplained import flexible_trials
 from tests.learn.diagnosis.campaigns import first_name, viewed
 
 
@@ -36,6 +37,19 @@ def test_a_law_carries_the_common_rate_alone() -> None:
     assert own.carried == steady.carried == 1
     assert own.starts == len(view.runs)
     assert own.columns[:, 1:].sum(axis=1) == pytest.approx(steady.columns[:, 0])
+
+
+@pytest.mark.parametrize("period", [510.0, 1026.0, 3300.0])
+def test_a_rhythm_of_any_period_keeps_step(period: float) -> None:
+    """Some wave that is tried keeps step with one of any period to the ends of the runs: half of it is seen or more."""
+    view, _ = viewed("modal", 1, ("zero-drift",), 1.0)
+    wave = np.sin(2.0 * np.pi * view.time / period + 0.7 * view.channel.run)
+    waves = [trial.columns for trial in flexible_trials(Stage(view).bench) if trial.target == "t"]
+    seen = []
+    for columns in waves:
+        weights, *_ = np.linalg.lstsq(columns, wave, rcond=None)
+        seen.append(1.0 - float(((wave - columns @ weights) ** 2).mean() / (wave**2).mean()))
+    assert max(seen) > 0.5
 
 
 def test_few_runs_are_not_asked() -> None:
