@@ -99,9 +99,9 @@ def _white_noise() -> list[Any]:
 
 def _no_strangers() -> list[Any]:
     """There is nothing without a name: each misfit is a cause of the catalogue."""
-    from hexathermal.learn.diagnosis import search
+    from hexathermal.learn.diagnosis import all_trials
 
-    return [patch.object(search, "flexible_trials", _constant(()))]
+    return [patch.object(all_trials, "flexible_trials", _constant(()))]
 
 
 def _no_gain_gate() -> list[Any]:
