@@ -4,7 +4,10 @@ No thermometer tells it from the others, since all of them show it. But what war
 the room. What the thermometers show together and these do not foretell is warmth of another origin, or an error that
 all readings share:
 
-``mean_s T_s = x b + e(t)``,  x: motion, inputs and air behind low passes, decays before each run
+``sum_s w_s T_s = x b + e(t)``,  x: motion, inputs and air behind low passes, decays before each run
+
+with weights, none below 0, that sum to 1. Such an error is in every mean of this kind, whole; warmth is not alike in all
+places. So those weights tell most of it of which the least is left, mostly of thermometers that hardly warm.
 
 The null of the drift may believe e or not, and errs where b is uncertain: else whatever goes as motion or the room do
 stands for a better reading of the law's thermometers.
@@ -13,9 +16,11 @@ stands for a better reading of the law's thermometers.
 from __future__ import annotations
 
 from collections.abc import Iterator
+from dataclasses import replace
 from functools import cached_property
 
 import numpy as np
+from scipy import linalg, optimize
 
 from hexathermal.learn.diagnosis.channels import Levels
 from hexathermal.learn.diagnosis.parity_windows import parity_windows
@@ -48,6 +53,16 @@ MOST_DIRECTIONS = 30
 """Of them, the most uncertain ones, so that many runs do not make many columns."""
 
 
+OWN_ERROR = 0.01
+"""Part of what is left of all thermometers, the mean of their squares, that is added to each: no one speaks alone."""
+
+HEAVY = 1e3
+"""How much more it counts that weights sum to 1 than what they leave."""
+
+BROADLY = Levels(white=0.3, landing=0.0, slow=3.0, offset=0.5)
+"""Noise that warmth beside what warms is like, over the scatter from window to window."""
+
+
 class CommonError:
     """The thermometers outside the law, together, against what warms them.
 
@@ -55,16 +70,39 @@ class CommonError:
     ----------
     view : View
     sensors : tuple of str
-        Whose mean is asked.
+        Whose weighted mean is asked.
     """
 
     def __init__(self, view: View, sensors: tuple[str, ...]) -> None:
         self.view, self.sensors = view, sensors
 
     @cached_property
+    def weights(self) -> FloatArray:
+        """Weights of the thermometers whose mean is foretold best, shape (s,): none below 0, of sum 1.
+
+        With C the products of what the recorded causes leave of each, ``w' C w`` is least (Lawson and Hanson, Solving
+        Least Squares Problems, 1974, 23: nonnegative least squares, the sum as a heavy row).
+        """
+        windows = parity_windows(self.view)
+        X, T = windows.means(self._causes), windows.means(self.view.tables(self.sensors))
+        count, channel = T.shape[1], windows.channel(T.mean(axis=1))
+        broadly = replace(BROADLY, white=BROADLY.white * channel.scale, slow=BROADLY.slow * channel.scale,
+                          offset=BROADLY.offset * channel.scale)  # fmt: skip
+        size = LARGEST_PART * float(np.sqrt((T**2).mean()))
+        both, _logdet = channel.whitened(np.column_stack([T, size * X]), broadly)
+        table, Z = both[:, :count], both[:, count:]
+        left = table - Z @ linalg.solve(Z.T @ Z + np.eye(Z.shape[1]), Z.T @ table, assume_a="pos")
+        C = left.T @ left
+        C[np.diag_indices(count)] += OWN_ERROR * np.trace(C) / count
+        heavy = HEAVY * float(np.sqrt(np.trace(C)))
+        rows = np.vstack([linalg.cholesky(C), np.full(count, heavy)])
+        weights, _left = optimize.nnls(rows, np.append(np.zeros(count), heavy))
+        return np.asarray(weights / weights.sum())
+
+    @cached_property
     def _own(self) -> list[FloatArray]:
-        """The mean of the thermometers in all rows of each run [K]."""
-        return [table.mean(axis=1) for table in self.view.tables(self.sensors)]
+        """The weighted mean of the thermometers in all rows of each run [K]."""
+        return [table @ self.weights for table in self.view.tables(self.sensors)]
 
     @cached_property
     def _causes(self) -> list[FloatArray]:
