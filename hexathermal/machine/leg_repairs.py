@@ -10,7 +10,8 @@ exchange their names.
 ``drift``: ``sensor``, ``rate_K_per_h``, optionally ``rates_K_per_h`` (by the name of runs with a rate of their own).
 ``dT := dT - rate t``.
 ``detached``: ``sensor``, ``weights`` (of other sensors), optionally ``from_s`` (by the name of each run concerned, the
-time since its zero from which on it is detached; without it everywhere). ``dT := sum_s w_s dT_s``.
+time since its zero from which on it is detached; without it everywhere) and ``again_in`` (names of later runs in which
+it sat on the part again). ``dT := sum_s w_s dT_s``.
 
 A controller has no rows of the future: it can run all of them but a clock with a positive offset.
 """
@@ -33,7 +34,7 @@ KINDS: dict[str, tuple[str, ...]] = {
 }  # fmt: skip
 """Kinds of repairs and the parameters that each of them needs."""
 
-BY_RUN = {"swap": ("not_in",), "drift": ("rates_K_per_h",), "detached": ("from_s",)}
+BY_RUN = {"swap": ("not_in",), "drift": ("rates_K_per_h",), "detached": ("from_s", "again_in")}
 """What they may have of single runs, by their names."""
 
 
@@ -66,9 +67,10 @@ class SensorRepair:
             raise ArgumentError(f"repair {self.kind!r} of {self.cause!r} {wrong}; it takes {', '.join(sorted(known))}")
         if self.kind == "detached" and (not given["weights"] or given["sensor"] in given["weights"]):
             raise ArgumentError(f"repair of {given['sensor']!r}: weights are those of other sensors, one or more")
-        if isinstance(given.get("not_in", ()), str):
-            raise ArgumentError(f"repair of {given['first']!r}: not_in holds names of runs, found one text")
-        given |= {"not_in": tuple(given["not_in"])} if "not_in" in given else {}
+        for key in ("not_in", "again_in"):
+            if isinstance(given.get(key, ()), str):
+                raise ArgumentError(f"repair {self.kind!r}: {key} holds names of runs, found one text")
+            given |= {key: tuple(given[key])} if key in given else {}
         for key in ("from_s", "rates_K_per_h"):
             if not isinstance(given.get(key, {}), dict):
                 raise ArgumentError(f"repair {self.kind!r}: {key} is a table by the names of runs")
@@ -121,8 +123,9 @@ def repaired(
     signals : LegSignals
     repairs : sequence of SensorRepair
     run_name : str, optional
-        For what is of certain runs; without it a sensor that detached in some run is taken as detached, plugs that were
-        exchanged in the end as exchanged, and a reading that drifts at the rate of the last run.
+        For what is of certain runs; without it a sensor that detached in some run is taken as detached, unless it was
+        fixed again, plugs that were exchanged in the end as exchanged, and a reading that drifts at the rate of the
+        last run.
     memory : RepairMemory, optional
         Of the rows before, where rows come one by one or in blocks; without it the rows are a whole run.
 
@@ -172,9 +175,9 @@ def _foretold(signals: LegSignals, parameters: Mapping[str, Any], run: str | Non
     """Return a detached sensor's temperature as the others foretell it."""
     name, starts = parameters["sensor"], parameters.get("from_s")
     others = np.asarray(sum(w * signals.temperature(other) for other, w in parameters["weights"].items()))
-    if starts is None or run is None:
+    if starts is None or (run is None and not parameters.get("again_in")):
         return {name: others}
-    if run not in starts:
+    if run is None or run not in starts:
         return {}
     return {name: np.where(signals.time >= starts[run], others, signals.temperature(name))}
 

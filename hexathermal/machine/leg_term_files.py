@@ -84,7 +84,7 @@ REPAIRS: dict[str, dict[str, str]] = {
     "clock": {"offset_s": "number!"},
     "swap": {"first": "text!", "second": "text!", "not_in": "texts"},
     "drift": {"sensor": "text!", "rate_K_per_h": "number!", "rates_K_per_h": "table"},
-    "detached": {"sensor": "text!", "weights": "table!", "from_s": "table"},
+    "detached": {"sensor": "text!", "weights": "table!", "from_s": "table", "again_in": "texts"},
 }
 
 TERM_TABLES: dict[str, dict[str, str]] = {

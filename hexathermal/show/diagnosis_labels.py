@@ -14,6 +14,7 @@ LABELS = {
     "renewed": "what earlier moves left",
     "approach": "first positions of runs were reached",
     "play_m": "way of a reversal",
+    "fixed_again": "fixed to the part again",
 }
 """Of parameters whose names alone would not be understood."""
 
@@ -25,6 +26,7 @@ CHOICES: dict[tuple[str, Any], str] = {
     ("kick", "step"): "move, by its length",
     ("kick", "begin"): "beginning of a run",
     ("renewed", 1.0): "wiped out by each move",
+    ("fixed_again", 1): "before the next run",
     ("approach", 0.0): "from where nobody knows",
     ("approach", 1.0): "from below",
     ("approach", -1.0): "from above",

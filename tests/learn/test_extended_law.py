@@ -103,6 +103,11 @@ def test_repairs_do_what_they_say() -> None:
     assert np.array_equal(repaired(signals, [later], "a").dT["T02"], dT["T02"])
     begun = repaired(signals, [later], "b").dT["T02"]
     assert np.array_equal(begun, np.where(t >= 300.0, dT["T01"], dT["T02"]))
+    assert np.array_equal(repaired(signals, [later]).dT["T02"], dT["T01"])
+    fixed = SensorRepair("sensor-detached", "detached", {**later.parameters, "again_in": ["c"]})
+    assert np.array_equal(repaired(signals, [fixed], "b").dT["T02"], begun)
+    for run in ("c", None):
+        assert repaired(signals, [fixed], run).dT["T02"] is dT["T02"]
 
 
 def test_repairs_of_some_runs_leave_the_others_as_they_are() -> None:

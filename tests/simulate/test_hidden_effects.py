@@ -134,9 +134,12 @@ def test_a_clock_offset_is_found_by_cross_correlation(leg: CampaignTruth, genera
         np.testing.assert_allclose(noise, later - run.temperatures[inner, j], atol=1e-9)
 
 
-def test_a_detached_sensor_reads_air_for_good(leg: CampaignTruth, generator: np.random.Generator) -> None:
-    """Before the moment nothing changes; long after it, and in all later runs, the stated share of air is read."""
-    truth, parameters = hidden("sensor-detached", leg, generator)
+@pytest.mark.parametrize("fixed", [False, True])
+def test_a_detached_sensor_reads_air_until_it_is_fixed(
+    leg: CampaignTruth, generator: np.random.Generator, fixed: bool
+) -> None:
+    """Before the moment nothing changes; long after it the stated share of air is read, in later runs if it stays."""
+    truth, parameters = hidden("sensor-detached", leg, generator, fixed=fixed)
     j = truth.sensors.index(str(parameters["target"]))
     which = [run.name for run in truth.runs].index(str(parameters["run"]))
     share = float(parameters["share"])
@@ -149,7 +152,7 @@ def test_a_detached_sensor_reads_air_for_good(leg: CampaignTruth, generator: np.
         if k < which:
             assert not moved.any()
         elif k > which:
-            np.testing.assert_allclose(moved, whole, atol=1e-12)
+            np.testing.assert_allclose(moved, 0.0 if fixed else whole, atol=1e-12)
         else:
             assert not moved[off < 0.0].any()
             late = off > 10.0 * float(parameters["time"])

@@ -9,7 +9,7 @@ import numpy as np
 
 from hexathermal.learn.diagnosis.channels import Channel
 from hexathermal.learn.diagnosis.evidence import LEAST, Base, Scored, beside
-from hexathermal.learn.diagnosis.ranking import Ranked
+from hexathermal.learn.diagnosis.ranking import SURE_WITNESS, Ranked
 
 LATE, OFF, SHIFTED = "thermal-lag", "clock-offset", 0.05
 """A lag, a clock that is off, and the part of a lag's evidence by which the clock must lead it."""
@@ -77,6 +77,24 @@ def late_or_off(ranked: list[Ranked], *, timed: bool) -> list[Ranked]:
     ahead, behind = max(late.value, off.value), min(late.value, off.value)
     changed = {LATE: replace(late, value=ahead, borne=off.gated), OFF: replace(off, value=behind)}
     return [changed.get(item.cause, item) for item in ranked]
+
+
+def shaped(ranked: list[Ranked]) -> list[Ranked]:
+    """Return the ranking in which what a thermometer's error is leads that it wanders.
+
+    A reading that wanders is held against the noise of other thermometers, a fault with a shape against its own, which
+    was fitted with the fault in it. What the parity says for the shape beyond any chance, it says beside the wandering.
+    """
+    wandering = {item.best.trial.target: item.value for item in ranked if item.best.trial.wanders}
+    return [_beside_wandering(item, wandering.get(item.best.trial.target, -np.inf)) for item in ranked]
+
+
+def _beside_wandering(item: Ranked, wandering: float) -> Ranked:
+    """Return a fault that the parity shows with what the same thermometer says for wandering besides."""
+    trial, sure = item.best.trial, item.witness - SURE_WITNESS
+    if not trial.fault or trial.wanders or sure <= 0.0:
+        return item
+    return replace(item, value=max(item.value, wandering + sure))
 
 
 def _over(channel: Channel, system: System, item: Ranked, first: Ranked) -> Ranked:

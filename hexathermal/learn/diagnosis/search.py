@@ -21,7 +21,7 @@ from hexathermal.learn.diagnosis.evidence import (
     terms_of,
 )
 from hexathermal.learn.diagnosis.ranking import Ranked, Step
-from hexathermal.learn.diagnosis.rivals import late_or_off, nameless_bounded, with_a_misfit
+from hexathermal.learn.diagnosis.rivals import late_or_off, nameless_bounded, shaped, with_a_misfit
 from hexathermal.learn.diagnosis.stand_offs import stand_offs
 from hexathermal.learn.diagnosis.trials import PREFIX, Item, Trial, Workbench
 from hexathermal.learn.diagnosis.witnesses import Witnesses
@@ -173,7 +173,7 @@ class Search:
             levels, null = pool[better], nulls[better]
             if gained < TRIFLE:
                 break
-        bounded = nameless_bounded(self.channel, self.system, list(ranked.values()))
+        bounded = nameless_bounded(self.channel, self.system, shaped(list(ranked.values())))
         timed = late_or_off(bounded, timed=self._timed)
         believed = with_a_misfit(self.channel, self.system, timed)
         order = tuple(sorted(believed, key=lambda item: -item.value))

@@ -2,19 +2,23 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+from functools import partial
+
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
 from hexathermal.learn.diagnosis.causes import zero_jump
-from hexathermal.learn.diagnosis.causes.sensor_detached import _promising_moments
+from hexathermal.learn.diagnosis.causes.sensor_detached import Loss, _parity, _promising, _promising_moments
 from hexathermal.learn.diagnosis.causes.zero_jump import _moments
 from hexathermal.learn.diagnosis.evidence import Scored
 from hexathermal.learn.diagnosis.foresight import foresight, part_saved
 from hexathermal.learn.diagnosis.sensor_model import SensorModel
 from hexathermal.learn.diagnosis.stage import Stage
 from hexathermal.learn.diagnosis.trials import Trial, Workbench
+from hexathermal.learn.diagnosis.view import View
 from tests.learn.diagnosis.campaigns import viewed
 from tests.learn.diagnosis.test_evidence import ranked
 
@@ -42,9 +46,49 @@ def test_the_parity_finds_the_moment_of_lost_contact(bench: str) -> None:
     """Of a thermometer of the law that comes off, the most promising moment is within ten minutes of the true one."""
     view, answer = viewed(bench, 5, ("sensor-detached",), 1.0)
     hidden = answer.parameters[0]
-    run, moment = _promising_moments(SensorModel(view, str(hidden["target"])))[0]
-    assert view.runs[run].run.name == hidden["run"]
-    assert abs(moment - float(hidden["moment"])) < 600.0
+    loss = _promising_moments(SensorModel(view, str(hidden["target"])), stays=True)[0]
+    assert view.runs[loss.run].run.name == hidden["run"]
+    assert abs(loss.moment - float(hidden["moment"])) < 600.0
+
+
+def lost_for_a_run(seed: int, warmer: float) -> tuple[View, Loss]:
+    """A view whose law's sensor reads 0.8 of air from an hour of its second run to that run's end.
+
+    Each run begins with a part that is warmer than the air by so much.
+    """
+    view = viewed("quiet", seed, (), 1.0)[0]
+    name, loss, runs = view.base[0], Loss(1, 3600.0, stays=False), []
+    for k, rows in enumerate(view.runs):
+        signals, weather = rows.signals, rows.weather
+        assert signals.air is not None
+        assert weather is not None
+        cooler = weather.copy()
+        cooler[:, 0] += signals.zero_of(name) - warmer - (weather[0, 0] - signals.air[0])
+        off = (k == loss.run) & (signals.time >= loss.moment)
+        read = np.where(off, signals.dT[name] + 0.8 * (signals.air - warmer - signals.dT[name]), signals.dT[name])
+        runs.append(replace(rows, signals=replace(signals, dT={**signals.dT, name: read}), weather=cooler))
+    return replace(view, runs=tuple(runs)), loss
+
+
+@pytest.mark.parametrize("warmer", [0.0, 3.0])
+def test_a_thermometer_fixed_again_is_found(warmer: float) -> None:
+    """Lost for the rest of one run and fixed before the next: named, its moment and kind told, its share about 0.8.
+
+    So where the run begins with a part that is warmer than the room.
+    """
+    view, loss = lost_for_a_run(21, warmer)
+    model = SensorModel(view, view.base[0])
+    best = max(_promising(model), key=lambda one: model.shown_of(partial(_parity, one)).gain)
+    assert (best.run, best.stays) == (loss.run, loss.stays)
+    assert abs(best.moment - loss.moment) < 600.0
+    assert model.shown_of(partial(_parity, best)).amplitude == pytest.approx(0.8, abs=0.2)
+    leader = Stage(view).step.ranking[0]
+    assert leader.cause == "sensor-detached"
+    repair = leader.best.trial.repair
+    assert repair is not None
+    parameters = repair().parameters
+    assert list(parameters["from_s"]) == [view.runs[loss.run].run.name]
+    assert parameters["again_in"] == view.order[view.order.index(view.runs[loss.run].run.name) + 1 :]
 
 
 def test_runs_left_out_deny_chance_and_confirm_what_is_there() -> None:

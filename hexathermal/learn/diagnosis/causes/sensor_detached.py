@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Iterator
-from dataclasses import replace
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
 from functools import partial
 
 import numpy as np
@@ -25,6 +25,7 @@ CAUSE = Cause(
     ),
     parameters=(
         Parameter("time_s", "s", "any moment of any run"),
+        Parameter("fixed_again", "1", "0: it stays off; 1: before the next run"),
         Parameter("share", "1", "of the air in the reading after that"),
     ),
     confused_with=(
@@ -46,9 +47,28 @@ LAST = 0.98
 LEARNT_S = 600.0
 """So long it must have been seen on the part before, for the others to be able to speak for it."""
 
+STATION_ERROR_K, SHARE = 0.5, 0.7
+"""What a thermocouple and the weather station may differ by where both read one temperature (class 1 tolerance, type
+T), and the air's share."""
+
 SCANNED, CLOSER, PROMISING = 360, 3, 10
 """Moments at which the parity is asked where it breaks, the best of them that are looked at more closely, and so many
 of the best that are tried besides."""
+
+
+@dataclass(frozen=True)
+class Loss:
+    """A loss of contact: in which run, when [s], and whether it stays or is mended before the next run."""
+
+    run: int
+    moment: float
+    stays: bool = True
+
+    def first_row(self, run: int, time: FloatArray) -> int:
+        """Return the first row of a run that shows it, of rows at `time`; as many as there are where none does."""
+        if run == self.run:
+            return int(np.searchsorted(time, self.moment))
+        return 0 if run > self.run and self.stays else len(time)
 
 
 def trials(bench: Workbench) -> Iterator[Trial]:
@@ -62,25 +82,30 @@ def trials(bench: Workbench) -> Iterator[Trial]:
             continue
         span, own = bench.slopes_span(sensor), view.temperatures(sensor)
         even = _even_moments(model, min(7, MOST_MOMENTS // len(view.runs)))
-        promising = set(view.once((CAUSE.name, sensor), partial(_promising_moments, model)))
-        for k, moment in sorted({*even, *promising}):
-            told = view.once((CAUSE.name, sensor, k, moment), partial(_told, model, k, moment))
-            off = (view.channel.run > k) | ((view.channel.run == k) & (view.time >= moment))
+        promising = set(view.once((CAUSE.name, sensor), partial(_promising, model)))
+        for loss in sorted({*even, *promising}, key=lambda one: (not one.stays, one.run, one.moment)):
+            told = view.once((CAUSE.name, sensor, loss), partial(_told, model, loss))
+            off = (view.channel.run == loss.run) & (view.time >= loss.moment)
+            off |= (view.channel.run > loss.run) & loss.stays
             lost = off * (told - own)
-            where = {"run": view.runs[k].run.name, "time_s": round(moment, 1)}
-            asked = (k, moment) in promising
-            yield Trial(CAUSE.name, (span * lost)[:, None], sensor, "", where, parity=partial(_parity, k, moment),
-                        repair=partial(_repair, model, k, moment), asked=asked, partly=True,
+            where = {"run": view.runs[loss.run].run.name, "time_s": round(loss.moment, 1)}
+            where |= {} if loss.stays else {"fixed_again": 1}
+            asked = loss in promising
+            yield Trial(CAUSE.name, (span * lost)[:, None], sensor, "", where, parity=partial(_parity, loss),
+                        repair=partial(_repair, model, loss), asked=asked, partly=True,
                         advantage=-math.log(SCANNED / len(even)) if asked else 0.0)  # fmt: skip
 
 
-def _even_moments(model: SensorModel, each: int) -> list[tuple[int, float]]:
-    """Return moments evenly in each run; in the first, after what the others learn from."""
+def _even_moments(model: SensorModel, each: int, *, stays: bool = True) -> list[Loss]:
+    """Return moments evenly in each run; in the first, after what the others learn from.
+
+    What is mended before the next run ends with its run: in the last one there is no difference.
+    """
     found = []
-    for k in range(len(model.view.runs)):
+    for k in range(len(model.view.runs) - (not stays)):
         begin, end = _span(model, k)
         last = begin + LAST * (end - begin)
-        found += [(k, float(moment)) for moment in np.linspace(begin, last, max(2, each))]
+        found += [Loss(k, float(moment), stays) for moment in np.linspace(begin, last, max(2, each))]
     return found
 
 
@@ -91,63 +116,81 @@ def _span(model: SensorModel, run: int) -> tuple[float, float]:
     return (begin if run else min(begin + LEARNT_S, 0.5 * (begin + end))), end
 
 
-def _promising_moments(model: SensorModel) -> list[tuple[int, float]]:
+def _promising(model: SensorModel) -> list[Loss]:
+    """Return the losses of either kind that the parity shows most clearly."""
+    return [loss for stays in (True, False) for loss in _promising_moments(model, stays=stays)]
+
+
+def _promising_moments(model: SensorModel, *, stays: bool) -> list[Loss]:
     """Return the moments from which on the parity goes towards the air most clearly.
 
     They are compared at a noise without a fault: what was fitted with the fault in it forgives any.
     """
     levels = model.null[0]
     sound = replace(levels, slow=min(levels.slow, BIAS_K), offset=min(levels.offset, BIAS_K))
-    scores: dict[tuple[int, float], float] = {}
+    scores: dict[Loss, float] = {}
 
-    def scan(places: Iterable[tuple[int, float]]) -> list[tuple[int, float]]:
+    def scan(places: Sequence[Loss]) -> list[Loss]:
         """Score places; return the best of all so far."""
-        for k, moment in places:
-            columns, sizes = _parity(k, moment, model)
+        for loss in places:
+            columns, sizes = _parity(loss, model)
             X, sd = np.column_stack([model.X, columns]), np.concatenate([model.sd, sizes])
-            scores[k, moment] = model.channel.evidence(X, sd, sound)
+            scores[loss] = model.channel.evidence(X, sd, sound)
         return sorted(scores, key=lambda place: -scores[place])
 
-    best = scan(_even_moments(model, SCANNED // len(model.view.runs)))[:CLOSER]
-    for k, moment in best:
-        begin, end = _span(model, k)
-        step = LAST * (end - begin) / (SCANNED // len(model.view.runs) - 1)
-        near = np.clip(moment + step * np.array([-0.75, -0.5, -0.25, 0.25, 0.5, 0.75]), begin, end)
-        scan((k, float(one)) for one in near)
-    return scan(())[:PROMISING]
+    each = SCANNED // len(model.view.runs)
+    best = scan(_even_moments(model, each, stays=stays))[:CLOSER]
+    for loss in best:
+        begin, end = _span(model, loss.run)
+        step = LAST * (end - begin) / (each - 1)
+        near = np.clip(loss.moment + step * np.array([-0.75, -0.5, -0.25, 0.25, 0.5, 0.75]), begin, end)
+        scan([replace(loss, moment=float(one)) for one in near])
+    return scan([])[:PROMISING]
 
 
-def _repair(model: SensorModel, run: int, moment: float) -> SensorRepair:
-    """Return the repair: from the moment on the others speak for the sensor, in all later runs too."""
+def _repair(model: SensorModel, loss: Loss) -> SensorRepair:
+    """Return the repair: from the moment on the others speak for the sensor, in all later runs too if it stays."""
     runs = model.view.order
-    at = runs.index(model.view.runs[run].run.name)
-    begins = {runs[at]: moment} | dict.fromkeys(runs[at + 1 :], 0.0)
-    weights = model.sensor_weights(model.weights(_before(model, run, moment)))
-    return SensorRepair(CAUSE.name, "detached", {"sensor": model.sensor, "weights": weights, "from_s": begins})
+    at = runs.index(model.view.runs[loss.run].run.name)
+    later = runs[at + 1 :]
+    begins = {runs[at]: loss.moment} | (dict.fromkeys(later, 0.0) if loss.stays else {})
+    weights = model.sensor_weights(model.weights(_sound(model, loss)))
+    again = {} if loss.stays else {"again_in": list(later)}
+    return SensorRepair(CAUSE.name, "detached", {"sensor": model.sensor, "weights": weights, "from_s": begins} | again)
 
 
-def _told(model: SensorModel, run: int, moment: float) -> FloatArray:
-    """Return what the other sensors foretell in windows, learnt before the moment in run `run`."""
-    return model.view.windows_zeroed(model.foretold(_before(model, run, moment)))[:, 0]
+def _told(model: SensorModel, loss: Loss) -> FloatArray:
+    """Return what the other sensors foretell in windows, learnt while it sat on the part."""
+    return model.view.windows_zeroed(model.foretold(_sound(model, loss)))[:, 0]
 
 
-def _before(model: SensorModel, run: int, moment: float) -> list[slice]:
-    """Return the rows of each run before the moment in run `run`."""
-    before = []
-    for i, signals in enumerate(model.view.signals):
-        last = int(np.searchsorted(signals.time, moment)) if i == run else 0
-        before.append(slice(None) if i < run else slice(0, last))
-    return before
+def _sound(model: SensorModel, loss: Loss) -> list[slice]:
+    """Return the rows of each run in which it sits on the part."""
+    firsts = [loss.first_row(i, signals.time) for i, signals in enumerate(model.view.signals)]
+    return [slice(None) if first == len(signals) else slice(0, first)
+            for first, signals in zip(firsts, model.view.signals, strict=True)]  # fmt: skip
 
 
-def _parity(run: int, moment: float, model: SensorModel) -> tuple[FloatArray, FloatArray]:
-    """Return by how much the air differs from the foretold temperature once contact is lost, in the parity."""
-    weights = model.weights(_before(model, run, moment))
-    gaps = []
+def _parity(loss: Loss, model: SensorModel) -> tuple[FloatArray, FloatArray]:
+    """Return what an error of the station's, and the air, differ by from what is foretold once contact is lost."""
+    weights = model.weights(_sound(model, loss))
+    found = []
     for i, (signals, profiles) in enumerate(zip(model.view.signals, model.profiles, strict=True)):
         assert signals.air is not None  # looked at before
-        gap = np.zeros(len(profiles))
-        first = len(gap) if i < run else int(np.searchsorted(signals.time, moment)) if i == run else 0
-        gap[first:] = signals.air[first:] - profiles[first:] @ weights
-        gaps.append(gap)
-    return model.means(gaps)[:, None], np.array([0.7])
+        both, first = np.zeros((len(profiles), 2)), loss.first_row(i, signals.time)
+        both[first:, 1] = signals.air[first:] - profiles[first:] @ weights
+        if first or not model.view.zeroed_by_run:  # else the zero was read in the air, too
+            both[first:] += 1.0, _cooler_at_zero(model, i)
+        found.append(both)
+    return model.means(found), SHARE * np.array([STATION_ERROR_K, 1.0])
+
+
+def _cooler_at_zero(model: SensorModel, run: int) -> float:
+    """Return by how much the air is warmer than the sensor at a run's zero [K]; 0 where that is not known.
+
+    A part that is warm when a run begins counts from its own warmth, the air from that of the room.
+    """
+    rows = model.view.runs[run]
+    if rows.weather is None or rows.signals.air is None or model.sensor not in rows.signals.zero_degC:
+        return 0.0
+    return float(rows.weather[0, 0] - rows.signals.air[0]) - rows.signals.zero_of(model.sensor)
