@@ -17,7 +17,7 @@ import numpy.typing as npt
 from hexathermal.errors import ArgumentError, HexathermalError
 from hexathermal.learn.campaign import BeamLayout, Block, Campaign, RunFile, joined
 from hexathermal.learn.campaign_streams import RunTable
-from hexathermal.learn.cleaning import UsableBlocks, Zero
+from hexathermal.learn.cleaning import UsableBlocks
 from hexathermal.learn.cleaning_record import CleaningRecord
 from hexathermal.learn.cleaning_sheets import Sheet, stacked
 from hexathermal.learn.interferometer import index_along_run
@@ -25,6 +25,9 @@ from hexathermal.machine.leg_signals import LegSignals
 from hexathermal.poses import FloatArray
 
 AIR = "air_temperature_degC"
+
+USUAL_HUMIDITY = 0.5
+"""Where it was not recorded."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -106,7 +109,8 @@ def run_rows(campaign: Campaign, run: RunFile | str) -> RunRows:
     heat = sheet.heat - reader.zero.heat
     lost = {name: int(np.isnan(heat[:, k]).sum()) for k, name in enumerate(campaign.sensors)}
     dT = {name: _filled(time, heat[:, k]) for k, name in enumerate(campaign.sensors)}
-    index = _index(campaign, sheet, time, reader.zero)
+    weather = _weather(time, sheet.air)
+    index, by_pressure = _index(weather), _index(_as_at_first(weather))
     signals = LegSignals(
         time + begin,
         dT,
@@ -119,9 +123,9 @@ def run_rows(campaign: Campaign, run: RunFile | str) -> RunRows:
         {name: float(value) for name, value in zip(campaign.sensors, reader.zero.heat, strict=True)
          if math.isfinite(value)},
         None if index is None else float(index[0]),
+        None if by_pressure is None else by_pressure - by_pressure[0],
     )  # fmt: skip
-    return RunRows(reader.run, signals, drift, landing, landing >= 0, _weather(time, sheet.air), lost, reader.record,
-                   block)  # fmt: skip
+    return RunRows(reader.run, signals, drift, landing, landing >= 0, weather, lost, reader.record, block)
 
 
 def follows_on(zero: str, before: LegSignals | None, after: LegSignals) -> bool:
@@ -168,17 +172,22 @@ def _weather(time: FloatArray, air: FloatArray) -> FloatArray | None:
     return np.column_stack([_filled(time, air[:, k]) for k in range(air.shape[1])])
 
 
-def _index(campaign: Campaign, sheet: Sheet, time: FloatArray, zero: Zero) -> FloatArray | None:
+def _index(weather: FloatArray | None) -> FloatArray | None:
     """Return the index of air; None where the weather does not tell it."""
-    if np.isnan(sheet.air[:, :2]).all(axis=0).any():
+    if weather is None or np.isnan(weather[:, :2]).any():
         return None
-    humid = np.isnan(sheet.air[:, 2]).all()
-    air = np.column_stack([_filled(time, sheet.air[:, k]) if k < 2 or not humid else np.full(len(time), 0.5)
-                           for k in range(3)])  # fmt: skip
     try:
-        return index_along_run(air)
+        return index_along_run(np.where(np.isnan(weather), USUAL_HUMIDITY, weather))
     except HexathermalError:
         return None
+
+
+def _as_at_first(weather: FloatArray | None) -> FloatArray | None:
+    """Return the weather as warm and as humid as in the first row, the pressure alone as it was."""
+    if weather is None:
+        return None
+    return np.column_stack([np.broadcast_to(weather[:1, [0]], weather[:, [0]].shape), weather[:, 1],
+                            np.broadcast_to(weather[:1, [2]], weather[:, [2]].shape)])  # fmt: skip
 
 
 def _tilt(beams: BeamLayout | None, sheet: Sheet, time: FloatArray, block: Block) -> FloatArray | None:

@@ -49,6 +49,9 @@ class LegSignals:
         Temperatures of the sensors at the zero, where they are known.
     zero_index : float, optional [1]
         Index of refraction of the air at the zero, where it is known.
+    pressure_index : array, shape (n,) [1]
+        Index of refraction less that of the zero, were the air as warm and as humid as there; None where it is not
+        known.
     """
 
     time: FloatArray
@@ -61,6 +64,7 @@ class LegSignals:
     inputs: Mapping[str, FloatArray] = field(default_factory=dict)
     zero_degC: Mapping[str, float] = field(default_factory=dict)
     zero_index: float | None = None
+    pressure_index: FloatArray | None = None
 
     def __len__(self) -> int:
         return len(self.time)
@@ -80,8 +84,8 @@ class LegSignals:
         return float(self.zero_degC[sensor])
 
     def recorded(self, name: str) -> FloatArray:
-        """Return ``air``, ``index``, ``tilt`` or a recorded input."""
-        found: FloatArray | None = getattr(self, name) if name in ("air", "index", "tilt") else self.inputs.get(name)
+        """Return ``air``, ``index``, ``pressure_index``, ``tilt`` or a recorded input."""
+        found: FloatArray | None = getattr(self, name) if name in WORDS else self.inputs.get(name)
         if found is None or np.isnan(found).all():
             raise ArgumentError(f"the law needs {WORDS.get(name, f'the recorded input {name!r}')}, which is not given")
         return found
@@ -92,7 +96,7 @@ class LegSignals:
 
 
 WORDS = {"air": "the air temperature", "index": "the air's temperature, pressure and humidity",
-         "tilt": "the interferometer's three beams"}  # fmt: skip
+         "pressure_index": "the air's pressure along the run", "tilt": "the interferometer's three beams"}  # fmt: skip
 
 
 class Memory:

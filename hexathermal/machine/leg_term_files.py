@@ -15,7 +15,7 @@ import numpy as np
 
 from hexathermal.machine.forms import Form, dotted, shown
 from hexathermal.machine.leg_repairs import KINDS, SensorRepair
-from hexathermal.machine.leg_terms import SHAPES, LegTerm
+from hexathermal.machine.leg_terms import PRESSURE, SHAPES, LegTerm
 from hexathermal.machine.toml_positions import Where
 from hexathermal.machine.units import from_millionths, metres, millionths, shortest
 from hexathermal.poses import FloatArray
@@ -43,7 +43,7 @@ PARAMETERS: dict[str, dict[str, str]] = {
         "calibration_degC": "number",
     },
     "room": {"time_constant_s": "number!"},
-    "air-index": {"path_mm": "mm!", "stroke_share": "number!", "reference_index": "number"},
+    "air-index": {"path_mm": "mm!", "stroke_share": "number!", "reference_index": "number", "weather": "text"},
     "tilt": {},
     "direction": {"play_mm": "mm", "approach": "number"},
     "periodic": {"pitch_mm": "mm!"},
@@ -247,6 +247,8 @@ def _check_parameters(form: Form, shape: str, parameters: Mapping[str, Any], pat
         form.check(
             (*path, "reference_index"), 1.0 <= parameters["reference_index"] <= DENSEST_AIR, f"1 to {DENSEST_AIR:g}"
         )
+    if "weather" in parameters and shape == "air-index":
+        form.check((*path, "weather"), parameters["weather"] == PRESSURE, f"{PRESSURE!r}, or left out")
     if "decades" in parameters and shape == "relaxation":
         form.check((*path, "decades"), 0.0 <= parameters["decades"] <= MOST_DECADES, f"0 to {MOST_DECADES:g}")
     if "approach" in parameters and shape == "direction":

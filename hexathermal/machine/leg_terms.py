@@ -21,6 +21,9 @@ from hexathermal.poses import FloatArray
 Shape = Callable[[LegSignals, Mapping[str, Any], Memory], FloatArray]
 """From signals, parameters and the memory of the rows before to columns, shape (n, k)."""
 
+PRESSURE = "pressure"
+"""Of the weather, what alone an ``air-index`` may have left out."""
+
 
 @dataclass(frozen=True, eq=False)
 class LegTerm:
@@ -229,10 +232,12 @@ def air_index(signals: LegSignals, parameters: Mapping[str, Any], memory: Memory
     """Return ``(path + stroke_share q) (n - n_0)``: how an index that was not applied shortens what is read [m].
 
     With ``reference_index`` the laser took that index for the air's, so that its scale is wrong already at the zero:
-    ``+ stroke_share (q - q_0) (n_0 - reference_index)``.
+    ``+ stroke_share (q - q_0) (n_0 - reference_index)``. With ``weather = "pressure"`` that alone was not applied: n is
+    that of air as warm and as humid as at the zero.
     """
     share = parameters["stroke_share"]
-    found = (parameters["path_m"] + share * signals.q) * signals.recorded("index")
+    index = "pressure_index" if parameters.get("weather") == PRESSURE else "index"
+    found = (parameters["path_m"] + share * signals.q) * signals.recorded(index)
     if "reference_index" in parameters:
         if signals.zero_index is None:
             raise ArgumentError("the law needs the index of refraction of the air at the zero, which is not given")

@@ -15,6 +15,7 @@ LABELS = {
     "approach": "first positions of runs were reached",
     "play_m": "way of a reversal",
     "fixed_again": "fixed to the part again",
+    "weather": "what of the weather was left out",
 }
 """Of parameters whose names alone would not be understood."""
 

@@ -35,7 +35,8 @@ EXAMPLES: dict[str, list[tuple[str, dict[str, Any], list[float]]]] = {
                                       "calibration_degC": 20.0}, [-2e-8])],
     "room": [("frame-expansion", {"time_constant_s": 5000.0}, [3e-7])],
     "air-index": [("air-refraction", {"path_m": 0.7003, "stroke_share": 1.0}, [-1.0]),
-                  ("air-refraction", {"path_m": 0.4, "stroke_share": 1.0, "reference_index": 1.000265}, [-0.6])],
+                  ("air-refraction", {"path_m": 0.4, "stroke_share": 1.0, "reference_index": 1.000265}, [-0.6]),
+                  ("air-refraction", {"path_m": 0.4, "stroke_share": 1.0, "weather": "pressure"}, [0.8])],
     "tilt": [("abbe-tilt", {}, [2e-3, -1e-3])],
     "direction": [("backlash", {}, [0.31e-6]), ("backlash", {"approach": -0.4}, [0.31e-6]),
                   ("backlash", {"approach": 0.5, "play_m": 0.001}, [0.31e-6])],
@@ -89,7 +90,7 @@ def drawn_signals(seed: int, rows: int = 160) -> LegSignals:
     return LegSignals(
         time, {f"T0{k}": slow(0.2) for k in (1, 2, 3)}, q, Q0, slow(0.1), slow(1e-7),
         np.column_stack([slow(1e-6), slow(1e-6)]), {"spindle_rpm": 3000.0 * (rng.random(rows) < 0.5)},
-        {"T01": 21.3, "T02": 20.4, "T03": 22.0}, 1.00027,
+        {"T01": 21.3, "T02": 20.4, "T03": 22.0}, 1.00027, slow(1e-7),
     )  # fmt: skip
 
 
@@ -103,5 +104,5 @@ def part(signals: LegSignals, rows: slice) -> LegSignals:
         signals.time[rows], {name: values[rows] for name, values in signals.dT.items()}, signals.q[rows],
         signals.retracted_length, cut(signals.air), cut(signals.index), cut(signals.tilt),
         {name: values[rows] for name, values in signals.inputs.items()}, signals.zero_degC,
-        signals.zero_index,
+        signals.zero_index, cut(signals.pressure_index),
     )  # fmt: skip

@@ -148,6 +148,16 @@ def test_a_laser_with_a_fixed_index_reads_a_wrong_path() -> None:
         term_columns("air-index", dataclasses.replace(signals, zero_index=None), settings)
 
 
+def test_the_pressure_alone_may_not_have_been_applied() -> None:
+    """Then n is that of air as warm and humid as at the zero: ``(path + q) (n - n_0)``; without it an error says so."""
+    signals = drawn_signals(4, 50)
+    settings = {"path_m": 0.7, "stroke_share": 1.0, "weather": "pressure"}
+    wanted = (0.7 + signals.q) * signals.recorded("pressure_index")
+    assert np.array_equal(term_columns("air-index", signals, settings)[:, 0], wanted)
+    with pytest.raises(ArgumentError, match="needs the air's pressure along the run"):
+        term_columns("air-index", dataclasses.replace(signals, pressure_index=None), settings)
+
+
 def test_a_relaxation_does_not_ask_how_often_a_move_was_logged() -> None:
     """The same moves logged every 2 s and every 20 s leave the same, of whatever kick, one time or decades of them."""
     knots, places = [0.0, 100.0, 140.0, 600.0, 660.0, 700.0, 2000.0], [0.2, 0.2, 0.22, 0.22, 0.25, 0.24, 0.24]

@@ -21,6 +21,9 @@ LEAST_SHARE = 0.03
 MOST_LOSS = 0.5
 """A first cause that makes runs left out less likely, or adds more than this part to their squares, is passed over."""
 
+FALLING = 0.2
+"""A first cause of `FAINT` or more of evidence pays also where squares of runs left out fall by more than this part."""
+
 FAINT = 9.0
 """What has less evidence, named or not, may not add to the squares of runs left out by more than they scatter:
 thermometers that wander, and landings that stand off, which no noise is drawn with, feign a little now and then."""
@@ -61,7 +64,10 @@ def worth(stage: Stage, after: Stage, leader: Ranked, *, later: bool) -> tuple[b
     clear = sure >= (CLEARLY_FORESEEN if later else FORESEEN) and (
         share > -part_spread(stage, after, leader) or part_saved(stage, after, leader, within=True) > LEAST_SHARE
     )
-    pays = sure > 0.0 and not denied(stage, after, leader) and (clear or share > (LEAST_SHARE if later else -MOST_LOSS))
+    # what thermometers err by moves a law a little in each window, and may cost more likelihood than a slow cause brings
+    falls = share > max(FALLING, part_spread(stage, after, leader)) and leader.gated >= FAINT and not later
+    least = LEAST_SHARE if later else -MOST_LOSS
+    pays = (sure > 0.0 or falls) and not denied(stage, after, leader) and (clear or share > least)
     # what was before a run left out is not known: it is seen, although a law of its rows alone does without it
     seen = leader.best.trial.starts > 0 and leader.gated >= FAINT
     return pays or seen, pays and (share > 0.0 or clear)

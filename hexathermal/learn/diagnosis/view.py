@@ -387,6 +387,7 @@ def _mean_signals(signals: LegSignals, piece: Pieces) -> LegSignals:
         dT={name: piece.means(values) for name, values in signals.dT.items()},
         air=mean(signals.air),
         index=mean(signals.index),
+        pressure_index=mean(signals.pressure_index),
         tilt=mean(signals.tilt),
         inputs={name: piece.means(values) for name, values in signals.inputs.items()},
     )

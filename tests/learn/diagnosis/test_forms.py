@@ -24,6 +24,7 @@ from hexathermal.learn.diagnosis.trials import Trial
 from hexathermal.learn.diagnosis.unexplained import flexible_trials
 from hexathermal.learn.diagnosis.view import View
 from hexathermal.learn.diagnosis.witnesses import WHOLE, Witnesses
+from hexathermal.learn.interferometer import index_along_run
 from tests.learn.diagnosis.campaigns import viewed
 from tests.learn.diagnosis.noises import LEVELS
 
@@ -79,6 +80,25 @@ def test_light_may_pass_along_the_leg_and_an_index_may_be_set_once() -> None:
     assert {one["path_m"] for one in tried if one.get("reference_index") == first} == {
         view.dead_path, view.dead_path + view.length
     }  # fmt: skip
+
+
+@pytest.mark.parametrize("weather", ["pressure", None])
+def test_a_barometer_that_nobody_reads_is_told_from_a_whole_index(weather: str | None) -> None:
+    """Beams that lack the index of air by its pressure alone, or all of it: named so, and which of both is told."""
+    view, _ = viewed("quiet", 2, (), 1.0)
+    runs = []
+    for rows in view.runs:
+        assert rows.weather is not None
+        still = rows.weather if weather is None else np.tile(rows.weather[0], (len(rows.weather), 1))
+        still = np.column_stack([still[:, 0], rows.weather[:, 1], still[:, 2]])
+        index = index_along_run(still)
+        assert rows.signals.pressure_index is not None
+        if weather:
+            assert np.allclose(rows.signals.pressure_index, index - index[0], atol=1e-12)
+        runs.append(replace(rows, drift=rows.drift + 0.4 * (view.dead_path + rows.signals.q) * (index - index[0])))
+    leader = Stage(replace(view, runs=tuple(runs))).step.ranking[0]
+    assert leader.cause == "air-refraction"
+    assert leader.best.trial.parameters.get("weather") == weather
 
 
 def test_short_moves_are_tried_where_lengths_of_moves_differ() -> None:

@@ -10,6 +10,7 @@ import numpy as np
 from hexathermal.learn.diagnosis.trials import Cause, Parameter, Trial, Workbench
 from hexathermal.learn.diagnosis.view import View
 from hexathermal.learn.interferometer import index_along_run
+from hexathermal.machine.leg_terms import PRESSURE
 
 CAUSE = Cause(
     name="air-refraction",
@@ -18,7 +19,10 @@ CAUSE = Cause(
         "metre and hPa."
     ),
     signature="The residual follows the pressure, which nothing thermal does, and grows with the path.",
-    parameters=(Parameter("share", "1", "of the index that was not applied; 1: all of it"),),
+    parameters=(
+        Parameter("share", "1", "of the index that was not applied; 1: all of it"),
+        Parameter("weather", "name", "all of it, or the pressure alone"),
+    ),
     confused_with=(
         "frame-expansion",
         "zero-drift",
@@ -33,6 +37,7 @@ def trials(bench: Workbench) -> Iterator[Trial]:
     """Give the index over the dead path, over the path with the stroke, and with the leg, along which light may pass.
 
     The laser's scale, too: it may have taken the standard index for the air's, or that of the first run's first row.
+    Where air temperature and humidity are read and the pressure was typed in once, the pressure alone is lacking.
     """
     view = bench.view
     if view.kind != "leg" or any(rows.signals.index is None for rows in view.runs):
@@ -42,10 +47,11 @@ def trials(bench: Workbench) -> Iterator[Trial]:
     if not view.zeroed_by_run:
         references = references[:1]
     for path, share in _paths(view):
-        yield bench.term(CAUSE.name, "air-index", None, quick=True, path_m=path, stroke_share=share)
+        own = {"path_m": path, "stroke_share": share}
+        yield bench.term(CAUSE.name, "air-index", None, quick=True, **own)
+        yield bench.term(CAUSE.name, "air-index", None, quick=True, weather=PRESSURE, **own)
         for reference in references if share > 0.0 and view.moves else ():
-            yield bench.term(CAUSE.name, "air-index", None, quick=True, path_m=path, stroke_share=share,
-                             reference_index=reference)  # fmt: skip
+            yield bench.term(CAUSE.name, "air-index", None, quick=True, reference_index=reference, **own)
 
 
 def _paths(view: View) -> list[tuple[float, float]]:

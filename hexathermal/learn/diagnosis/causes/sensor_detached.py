@@ -47,10 +47,6 @@ LAST = 0.98
 LEARNT_S = 600.0
 """So long it must have been seen on the part before, for the others to be able to speak for it."""
 
-STATION_ERROR_K, SHARE = 0.5, 0.7
-"""What a thermocouple and the weather station may differ by where both read one temperature (class 1 tolerance, type
-T), and the air's share."""
-
 SCANNED, CLOSER, PROMISING = 360, 3, 10
 """Moments at which the parity is asked where it breaks, the best of them that are looked at more closely, and so many
 of the best that are tried besides."""
@@ -172,17 +168,17 @@ def _sound(model: SensorModel, loss: Loss) -> list[slice]:
 
 
 def _parity(loss: Loss, model: SensorModel) -> tuple[FloatArray, FloatArray]:
-    """Return what an error of the station's, and the air, differ by from what is foretold once contact is lost."""
+    """Return by how much the air differs from the foretold temperature once contact is lost, in the parity."""
     weights = model.weights(_sound(model, loss))
-    found = []
+    gaps = []
     for i, (signals, profiles) in enumerate(zip(model.view.signals, model.profiles, strict=True)):
         assert signals.air is not None  # looked at before
-        both, first = np.zeros((len(profiles), 2)), loss.first_row(i, signals.time)
-        both[first:, 1] = signals.air[first:] - profiles[first:] @ weights
+        gap, first = np.zeros(len(profiles)), loss.first_row(i, signals.time)
+        gap[first:] = signals.air[first:] - profiles[first:] @ weights
         if first or not model.view.zeroed_by_run:  # else the zero was read in the air, too
-            both[first:] += 1.0, _cooler_at_zero(model, i)
-        found.append(both)
-    return model.means(found), SHARE * np.array([STATION_ERROR_K, 1.0])
+            gap[first:] += _cooler_at_zero(model, i)
+        gaps.append(gap)
+    return model.means(gaps)[:, None], np.array([0.7])
 
 
 def _cooler_at_zero(model: SensorModel, run: int) -> float:

@@ -12,8 +12,9 @@ from hexathermal.simulate.hidden.truth import CampaignTruth, RunTruth
 
 WAVELENGTH = 632.99e-9
 
-OFTEN = 0.4
-"""How often light passes along the leg, and how often compensation is set once for a campaign."""
+OFTEN, ALONE = 0.4, 0.25
+"""How often light passes along the leg, and how often compensation is set once for a campaign; how often it lacks the
+pressure alone, since the station has no barometer."""
 
 
 def draw(truth: CampaignTruth, generator: np.random.Generator) -> Parameters:
@@ -27,6 +28,8 @@ def draw(truth: CampaignTruth, generator: np.random.Generator) -> Parameters:
     sign = 1.0 if path == "whole" else either_sign(generator)
     found: dict[str, float | int | str] = {"path": path, "share": sign * float(generator.uniform(0.2, 1.0))}
     along, once = generator.random(2) < OFTEN
+    if generator.random() < ALONE:
+        found |= {"weather": "pressure"}
     if path == "whole":
         found |= {"path": "leg" if along else path, "set": "once" if once else "each run"}
     return found
@@ -37,7 +40,7 @@ def hide(truth: CampaignTruth, parameters: Parameters) -> CampaignTruth:
 
     def seen(run: RunTruth) -> FloatArray:
         """Return what the laser shows too much [m]."""
-        index = index_of_air(WAVELENGTH, *run.air.T)
+        index = index_of_air(WAVELENGTH, *(_by_pressure(run.air) if "weather" in parameters else run.air).T)
         path = truth.dead_path + (run.q if parameters["path"] != "dead" else 0.0)
         path = path + (truth.retracted_length if parameters["path"] == "leg" else 0.0)
         # compensation that was set once is right at the first row of the campaign, which no run's zero hides
@@ -45,6 +48,13 @@ def hide(truth: CampaignTruth, parameters: Parameters) -> CampaignTruth:
         return np.asarray(float(parameters["share"]) * path * (index / fixed - 1.0))
 
     return add(truth, seen)
+
+
+def _by_pressure(air: FloatArray) -> FloatArray:
+    """Return air of the first row's temperature and humidity at the pressures of all rows."""
+    still = np.tile(air[0], (len(air), 1))
+    still[:, 1] = air[:, 1]
+    return still
 
 
 EFFECT = Effect("air-refraction", draw, hide, with_beams, "share", (0.005, 2.0))

@@ -1,5 +1,4 @@
-"""A thermometer of the law loses contact in one run and reads mostly air from then on, in later runs too, or until it is
-fixed again between two runs."""
+"""A thermometer of the law loses contact in one run and reads mostly air from then on, in later runs too if it stays."""
 
 from __future__ import annotations
 
@@ -9,7 +8,6 @@ from hexathermal.poses import FloatArray
 from hexathermal.simulate.hidden.effect import Effect, Parameters
 from hexathermal.simulate.hidden.shapes import log_uniform, misread
 from hexathermal.simulate.hidden.truth import CampaignTruth, RunTruth
-
 
 FIXED = 0.3
 """How often it is found and fixed before the next run."""
