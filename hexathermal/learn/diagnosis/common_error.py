@@ -6,8 +6,8 @@ all readings share:
 
 ``sum_s w_s T_s = x b + e(t)``,  x: motion, inputs and air behind low passes, decays before each run
 
-with weights, none below 0, that sum to 1. Such an error is in every mean of this kind, whole; warmth is not alike in all
-places. So those weights tell most of it of which the least is left, mostly of thermometers that hardly warm.
+with weights, none below 0, that sum to 1. Such an error is in every mean of this kind, whole; warmth is not alike in
+all places. So those weights tell most of it of which the least is left, mostly of thermometers that hardly warm.
 
 The null of the drift may believe e or not, and errs where b is uncertain: else whatever goes as motion or the room do
 stands for a better reading of the law's thermometers.

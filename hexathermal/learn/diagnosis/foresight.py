@@ -64,7 +64,7 @@ def worth(stage: Stage, after: Stage, leader: Ranked, *, later: bool) -> tuple[b
     clear = sure >= (CLEARLY_FORESEEN if later else FORESEEN) and (
         share > -part_spread(stage, after, leader) or part_saved(stage, after, leader, within=True) > LEAST_SHARE
     )
-    # what thermometers err by moves a law a little in each window, and may cost more likelihood than a slow cause brings
+    # a law that thermometers' errors move a little in each window may lose more likelihood than a slow cause brings
     falls = share > max(FALLING, part_spread(stage, after, leader)) and leader.gated >= FAINT and not later
     least = LEAST_SHARE if later else -MOST_LOSS
     pays = (sure > 0.0 or falls) and not denied(stage, after, leader) and (clear or share > least)

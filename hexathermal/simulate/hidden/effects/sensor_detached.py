@@ -1,4 +1,4 @@
-"""A thermometer of the law loses contact in one run and reads mostly air from then on, in later runs too if it stays."""
+"""A thermometer of the law loses contact in one run and reads mostly air from then on, until somebody fixes it."""
 
 from __future__ import annotations
 
