@@ -140,6 +140,11 @@ class CommonError:
         """Largest error that all may share, RMS [K]: what wanders of the mean beside what warms it, `MOST_SHARED_K`."""
         return min(self._solved[0].slow, MOST_SHARED_K)
 
+    def beside(self, bias: float) -> float:
+        """Return what of `slow` is not the thermometers' own: each has a slow bias of that size besides, RMS [K]."""
+        own = bias * float(np.linalg.norm(self.weights))
+        return float(np.sqrt(max(self.slow**2 - own**2, 0.0)))
+
     @cached_property
     def doubted(self) -> list[FloatArray]:
         """What is not foretold, as it is and smoothed, then errors of what is, in all rows of each run, (n, k) [K].

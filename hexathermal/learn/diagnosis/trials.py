@@ -316,7 +316,7 @@ class Workbench:
         alike = common_error(self.view)
         if alike is not None:
             moved = abs(sum(self._moved_by(sensor) for sensor in self.view.base))
-            parts.append(FEIGNED * min(moved * alike.slow, self.slow))
+            parts.append(FEIGNED * min(moved * alike.beside(self.usual_bias), self.slow))
         whole = float(np.linalg.norm(noises))
         lured = whole * min(MOST_FEIGNED, FEIGNED_NOISE * whole / self.noise)
         return float(np.hypot(np.linalg.norm(parts), lured))

@@ -42,6 +42,9 @@ CAUSE = Cause(
 
 TIMES_S = (15.0, 30.0, 60.0, 120.0, 240.0, 480.0, 960.0, 1920.0, 3840.0, 7680.0, 15360.0)
 
+KEPT_S = (1920.0, 3840.0, 7680.0)
+"""Of these the part may not have come to rest when a run began, which its rows do not tell."""
+
 LEAD_TIMES_S = (10.0, 20.0, 35.0, 60.0, 150.0, 400.0, 1000.0)
 LATE_TIMES_S = (150.0, 400.0, 1000.0, 2500.0, 6000.0)
 """Of a thermometer that is so late that only the others know what it has yet to show."""
@@ -69,6 +72,8 @@ def trials(bench: Workbench) -> Iterator[Trial]:
                     for tau in TIMES_S if tau >= least]  # fmt: skip
             for term in lags:
                 yield from _read(bench, term)
+                if order == 1 and term.parameters["time_constant_s"] in KEPT_S:
+                    yield bench.not_at_rest(term, term.parameters["time_constant_s"])
             yield from _wholly(bench, lags, order, late=False)
         leads = [bench.term(CAUSE.name, "lead", sensor, time_constant_s=tau, **own)
                  for tau in LEAD_TIMES_S if tau >= least]  # fmt: skip
