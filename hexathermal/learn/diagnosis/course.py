@@ -23,6 +23,7 @@ from hexathermal.learn.diagnosis.ranking import Ranked, Step
 from hexathermal.learn.diagnosis.rivals import SHAPE_ERROR
 from hexathermal.learn.diagnosis.search import REPEATED
 from hexathermal.learn.diagnosis.stage import Stage, view_of
+from hexathermal.learn.diagnosis.tolerating import tolerant
 from hexathermal.learn.diagnosis.trials import Trial
 from hexathermal.learn.diagnosis.wandering import with_wandering
 from hexathermal.learn.law import IdentifiedLaw
@@ -45,7 +46,6 @@ UNSEEN = 12.0
 LATER_SURE = 0.5
 """Least probability of a later name, with those that are as good."""
 
-MOST_TOLERATED = 2
 MOST_REFUSED, UNDECIDED = 4, 0.5
 """First causes that stand above chance but are passed over, since runs left out deny them, at most; and the probability
 of "none" where that is not enough."""
@@ -160,7 +160,7 @@ def searched(
     _refuse_too_little(first)
     said(1, MOST_EFFECTS + 2, "trying causes")
     threshold = _threshold(first)
-    stage = _tolerant(stage, threshold)
+    stage = tolerant(stage, threshold)
     steps, found, stages, refused = [stage.step], list[Found](), list[Stage](), list[Ranked]()
     alone = decided(steps[0], threshold)
     decision = _two_for(stage, alone, threshold)
@@ -179,7 +179,7 @@ def searched(
                 decision = replace(decision, leader=None, probability=UNDECIDED, equivalent=())
                 break
             refused.append(leader)
-            stage = _tolerant(stage.without(leader.best), threshold)
+            stage = tolerant(stage.without(leader.best), threshold)
             steps[0] = stage.step
             decision = decided(steps[0], threshold)
             continue
@@ -193,7 +193,7 @@ def searched(
                 stage, decision = stages[0], other
                 steps, stages, found = steps[:1], [], []
                 continue
-        stage = _tolerant(_next(stage, after, found, threshold), threshold + LATER)
+        stage = tolerant(_next(stage, after, found, threshold), threshold + LATER)
         said(1 + len(found), MOST_EFFECTS + 2, f"{leader.cause} named; trying what is left")
         steps.append(stage.step)
         decision = decided(steps[-1], threshold + LATER, before=max(one.ranked.value for one in found))
@@ -245,22 +245,6 @@ def _asked_again(course: Course) -> Course:
     return replace(course, last=last, found=tuple(found[k] for k in kept),
                    stages=tuple(course.stages[k] for k in kept),
                    refused=(*course.refused, *(found[k].ranked for k in needless)))  # fmt: skip
-
-
-def _tolerant(stage: Stage, threshold: float) -> Stage:
-    """Return a stage whose null tolerates what leads but may be feigned by thermometers, where less leads behind it.
-
-    What leads only by its own starts of each run, which a slow noise imitates, is not among what leads.
-    """
-    for _turn in range(MOST_TOLERATED):
-        ranking = [item for item in stage.step.ranking
-                   if not item.best.trial.starts or item.value - item.best.trial.doubt >= threshold]  # fmt: skip
-        top = ranking[0]
-        feigned = top.gated < threshold <= top.value and top.best.trial.columns.shape[1] > 0
-        if not feigned or all(item.gated < threshold for item in ranking):
-            break
-        stage = stage.tolerating(top.best, feigned=True)
-    return stage
 
 
 def _two_for(stage: Stage, decision: Decision, threshold: float) -> Decision:

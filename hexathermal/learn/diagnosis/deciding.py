@@ -159,6 +159,11 @@ def _handed(standing: Sequence[Ranked], probabilities: dict[str, float]) -> Deci
     return Decision(best, max(EVEN, probabilities[best.cause]), probabilities, ())
 
 
+def as_likely(best: Ranked, other: Ranked) -> bool:
+    """Return whether the data speak for one cause as for another that leads it: by no more than errors of shapes."""
+    return (other.value - best.value) / (1.0 + SHAPE_ERROR * max(best.value, 0.0)) < -np.log(EQUIVALENT)
+
+
 def _as_likely(best: Ranked, named: Sequence[Ranked], threshold: float) -> list[str]:
     """Return names that the data speak for as they do for the best, but which errors of the thermometers may feign."""
     cool = _cool(best)

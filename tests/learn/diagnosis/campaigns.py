@@ -13,10 +13,10 @@ import pytest
 
 from hexathermal.learn.campaign_files import load_campaign
 from hexathermal.learn.diagnosis import mending, trials
-from hexathermal.learn.diagnosis.course import _tolerant
 from hexathermal.learn.diagnosis.deciding import decided
 from hexathermal.learn.diagnosis.evidence import LEAST
 from hexathermal.learn.diagnosis.stage import Stage, view_of
+from hexathermal.learn.diagnosis.tolerating import tolerant
 from hexathermal.learn.diagnosis.view import View
 from hexathermal.learn.signals import campaign_rows
 from hexathermal.machine.leg_signals import LegSignals
@@ -38,7 +38,7 @@ def viewed(bench: str, seed: int, causes: tuple[str, ...], strength: float) -> t
 
 def first_name(view: View) -> str | None:
     """The cause that is named first, or what is nameless."""
-    leader = decided(_tolerant(Stage(view), LEAST).step, LEAST).leader
+    leader = decided(tolerant(Stage(view), LEAST).step, LEAST).leader
     return None if leader is None else leader.cause
 
 

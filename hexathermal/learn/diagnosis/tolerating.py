@@ -1,0 +1,28 @@
+"""What leads a ranking but may be an error of the thermometers stands in the null, and says nothing."""
+
+from __future__ import annotations
+
+from hexathermal.learn.diagnosis.deciding import as_likely
+from hexathermal.learn.diagnosis.foresight import FAINT
+from hexathermal.learn.diagnosis.stage import Stage
+
+MOST_TOLERATED = 2
+
+
+def tolerant(stage: Stage, threshold: float) -> Stage:
+    """Return a stage whose null tolerates what leads but may be feigned by thermometers, where less leads behind it.
+
+    What leads only by its own starts of each run, which a slow noise imitates, is not among what leads. Where a name
+    stands by `FAINT` or more for which these data speak as they do for what leads, that one may be there as well.
+    """
+    for _turn in range(MOST_TOLERATED):
+        ranking = [item for item in stage.step.ranking
+                   if not item.best.trial.starts or item.value - item.best.trial.doubt >= threshold]  # fmt: skip
+        top = ranking[0]
+        feigned = top.gated < threshold <= top.value and top.best.trial.columns.shape[1] > 0
+        standing = [item for item in ranking if item.gated >= threshold]
+        besides = [item for item in standing if item.named and item.gated >= FAINT]
+        if not feigned or not standing or any(as_likely(item, top) for item in besides):
+            break
+        stage = stage.tolerating(top.best, feigned=True)
+    return stage
