@@ -9,6 +9,7 @@ lets it.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -161,7 +162,8 @@ def _handed(standing: Sequence[Ranked], probabilities: dict[str, float]) -> Deci
 
 def as_likely(best: Ranked, other: Ranked) -> bool:
     """Return whether the data speak for one cause as for another that leads it: by no more than errors of shapes."""
-    return (other.value - best.value) / (1.0 + SHAPE_ERROR * max(best.value, 0.0)) < -np.log(EQUIVALENT)
+    lead = (other.value - best.value) / (1.0 + SHAPE_ERROR * max(best.value, 0.0))
+    return lead < -math.log(EQUIVALENT)
 
 
 def _as_likely(best: Ranked, named: Sequence[Ranked], threshold: float) -> list[str]:

@@ -40,6 +40,41 @@ def test_what_motion_and_room_do_not_foretell_wanders_more_where_the_logger_drif
     assert after.slow > 1.5 * before.slow
 
 
+def warmed(view: View, size: float, seed: int) -> View:
+    """A view in which heat that nobody recorded warms thermometers, the first one whole, the last one not at all."""
+    rng, runs = np.random.default_rng(seed), []
+    for rows in view.runs:
+        time = rows.signals.time
+        heat = np.convolve(rng.standard_normal(len(time)), np.exp(-np.arange(0.0, 4.0, (time[1] - time[0]) / 1800.0)))
+        heat = heat[: len(time)] / heat[: len(time)].std()
+        part = dict(zip(view.sensors, np.linspace(1.0, 0.0, len(view.sensors)), strict=True))
+        dT = {name: values + size * part[name] * (heat - heat[0]) for name, values in rows.signals.dT.items()}
+        runs.append(replace(rows, signals=replace(rows.signals, dT=dT)))
+    return replace(view, runs=tuple(runs))
+
+
+def test_warmth_that_nobody_recorded_is_no_error_that_all_share() -> None:
+    """It is not alike in all places: of 0 to 1 K of it, half a kelvin in their mean, less than a tenth may be shared."""
+    sound = viewed("held_out", 2, (), 1.0)[0]
+    before, warm = common_error(sound), common_error(warmed(sound, 1.0, 3))
+    assert before is not None
+    assert warm is not None
+    assert before.slow <= warm.slow < 0.05
+
+
+def test_weights_are_a_mean_of_thermometers() -> None:
+    """None is below 0, their sum is 1, and more than one speaks; what each errs by is taken off what all may share."""
+    found = common_error(viewed("held_out", 2, (), 1.0)[0])
+    assert found is not None
+    assert found.weights.min() >= 0.0
+    assert found.weights.sum() == pytest.approx(1.0)
+    assert found.weights.max() < 0.9
+    own = found.slow / np.linalg.norm(found.weights)
+    assert found.beside(0.0) == found.slow
+    assert found.beside(0.6 * own) == pytest.approx(0.8 * found.slow)
+    assert found.beside(2.0 * own) == 0.0
+
+
 def test_errors_of_what_is_foretold_are_no_larger_than_what_wanders() -> None:
     """Directions in which what is foretold is uncertain are smaller, the one by one, than what is not foretold."""
     view = drifting(viewed("held_out", 2, (), 1.0)[0], 2)

@@ -44,6 +44,22 @@ def test_a_faint_name_may_not_add_to_the_squares_of_runs_left_out(
     assert worth(nothing, nothing, Ranked("frame-expansion", evidence, best, LEVELS), later=False)[0] == pays
 
 
+@pytest.mark.parametrize(("evidence", "share", "later", "pays"), [
+    (FAINT + 1.0, 0.4, False, True), (FAINT - 1.0, 0.4, False, False), (FAINT + 1.0, 0.15, False, False),
+    (FAINT + 1.0, 0.4, True, False),
+])  # fmt: skip
+def test_a_first_name_whose_squares_fall_pays_though_runs_become_no_likelier(
+    monkeypatch: pytest.MonkeyPatch, evidence: float, share: float, later: bool, pays: bool
+) -> None:
+    """A zero that drifts takes 0.6 of the squares of runs left out, and a law a little moved costs likelihood."""
+    monkeypatch.setattr(foresight, "part_saved", lambda *_stages, within=False: share)
+    monkeypatch.setattr(foresight, "part_spread", lambda *_stages: 0.1)
+    monkeypatch.setattr(foresight, "foresight", lambda *_stages: -10.0)
+    best = Scored(Trial("zero-drift", np.zeros((1, 1))), evidence, 1e-5, LEVELS.rms, 0.0, 1.0, np.ones(1))
+    nothing: Any = None
+    assert worth(nothing, nothing, Ranked("zero-drift", evidence, best, LEVELS), later=later) == (pays, pays)
+
+
 @pytest.mark.parametrize(("starts", "evidence", "named"), [(0, FAINT + 1.0, False), (1, FAINT + 1.0, True),
                                                            (1, FAINT - 1.0, False)])  # fmt: skip
 def test_runs_left_out_do_not_refuse_what_they_cannot_know(

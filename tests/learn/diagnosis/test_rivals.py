@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -10,9 +12,11 @@ import pytest
 from hexathermal.learn.diagnosis.channels import Levels
 from hexathermal.learn.diagnosis.deciding import decided
 from hexathermal.learn.diagnosis.evidence import Base, Scored
-from hexathermal.learn.diagnosis.ranking import Ranked, Step
-from hexathermal.learn.diagnosis.rivals import late_or_off, with_a_misfit
+from hexathermal.learn.diagnosis.foresight import FAINT
+from hexathermal.learn.diagnosis.ranking import SURE_WITNESS, Ranked, Step
+from hexathermal.learn.diagnosis.rivals import late_or_off, shaped, with_a_misfit
 from hexathermal.learn.diagnosis.search import Search
+from hexathermal.learn.diagnosis.tolerating import tolerant
 from hexathermal.learn.diagnosis.trials import Trial
 from tests.learn.diagnosis.noises import channel_like, noisy
 
@@ -79,3 +83,49 @@ def test_a_name_as_likely_by_the_data_is_told_though_thermometers_may_feign_it(
     found = decided(Step((first, second), SHARP, 0.0), 4.5)
     assert found.leader is first
     assert found.equivalent == alike
+
+
+def fault(cause: str, value: float, sure: float, *, wanders: bool) -> Ranked:
+    """A fault of T01 of which the parity says so much beyond any other."""
+    trial = Trial(cause, np.zeros((3, 1)), "T01", parity=lambda _model: (np.zeros((3, 1)), np.ones(1)), wanders=wanders)
+    best = Scored(trial, value, 10.0, 1.0, 0.0, 1.0, np.ones(1))
+    return Ranked(cause, value, best, SHARP, witness=sure)
+
+
+@pytest.mark.parametrize(("beyond", "leads"), [(40.0, "sensor-detached"), (-1.0, "sensor-drift")])
+def test_what_has_a_shape_does_not_wander(beyond: float, leads: str) -> None:
+    """A loss of contact that the parity shows beyond any chance leads a reading that only wanders, of that sensor."""
+    wandering = fault("sensor-drift", 900.0, 500.0, wanders=True)
+    lost = fault("sensor-detached", 700.0, SURE_WITNESS + beyond, wanders=False)
+    after = shaped([wandering, lost])
+    assert max(after, key=lambda item: item.value).cause == leads
+    assert after[0] is wandering
+    elsewhere = replace(lost, best=replace(lost.best, trial=replace(lost.best.trial, target="T02")))
+    assert shaped([wandering, elsewhere])[1].value == elsewhere.value
+
+
+@pytest.mark.parametrize(("stands", "behind", "tolerated"), [
+    (FAINT + 20.0, 5.0, False), (FAINT - 3.0, 5.0, True), (FAINT + 20.0, 60.0, True),
+])  # fmt: skip
+def test_what_leads_is_not_tolerated_beside_a_name_as_good_that_stands(
+    stands: float, behind: float, tolerated: bool
+) -> None:
+    """What thermometers may feign goes to the null, unless a name as likely stands by itself, clearly."""
+    feigned = replace(ranked("missing-sensor", 80.0, 1.0, 1.0), best=shape("missing-sensor", 80.0, 1.0, 1.0))
+    other = replace(ranked("zero-drift", 80.0 - behind, 1.0, 0.0), best=shape("zero-drift", 80.0 - behind, 10.0, 0.0))
+    other = replace(other, best=replace(other.best, trial=replace(other.best.trial, doubt=80.0 - behind - stands)))
+    assert feigned.gated < 4.5 <= other.gated == pytest.approx(stands)
+    seen: list[Any] = []
+
+    def put(best: Scored, *, feigned: bool) -> SimpleNamespace:
+        seen.append(best)
+        return SimpleNamespace(step=Step((other,), SHARP, 0.0))
+
+    stage: Any = SimpleNamespace(step=Step((feigned, other), SHARP, 0.0), tolerating=put)
+    tolerant(stage, 4.5)
+    assert (seen == [feigned.best]) == tolerated
+
+
+def shape(cause: str, value: float, visible: float, feigned: float) -> Scored:
+    """One column of a cause."""
+    return Scored(Trial(cause, np.zeros((3, 1)), feigned=feigned), value, visible, 1.0, 0.0, 1.0, np.ones(1))
