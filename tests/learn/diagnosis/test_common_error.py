@@ -54,7 +54,7 @@ def warmed(view: View, size: float, seed: int) -> View:
 
 
 def test_warmth_that_nobody_recorded_is_no_error_that_all_share() -> None:
-    """It is not alike in all places: of 0 to 1 K of it, half a kelvin in their mean, less than a tenth may be shared."""
+    """It is not alike in all places: of 0 to 1 K of it, half a kelvin in their mean, little may be shared."""
     sound = viewed("held_out", 2, (), 1.0)[0]
     before, warm = common_error(sound), common_error(warmed(sound, 1.0, 3))
     assert before is not None
