@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import replace
 
+from threadpoolctl import threadpool_limits
+
 from hexathermal.learn.campaign import Campaign
 from hexathermal.learn.cleaning_record import HARMLESS, cleaning_words
 from hexathermal.learn.diagnosis.causes import catalogue
@@ -56,6 +58,14 @@ def diagnose(
     CampaignError
         A table is at fault.
     """
+    with threadpool_limits(limits=1):  # matrices are small and many, and threads would wait for each other
+        return _diagnosed(campaign, sensors, law, progress)
+
+
+def _diagnosed(
+    campaign: Campaign, sensors: Sequence[str] | None, law: IdentifiedLaw | None, progress: Progress | None
+) -> Diagnosis:
+    """Return what `diagnose` finds."""
     if progress is not None:
         progress(0, 5, "reading the runs")
     rows = campaign_rows(campaign, "identification")

@@ -88,7 +88,7 @@ class Witnesses:
 
     def _partly(self, trial: Trial) -> float:
         """Return the part that counts of what a parity says: less where what should be whole is not."""
-        shown = self._shown(trial, trial.target) if trial.whole else None
+        shown = self.shown(trial) if trial.whole else None
         return 1.0 if shown is None else float(np.exp(-0.5 * ((shown.amplitude - 1.0) / PARTLY) ** 2))
 
     def heard(self, ranked: Ranked) -> Ranked:
@@ -126,7 +126,7 @@ class Witnesses:
         ``1/2 (error / t)^2`` with t the RMS of what the parity of a sound thermometer shows of the same; 0 where an
         error in the drift and one in the parity are no one number.
         """
-        shown = self._shown(trial, trial.target)
+        shown = self.shown(trial)
         if trial.target is None or shown is None or not trial.in_parity:
             return 0.0
         error = amplitude / self.bench.slopes[trial.target] * trial.in_parity
@@ -162,6 +162,10 @@ class Witnesses:
         beyond = shown.amplitude - np.clip(shown.amplitude, 0.0, 1.0)
         return float(shown.gain - 0.5 * beyond**2 / (shown.uncertainty**2 + WHOLE**2))
 
+    def shown(self, trial: Trial) -> Shown | None:
+        """Return what the parity of a trial's own sensor shows of it; None where nobody foretells that sensor."""
+        return self._shown(trial, trial.target)
+
     def _shown(self, trial: Trial, sensor: str | None) -> Shown | None:
         """Return what one sensor's parity shows of a trial."""
         model = None if sensor is None else self.bench.model(sensor)
@@ -175,7 +179,7 @@ class Witnesses:
         the drift and one in the parity are no one number.
         """
         trial = best.trial
-        shown = self._shown(trial, trial.target)
+        shown = self.shown(trial)
         if trial.target is None or shown is None or not trial.in_parity:
             return -np.inf
         base = self.system(best)
@@ -201,7 +205,7 @@ class Witnesses:
         Where both have its first and second rate: the first low pass is late by one time constant, the second by two.
         """
         trial = ranked.best.trial
-        shown = self._shown(trial, trial.target)
+        shown = self.shown(trial)
         if shown is None or trial.columns.shape[1] != len(RATES) or len(shown.amplitudes) != len(RATES):
             return True
         base = self.system(ranked.best)
@@ -247,7 +251,7 @@ class Witnesses:
         a part where p is not about 1 or the drift does not show the fault, and no more than what the parity gains by
         the fault of any size. In a part of many lumps a sound thermometer may be late against all others.
         """
-        shown = self._shown(trial, trial.target) if trial.whole else None
+        shown = self.shown(trial) if trial.whole else None
         if shown is None or shown.gain <= 0.0 or len(self._others(trial)) < FEWEST_BYSTANDERS:
             return 0.0
         variance = shown.uncertainty**2 + WHOLE**2

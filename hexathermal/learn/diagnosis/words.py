@@ -38,7 +38,6 @@ AMPLITUDES: dict[str, tuple[tuple[str, ...], str, float]] = {
 STEPS: dict[str, tuple[str, str, float]] = {
     "zero-jump": ("step_um", "um", UM),
     "sensor-drift": ("rate_K_per_h", "K/h", 1.0),
-    "sensor-detached": ("share", "1", 1.0),
 }
 """The same of repairs and steps."""
 
@@ -109,6 +108,9 @@ def effect_of(found: Found, stage: Stage, final: Stage, covariance: FloatArray, 
             parameters["amplitude_um"] = _length(amplitudes * UM, spread * UM)
     elif trial.wanders:
         parameters["wander_K"] = _wander(found, stage)
+    elif trial.partly:
+        shown = stage.search.witnesses.shown(trial)
+        parameters |= {} if shown is None else {"share": Quantity(shown.amplitude, shown.uncertainty, "1")}
     elif trial.cause in STEPS and STEPS[trial.cause][0] not in parameters and len(amplitudes):
         name, unit, factor = STEPS[trial.cause]
         value, std = amplitudes[0] * factor, spread[0] * factor

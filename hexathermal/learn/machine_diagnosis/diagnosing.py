@@ -6,6 +6,7 @@ from collections.abc import Callable
 from typing import TypeAlias
 
 import numpy as np
+from threadpoolctl import threadpool_limits
 
 from hexathermal.learn.campaign import Campaign
 from hexathermal.learn.hexapod_data import HexapodRows, UnusableRowsError
@@ -85,7 +86,8 @@ def diagnose_machine(
     rows, misses = without_misses(law_rows(campaign, "identification", usual.hexapod, further) if further else usual)
     held, mute = _held_out(campaign, rows.hexapod, further)
     notes = tuple(note for note in (misses, mute, *beside) if note)
-    return diagnosed(rows, held, laws=laws, title=campaign.title, notes=notes, progress=progress)
+    with threadpool_limits(limits=1):  # matrices are small and many, and threads would wait for each other
+        return diagnosed(rows, held, laws=laws, title=campaign.title, notes=notes, progress=progress)
 
 
 def diagnosed(

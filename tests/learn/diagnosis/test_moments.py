@@ -4,12 +4,17 @@ from __future__ import annotations
 
 from dataclasses import replace
 from functools import partial
+from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from threadpoolctl import threadpool_info, threadpool_limits
 
+from hexathermal.learn.campaign_files import load_campaign
+from hexathermal.learn.diagnosis import diagnose, diagnosing
 from hexathermal.learn.diagnosis.causes import zero_jump
 from hexathermal.learn.diagnosis.causes.sensor_detached import Loss, _parity, _promising, _promising_moments
 from hexathermal.learn.diagnosis.causes.zero_jump import _moments
@@ -19,6 +24,8 @@ from hexathermal.learn.diagnosis.sensor_model import SensorModel
 from hexathermal.learn.diagnosis.stage import Stage
 from hexathermal.learn.diagnosis.trials import Trial, Workbench
 from hexathermal.learn.diagnosis.view import View
+from hexathermal.simulate.hidden.drawing import campaign_of
+from hexathermal.simulate.hidden.writing import write_campaign
 from tests.learn.diagnosis.campaigns import viewed
 from tests.learn.diagnosis.test_evidence import ranked
 
@@ -135,3 +142,28 @@ def test_a_step_is_tried_where_the_drift_changes_most() -> None:
         change = rng.exponential(size=700)
         change[place] = 20.0
         assert place in _moments(time, change, 3, 697, 40)
+
+
+def test_the_share_of_the_air_is_that_of_the_reading(tmp_path: Path) -> None:
+    """Of a thermometer that came off the share of the air in its reading is told, not how much of the fault is real."""
+    truth, answer = campaign_of("quiet", 8, causes=("sensor-detached",), strength=1.0)
+    write_campaign(tmp_path / "campaign", truth, answer)
+    effect = diagnose(load_campaign(tmp_path / "campaign"), answer.base).effects[0]
+    assert effect.cause == "sensor-detached"
+    share = effect.parameters["share"]
+    assert share.value == pytest.approx(float(answer.parameters[0]["share"]), abs=4.0 * share.std + 0.03)
+    assert 0.0 < share.std < 0.1
+
+
+def test_a_diagnosis_takes_one_thread(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Its matrices are small: threads of the linear algebra would wait for each other."""
+    seen = []
+
+    def looked(*_arguments: object) -> None:
+        seen.extend(one["num_threads"] for one in threadpool_info() if one["user_api"] == "blas")
+
+    monkeypatch.setattr(diagnosing, "_diagnosed", looked)
+    with threadpool_limits(limits=2):
+        diagnose(SimpleNamespace())  # type: ignore[arg-type]
+    assert seen
+    assert set(seen) == {1}
