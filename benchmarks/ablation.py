@@ -14,6 +14,7 @@ from functools import cached_property
 from typing import Any
 from unittest.mock import patch
 
+import numpy as np
 from scipy.optimize import minimize_scalar
 
 
@@ -58,6 +59,16 @@ def _no_tolerance() -> list[Any]:
     from hexathermal.learn.diagnosis import evidence
 
     return [patch.object(evidence, "TOLERATED", 1e-6)]
+
+
+def _nothing_shared() -> list[Any]:
+    """A logger gives no error to all thermometers."""
+    from hexathermal.learn.diagnosis import mending, trials
+
+    def none(view: Any) -> list[Any]:
+        return [np.zeros((len(signals), 0)) for signals in view.signals]
+
+    return [patch.object(trials, "common_error", _constant(None)), patch.object(mending, "doubted_alike", none)]
 
 
 def _no_timing() -> list[Any]:
@@ -142,6 +153,7 @@ SWITCHES: dict[str, Callable[[], list[Any]]] = {
     "no parity of the sensors": _without_parity,
     "noise not fitted again for leaders": _noise_of_the_null,
     "null without tolerance": _no_tolerance,
+    "no errors that all share": _nothing_shared,
     "no clocks against motion": _no_timing,
     "no order along the leg": _no_order,
     "no threshold by chance": _no_threshold,

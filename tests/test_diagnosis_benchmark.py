@@ -128,14 +128,14 @@ def test_records_go_on_where_they_stopped(tmp_path: Path, monkeypatch: pytest.Mo
 @pytest.mark.parametrize("name", sorted(SWITCHES))
 def test_switches_replace_what_is_there_and_put_it_back(name: str) -> None:
     """Every switch but the first changes a function or a constant of the package, and leaves it as it was."""
-    from hexathermal.learn.diagnosis import course, deciding, evidence, search, stage, timing
+    from hexathermal.learn.diagnosis import all_trials, course, deciding, evidence, mending, search, stage, timing
     from hexathermal.learn.diagnosis.channels import Channel
     from hexathermal.learn.diagnosis.order import Order
     from hexathermal.learn.diagnosis.witnesses import Witnesses
 
     def state() -> list[object]:
         searching = (search, search.Search, Witnesses, Order, Channel)
-        places = (course, deciding, evidence, stage.Stage, timing.Timing, *searching)
+        places = (all_trials, course, deciding, evidence, mending, stage.Stage, timing.Timing, *searching)
         return [dict(vars(place)) for place in places]
 
     before = state()
