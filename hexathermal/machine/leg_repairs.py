@@ -71,6 +71,10 @@ class SensorRepair:
             if isinstance(given.get(key, ()), str):
                 raise ArgumentError(f"repair {self.kind!r}: {key} holds names of runs, found one text")
             given |= {key: tuple(given[key])} if key in given else {}
+        if "again_in" in given and set(given["again_in"]) & set(given.get("from_s", given["again_in"])):
+            raise ArgumentError(
+                f"repair of {given['sensor']!r}: again_in names runs after those of from_s, others than these"
+            )
         for key in ("from_s", "rates_K_per_h"):
             if not isinstance(given.get(key, {}), dict):
                 raise ArgumentError(f"repair {self.kind!r}: {key} is a table by the names of runs")

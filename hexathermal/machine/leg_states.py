@@ -146,6 +146,7 @@ class LegController:
     def update(
         self, time: float, temperatures: Mapping[str, float], q: float = 0.0, *, air: float | None = None,
         index: float | None = None, tilt: Sequence[float] | None = None, inputs: Mapping[str, float] | None = None,
+        pressure_index: float | None = None,
     ) -> float:  # fmt: skip
         """Take the next row and return its drift [m].
 
@@ -163,24 +164,26 @@ class LegController:
         tilt : two floats, optional [rad]
         inputs : mapping of str to float, optional
             Recorded inputs in their own units.
+        pressure_index : float, optional
+            Index of refraction at this pressure, were the air as warm and as humid as in the first row.
 
         Raises
         ------
         ArgumentError
             A value is missing or no number, or time runs backwards.
         """
-        row = self._row(time, temperatures, q, air, index, tilt, inputs)
+        row = self._row(time, temperatures, q, air, index, tilt, inputs, pressure_index)
         memory = self._memory.copy()
         found = float(self._law(row, memory)[0])
         if self._zero is None:
-            self._keep_zero(time, temperatures, air, index, tilt)
+            self._keep_zero(time, temperatures, air, index, tilt, pressure_index)
         self._memory, self._last, self._drift = memory, row, found
         return found
 
     def corrected_length(
         self, commanded: float, time: float | None = None, temperatures: Mapping[str, float] | None = None, *,
         air: float | None = None, index: float | None = None, tilt: Sequence[float] | None = None,
-        inputs: Mapping[str, float] | None = None,
+        inputs: Mapping[str, float] | None = None, pressure_index: float | None = None,
     ) -> float:  # fmt: skip
         """Return the length to command so that the leg is truly `commanded` long: ``c + drift(c) = commanded`` [m].
 
@@ -197,7 +200,7 @@ class LegController:
                 raise ArgumentError("the controller has no row yet: call update first, or give time and temperatures")
             row = self._last
         else:
-            row = self._row(time, temperatures, 0.0, air, index, tilt, inputs)
+            row = self._row(time, temperatures, 0.0, air, index, tilt, inputs, pressure_index)
 
         def drift(length: float) -> float:
             there = replace(row, q=np.array([length - self.retracted_length]))
@@ -207,7 +210,7 @@ class LegController:
 
     def _row(
         self, time: float, temperatures: Mapping[str, float], q: float, air: float | None, index: float | None,
-        tilt: Sequence[float] | None, inputs: Mapping[str, float] | None,
+        tilt: Sequence[float] | None, inputs: Mapping[str, float] | None, pressure_index: float | None,
     ) -> LegSignals:  # fmt: skip
         """Return one row as signals that count from the zero."""
         degC, zero = self._checked(temperatures), self._zero
@@ -231,18 +234,23 @@ class LegController:
             np.array([float(q)]), self.retracted_length, since("air", air), since("index", index), since("tilt", tilt),
             values, {name: reference[name] for name in self.sensors},
             index if zero is None or zero.index is None else float(zero.index[0]),
+            since("pressure_index", pressure_index),
         )  # fmt: skip
 
     def _keep_zero(
         self, time: float, temperatures: Mapping[str, float], air: float | None, index: float | None,
-        tilt: Sequence[float] | None,
+        tilt: Sequence[float] | None, pressure_index: float | None,
     ) -> None:  # fmt: skip
         """Keep the first row, which later ones count from."""
         degC = {name: np.array([value]) for name, value in self._checked(temperatures).items()}
-        weather = [None if value is None else np.asarray([value], dtype=np.float64) for value in (air, index, tilt)]
-        self._zero = LegSignals(
-            np.array([float(time)]), degC, np.zeros(1), self.retracted_length, weather[0], weather[1], weather[2]
+        first_air, first_index, first_tilt, first_pressure = (
+            None if value is None else np.asarray([value], dtype=np.float64)
+            for value in (air, index, tilt, pressure_index)
         )
+        self._zero = LegSignals(
+            np.array([float(time)]), degC, np.zeros(1), self.retracted_length, first_air, first_index, first_tilt,
+            pressure_index=first_pressure,
+        )  # fmt: skip
 
     def _checked(self, temperatures: Mapping[str, float]) -> dict[str, float]:
         """Return the temperatures of the sensors that are read."""

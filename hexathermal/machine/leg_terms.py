@@ -236,7 +236,9 @@ def air_index(signals: LegSignals, parameters: Mapping[str, Any], memory: Memory
     that of air as warm and as humid as at the zero.
     """
     share = parameters["stroke_share"]
-    index = "pressure_index" if parameters.get("weather") == PRESSURE else "index"
+    if parameters.get("weather", PRESSURE) != PRESSURE:
+        raise ArgumentError(f"weather of 'air-index' is {PRESSURE!r} or left out, found {parameters['weather']!r}")
+    index = "pressure_index" if "weather" in parameters else "index"
     found = (parameters["path_m"] + share * signals.q) * signals.recorded(index)
     if "reference_index" in parameters:
         if signals.zero_index is None:

@@ -45,6 +45,7 @@ def read_at(signals, k: int) -> dict[str, float]:  # type: ignore[no-untyped-def
 def weather(signals, k: int) -> dict:  # type: ignore[no-untyped-def]
     """Return what a row holds beside temperatures and displacement, as a controller is given it."""
     return {"air": 21.3 + signals.air[k], "index": 1.00027 + signals.index[k], "tilt": signals.tilt[k],
+            "pressure_index": 1.00027 + signals.pressure_index[k],
             "inputs": {name: values[k] for name, values in signals.inputs.items()}}  # fmt: skip
 
 
@@ -108,6 +109,9 @@ def test_repairs_do_what_they_say() -> None:
     assert np.array_equal(repaired(signals, [fixed], "b").dT["T02"], begun)
     for run in ("c", None):
         assert repaired(signals, [fixed], run).dT["T02"] is dT["T02"]
+    for wrong in ({"again_in": ["b"]}, {"again_in": ["c"], "from_s": {"c": 0.0}}):
+        with pytest.raises(ArgumentError, match="again_in names runs after those of from_s"):
+            SensorRepair("sensor-detached", "detached", {"sensor": "T02", "weights": {"T01": 1.0}, **wrong})
 
 
 def test_repairs_of_some_runs_leave_the_others_as_they_are() -> None:

@@ -54,7 +54,13 @@ MOST_DIRECTIONS = 30
 
 
 OWN_ERROR = 0.01
-"""Part of what is left of all thermometers, the mean of their squares, that is added to each: no one speaks alone."""
+"""Part of what is left of all thermometers, the mean of their squares, that each may err by besides."""
+
+MOST_WEIGHT = 0.5
+"""Of one thermometer in their mean: one that hardly answers shows little of the logger's error either."""
+
+FEWEST_VALUES = 10
+"""Different readings of a thermometer that is asked."""
 
 HEAVY = 1e3
 """How much more it counts that weights sum to 1 than what they leave."""
@@ -80,8 +86,8 @@ class CommonError:
     def weights(self) -> FloatArray:
         """Weights of the thermometers whose mean is foretold best, shape (s,): none below 0, of sum 1.
 
-        With C the products of what the recorded causes leave of each, ``w' C w`` is least (Lawson and Hanson, Solving
-        Least Squares Problems, 1974, 23: nonnegative least squares, the sum as a heavy row).
+        With C the products of what the recorded causes leave of each, ``w' C w`` is least (bounded least squares,
+        the sum as a heavy row: Lawson and Hanson, Solving Least Squares Problems, 1974, 23).
         """
         windows = parity_windows(self.view)
         X, T = windows.means(self._causes), windows.means(self.view.tables(self.sensors))
@@ -94,9 +100,11 @@ class CommonError:
         left = table - Z @ linalg.solve(Z.T @ Z + np.eye(Z.shape[1]), Z.T @ table, assume_a="pos")
         C = left.T @ left
         C[np.diag_indices(count)] += OWN_ERROR * np.trace(C) / count
+        if not np.trace(C) > 0.0:  # nothing is left of any
+            return np.full(count, 1.0 / count)
         heavy = HEAVY * float(np.sqrt(np.trace(C)))
-        rows = np.vstack([linalg.cholesky(C), np.full(count, heavy)])
-        weights, _left = optimize.nnls(rows, np.append(np.zeros(count), heavy))
+        rows, wanted = np.vstack([linalg.cholesky(C), np.full(count, heavy)]), np.append(np.zeros(count), heavy)
+        weights = optimize.lsq_linear(rows, wanted, (0.0, MOST_WEIGHT), method="bvls").x
         return np.asarray(weights / weights.sum())
 
     @cached_property
@@ -190,9 +198,14 @@ def outside(view: View) -> tuple[str, ...]:
 
 def _made(view: View) -> CommonError | None:
     """Return what `common_error` keeps."""
-    noisy = noisy_sensors(view.runs, view.sensors)
-    sensors = tuple(name for name in outside(view) if name not in noisy)
+    noisy = noisy_sensors(view.runs, outside(view))
+    sensors = tuple(name for name in outside(view) if name not in noisy and _answers(view, name))
     return CommonError(view, sensors) if view.kind == "leg" and view.moves and len(sensors) >= FEWEST_OTHERS else None
+
+
+def _answers(view: View, sensor: str) -> bool:
+    """Return whether a thermometer shows what it reads: one that is stuck, or too coarse, shows no error either."""
+    return len(np.unique(np.concatenate([rows.signals.dT[sensor] for rows in view.runs]))) >= FEWEST_VALUES
 
 
 def doubted_alike(view: View) -> list[FloatArray]:

@@ -160,9 +160,9 @@ def _handed(standing: Sequence[Ranked], probabilities: dict[str, float]) -> Deci
     return Decision(best, max(EVEN, probabilities[best.cause]), probabilities, ())
 
 
-def as_likely(best: Ranked, other: Ranked) -> bool:
+def hardly_behind(item: Ranked, leader: Ranked) -> bool:
     """Return whether the data speak for one cause as for another that leads it: by no more than errors of shapes."""
-    lead = (other.value - best.value) / (1.0 + SHAPE_ERROR * max(best.value, 0.0))
+    lead = (leader.value - item.value) / (1.0 + SHAPE_ERROR * max(item.value, 0.0))
     return lead < -math.log(EQUIVALENT)
 
 

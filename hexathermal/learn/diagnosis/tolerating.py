@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from hexathermal.learn.diagnosis.deciding import as_likely
+from hexathermal.learn.diagnosis.deciding import hardly_behind
 from hexathermal.learn.diagnosis.foresight import FAINT
 from hexathermal.learn.diagnosis.stage import Stage
 
@@ -22,7 +22,7 @@ def tolerant(stage: Stage, threshold: float) -> Stage:
         feigned = top.gated < threshold <= top.value and top.best.trial.columns.shape[1] > 0
         standing = [item for item in ranking if item.gated >= threshold]
         besides = [item for item in standing if item.named and item.gated >= FAINT]
-        if not feigned or not standing or any(as_likely(item, top) for item in besides):
+        if not feigned or not standing or any(hardly_behind(item, top) for item in besides):
             break
         stage = stage.tolerating(top.best, feigned=True)
     return stage

@@ -20,7 +20,7 @@ CAUSE = Cause(
     signature="A decay after each move, towards the same end or with its direction; or one from the beginning of each "
     "run on, alike in all.",
     parameters=(
-        Parameter("time_constant_s", "s", "log-uniform, 20 s to 75 min"),
+        Parameter("time_constant_s", "s", "log-uniform, 20 s to 75 min; from the beginning of runs to 150 min"),
         Parameter("decades", "1", "0: one exponential; 1.5 or 3: relaxation times over so many decades"),
         Parameter("saturation_m", "m", "none, 4 or 15 mm: shorter moves kick in part, where their lengths differ"),
         Parameter("renewed", "1", "0: what moves leave adds up; 1: each wipes out what earlier ones left"),

@@ -47,6 +47,9 @@ LAST = 0.98
 LEARNT_S = 600.0
 """So long it must have been seen on the part before, for the others to be able to speak for it."""
 
+KINDS = 2
+"""It stays, or is mended before the next run."""
+
 SCANNED, CLOSER, PROMISING = 360, 3, 10
 """Moments at which the parity is asked where it breaks, the best of them that are looked at more closely, and so many
 of the best that are tried besides."""
@@ -89,13 +92,13 @@ def trials(bench: Workbench) -> Iterator[Trial]:
             asked = loss in promising
             yield Trial(CAUSE.name, (span * lost)[:, None], sensor, "", where, parity=partial(_parity, loss),
                         repair=partial(_repair, model, loss), asked=asked, partly=True,
-                        advantage=-math.log(SCANNED / len(even)) if asked else 0.0)  # fmt: skip
+                        advantage=-math.log(KINDS * SCANNED / len(even)) if asked else 0.0)  # fmt: skip
 
 
 def _even_moments(model: SensorModel, each: int, *, stays: bool = True) -> list[Loss]:
     """Return moments evenly in each run; in the first, after what the others learn from.
 
-    What is mended before the next run ends with its run: in the last one there is no difference.
+    What is mended before the next run ends with its run: in the last one there is no difference; it is taken to stay.
     """
     found = []
     for k in range(len(model.view.runs) - (not stays)):
@@ -176,12 +179,12 @@ def _parity(loss: Loss, model: SensorModel) -> tuple[FloatArray, FloatArray]:
         gap, first = np.zeros(len(profiles)), loss.first_row(i, signals.time)
         gap[first:] = signals.air[first:] - profiles[first:] @ weights
         if first or not model.view.zeroed_by_run:  # else the zero was read in the air, too
-            gap[first:] += _cooler_at_zero(model, i)
+            gap[first:] += _air_above_at_zero(model, i)
         gaps.append(gap)
     return model.means(gaps)[:, None], np.array([0.7])
 
 
-def _cooler_at_zero(model: SensorModel, run: int) -> float:
+def _air_above_at_zero(model: SensorModel, run: int) -> float:
     """Return by how much the air is warmer than the sensor at a run's zero [K]; 0 where that is not known.
 
     A part that is warm when a run begins counts from its own warmth, the air from that of the room.
