@@ -24,7 +24,7 @@ from hexathermal.learn.interferometer import index_along_run
 from hexathermal.machine.leg_signals import LegSignals
 from hexathermal.poses import FloatArray
 
-AIR = "air_temperature_degC"
+WEATHER = ("air_temperature_degC", "air_pressure_hPa", "air_humidity_percent")
 
 USUAL_HUMIDITY = 0.5
 """Where it was not recorded."""
@@ -100,7 +100,9 @@ def run_rows(campaign: Campaign, run: RunFile | str) -> RunRows:
     assert reader.zero is not None  # a run without a usable row was refused
     sheet = stacked(reader.sheets)
     time = sheet.time[:, 0] - sheet.time[0, 0]
-    began, level = (float(sheet.time[0, 0]), math.nan) if campaign.zero == "run" else _campaign_start(campaign)
+    weather = _weather(time, sheet.air)
+    own = float(sheet.time[0, 0]), np.full(len(WEATHER), math.nan)
+    began, first = own if campaign.zero == "run" else _campaign_start(campaign)
     begin = max(float(sheet.time[0, 0]) - began, 0.0)
     rows = np.searchsorted(time, block.time - 1e-9)
     drift = np.full(len(time), np.nan)
@@ -109,21 +111,20 @@ def run_rows(campaign: Campaign, run: RunFile | str) -> RunRows:
     heat = sheet.heat - reader.zero.heat
     lost = {name: int(np.isnan(heat[:, k]).sum()) for k, name in enumerate(campaign.sensors)}
     dT = {name: _filled(time, heat[:, k]) for k, name in enumerate(campaign.sensors)}
-    weather = _weather(time, sheet.air)
-    index, by_pressure = _index(weather), _index(_as_at_first(weather))
+    air, index, zero_index, pressure_index = _counted(weather, first)
     signals = LegSignals(
         time + begin,
         dT,
         _filled(time, sheet.q[:, 0]) if sheet.q.shape[1] else np.zeros(len(time)),
         campaign.leg.retracted_length if campaign.leg is not None and campaign.kind == "leg" else 1.0,
-        _since_zero(time, sheet.air[:, 0], level),
-        None if index is None else index - index[0],
+        air,
+        index,
         _tilt(campaign.beams, sheet, time, block),
         {item.name: _filled(time, sheet.inputs[:, k]) for k, item in enumerate(campaign.inputs)},
         {name: float(value) for name, value in zip(campaign.sensors, reader.zero.heat, strict=True)
          if math.isfinite(value)},
-        None if index is None else float(index[0]),
-        None if by_pressure is None else by_pressure - by_pressure[0],
+        zero_index,
+        pressure_index,
     )  # fmt: skip
     return RunRows(reader.run, signals, drift, landing, landing >= 0, weather, lost, reader.record, block)
 
@@ -133,20 +134,21 @@ def follows_on(zero: str, before: LegSignals | None, after: LegSignals) -> bool:
     return zero == "campaign" and before is not None and bool(after.time[0] > before.time[-1])
 
 
-def _campaign_start(campaign: Campaign) -> tuple[float, float]:
-    """Return the time [s] and the air's temperature [degC] of a campaign's first row; NaN where it was not recorded."""
+def _campaign_start(campaign: Campaign) -> tuple[float, FloatArray]:
+    """Return the time [s] of a campaign's first row, and its first weather, shape (3,); NaN of what is not recorded."""
     table = RunTable(campaign, campaign.runs[0])
-    names = [column.name for column in table.columns]
-    began = level = math.nan
+    places = {column.name: (k, column.si[0]) for k, column in enumerate(table.columns)}
+    began, first = math.nan, np.full(len(WEATHER), math.nan)
     for rows in table:
         if math.isnan(began):
             began = float(np.nanmin(rows.numbers[:, 0]))
-        air = rows.numbers[:, names.index(AIR)] if AIR in names else np.zeros(0)
-        known = air[np.isfinite(air)]
-        level = float(known[0]) if len(known) else math.nan
-        if len(known) or AIR not in names:
+        for at in np.flatnonzero(np.isnan(first)):
+            k, factor = places.get(WEATHER[at], (0, math.nan))
+            known = rows.numbers[np.isfinite(rows.numbers[:, k]), k]
+            first[at] = factor * known[0] if len(known) else math.nan
+        if not any(math.isnan(value) for name, value in zip(WEATHER, first, strict=True) if name in places):
             break
-    return (0.0 if math.isnan(began) else began), level
+    return (0.0 if math.isnan(began) else began), first
 
 
 def _filled(time: FloatArray, values: FloatArray) -> FloatArray:
@@ -155,14 +157,6 @@ def _filled(time: FloatArray, values: FloatArray) -> FloatArray:
     if not lost.any() or lost.all():
         return np.array(values)
     return np.interp(time, time[~lost], values[~lost])
-
-
-def _since_zero(time: FloatArray, air: FloatArray, level: float) -> FloatArray | None:
-    """Return the air's temperature less a level, by default that of the first row; None where it was not recorded."""
-    if np.isnan(air).all():
-        return None
-    known = _filled(time, air)
-    return np.asarray(known - (known[0] if math.isnan(level) else level))
 
 
 def _weather(time: FloatArray, air: FloatArray) -> FloatArray | None:
@@ -182,12 +176,23 @@ def _index(weather: FloatArray | None) -> FloatArray | None:
         return None
 
 
-def _as_at_first(weather: FloatArray | None) -> FloatArray | None:
-    """Return the weather as warm and as humid as in the first row, the pressure alone as it was."""
+def _counted(
+    weather: FloatArray | None, first: FloatArray
+) -> tuple[FloatArray | None, FloatArray | None, float | None, FloatArray | None]:
+    """Return what counts from the zero: the air's temperature, its index, that at the zero, and that by pressure alone.
+
+    `first`, shape (3,), is the weather at the zero; where it is NaN, that of the first row.
+    """
     if weather is None:
-        return None
-    return np.column_stack([np.broadcast_to(weather[:1, [0]], weather[:, [0]].shape), weather[:, 1],
-                            np.broadcast_to(weather[:1, [2]], weather[:, [2]].shape)])  # fmt: skip
+        return None, None, None, None
+    zero = np.where(np.isnan(first), weather[0], first)
+    air = None if np.isnan(weather[:, 0]).all() else weather[:, 0] - zero[0]
+    still = np.tile(zero, (len(weather), 1))
+    still[:, 1] = weather[:, 1]
+    at_zero, index, by_pressure = (_index(table) for table in (zero[None, :], weather, still))
+    if at_zero is None or index is None or by_pressure is None:
+        return air, None, None, None
+    return air, index - at_zero, float(at_zero[0]), by_pressure - at_zero
 
 
 def _tilt(beams: BeamLayout | None, sheet: Sheet, time: FloatArray, block: Block) -> FloatArray | None:

@@ -82,6 +82,23 @@ def test_light_may_pass_along_the_leg_and_an_index_may_be_set_once() -> None:
     }  # fmt: skip
 
 
+def test_where_runs_have_one_zero_the_index_of_air_counts_from_it() -> None:
+    """The weather of the days between runs is in it, as in the drift: not each run's own first row."""
+    view, _ = viewed("component", 7873671558253397, (), 1.0)
+    assert not view.zeroed_by_run
+    first = view.runs[0].weather
+    assert first is not None
+    zero = index_along_run(first[:1])[0]
+    for rows in view.runs:
+        assert rows.weather is not None
+        assert rows.signals.index is not None
+        assert rows.signals.air is not None
+        assert rows.signals.zero_index == zero
+        assert np.allclose(rows.signals.index, index_along_run(rows.weather) - zero, atol=1e-15)
+        assert np.allclose(rows.signals.air, rows.weather[:, 0] - first[0, 0], atol=1e-12)
+    assert np.ptp([rows.signals.index[0] for rows in view.runs if rows.signals.index is not None]) > 1e-7
+
+
 @pytest.mark.parametrize("weather", ["pressure", None])
 def test_a_barometer_that_nobody_reads_is_told_from_a_whole_index(weather: str | None) -> None:
     """Beams that lack the index of air by its pressure alone, or all of it: named so, and which of both is told."""
