@@ -15,7 +15,7 @@ LABELS = {
     "approach": "first positions of runs were reached",
     "play_m": "way of a reversal",
     "fixed_again": "fixed to the part again",
-    "weather": "what of the weather was left out",
+    "weather": "index left out",
 }
 """Of parameters whose names alone would not be understood."""
 
@@ -28,6 +28,7 @@ CHOICES: dict[tuple[str, Any], str] = {
     ("kick", "begin"): "beginning of a run",
     ("renewed", 1.0): "wiped out by each move",
     ("fixed_again", 1): "before the next run",
+    ("weather", "pressure"): "of the pressure alone",
     ("approach", 0.0): "from where nobody knows",
     ("approach", 1.0): "from below",
     ("approach", -1.0): "from above",

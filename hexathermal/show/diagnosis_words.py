@@ -191,8 +191,10 @@ ENDLESS = 1e6
 def _setting(name: str, value: Any) -> str:
     """Return one setting in words."""
     label = PLACES.get(name) or _label(name)
+    if (name, value) in CHOICES:
+        return f"{label} {CHOICES[name, value]}"
     if isinstance(value, str | bool) or not isinstance(value, int | float):
-        return f"{label} {CHOICES.get((name, value), value)}"
+        return f"{label} {value}"
     if abs(value) > ENDLESS:
         return ""
     if name.endswith("_s"):
