@@ -137,7 +137,7 @@ def _promising_moments(model: SensorModel, *, stays: bool) -> list[Loss]:
             scores[loss] = model.channel.evidence(X, sd, sound)
         return sorted(scores, key=lambda place: -scores[place])
 
-    each = SCANNED // len(model.view.runs)
+    each = max(2, SCANNED // len(model.view.runs))
     best = scan(_even_moments(model, each, stays=stays))[:CLOSER]
     for loss in best:
         begin, end = _span(model, loss.run)
