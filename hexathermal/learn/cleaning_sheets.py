@@ -10,6 +10,7 @@ import numpy.typing as npt
 
 from hexathermal.learn.campaign import Campaign
 from hexathermal.learn.campaign_streams import RunTable
+from hexathermal.learn.interferometer import WEATHER_COLUMNS
 from hexathermal.poses import FloatArray
 
 
@@ -67,7 +68,6 @@ def sheets_of(campaign: Campaign, table: RunTable) -> Iterator[Sheet]:
     factors = np.array([column.si[0] for column in table.columns])
     names = [column.name for column in table.columns]
     air = {name: k for k, name in enumerate(names) if parts[k] == "air"}
-    order = ("air_temperature_degC", "air_pressure_hPa", "air_humidity_percent")
 
     for rows in table:
         numbers = rows.numbers * factors
@@ -76,7 +76,7 @@ def sheets_of(campaign: Campaign, table: RunTable) -> Iterator[Sheet]:
             return numbers[:, [k for k, name in enumerate(parts) if name == part]]
 
         weather = np.full((len(numbers), 3), np.nan)
-        for k, name in enumerate(order):
+        for k, name in enumerate(WEATHER_COLUMNS):
             if name in air:
                 weather[:, k] = numbers[:, air[name]]
         fresh = np.zeros((len(numbers), 1))

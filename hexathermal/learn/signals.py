@@ -20,11 +20,9 @@ from hexathermal.learn.campaign_streams import RunTable
 from hexathermal.learn.cleaning import UsableBlocks
 from hexathermal.learn.cleaning_record import CleaningRecord
 from hexathermal.learn.cleaning_sheets import Sheet, stacked
-from hexathermal.learn.interferometer import index_along_run
+from hexathermal.learn.interferometer import WEATHER_COLUMNS, index_along_run
 from hexathermal.machine.leg_signals import LegSignals
 from hexathermal.poses import FloatArray
-
-WEATHER = ("air_temperature_degC", "air_pressure_hPa", "air_humidity_percent")
 
 USUAL_HUMIDITY = 0.5
 """Where it was not recorded."""
@@ -101,7 +99,7 @@ def run_rows(campaign: Campaign, run: RunFile | str) -> RunRows:
     sheet = stacked(reader.sheets)
     time = sheet.time[:, 0] - sheet.time[0, 0]
     weather = _weather(time, sheet.air)
-    own = float(sheet.time[0, 0]), np.full(len(WEATHER), math.nan)
+    own = float(sheet.time[0, 0]), np.full(len(WEATHER_COLUMNS), math.nan)
     began, first = own if campaign.zero == "run" else _campaign_start(campaign)
     begin = max(float(sheet.time[0, 0]) - began, 0.0)
     rows = np.searchsorted(time, block.time - 1e-9)
@@ -138,15 +136,15 @@ def _campaign_start(campaign: Campaign) -> tuple[float, FloatArray]:
     """Return the time [s] of a campaign's first row, and its first weather, shape (3,); NaN of what is not recorded."""
     table = RunTable(campaign, campaign.runs[0])
     places = {column.name: (k, column.si[0]) for k, column in enumerate(table.columns)}
-    began, first = math.nan, np.full(len(WEATHER), math.nan)
+    began, first = math.nan, np.full(len(WEATHER_COLUMNS), math.nan)
     for rows in table:
         if math.isnan(began):
             began = float(np.nanmin(rows.numbers[:, 0]))
         for at in np.flatnonzero(np.isnan(first)):
-            k, factor = places.get(WEATHER[at], (0, math.nan))
+            k, factor = places.get(WEATHER_COLUMNS[at], (0, math.nan))
             known = rows.numbers[np.isfinite(rows.numbers[:, k]), k]
             first[at] = factor * known[0] if len(known) else math.nan
-        if not any(math.isnan(value) for name, value in zip(WEATHER, first, strict=True) if name in places):
+        if not any(math.isnan(value) for name, value in zip(WEATHER_COLUMNS, first, strict=True) if name in places):
             break
     return (0.0 if math.isnan(began) else began), first
 

@@ -65,7 +65,8 @@ def worth(stage: Stage, after: Stage, leader: Ranked, *, later: bool) -> tuple[b
         share > -part_spread(stage, after, leader) or part_saved(stage, after, leader, within=True) > LEAST_SHARE
     )
     # a law that thermometers' errors move a little in each window may lose more likelihood than a slow cause brings
-    falls = share > max(FALLING, part_spread(stage, after, leader)) and leader.gated >= FAINT and not later
+    stands = not later and leader.gated >= FAINT and share > FALLING
+    falls = stands and share > part_spread(stage, after, leader)
     least = LEAST_SHARE if later else -MOST_LOSS
     pays = (sure > 0.0 or falls) and not denied(stage, after, leader) and (clear or share > least)
     # what was before a run left out is not known: it is seen, although a law of its rows alone does without it
