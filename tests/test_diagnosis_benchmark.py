@@ -155,12 +155,15 @@ def test_a_switched_search_still_finds_a_plain_effect(name: str) -> None:
 
 
 def test_finer_and_longer_campaigns_are_the_same_physics() -> None:
-    """Four times the rows keep start, end, and every fourth row; twice the runs have twice the names."""
+    """Four times the rows keep start, end, and every fourth row; twice the runs are of other days, of the same leg."""
     truth, _ = campaign_of("rough", 3, causes=())
-    fine, long = finer(truth, 4), longer(truth, 2)
+    fine, long = finer(truth, 4), longer(2, ("backlash",))
     for one, other in zip(truth.runs, fine.runs, strict=True):
         assert len(other.time) == 4 * (len(one.time) - 1) + 1
         np.testing.assert_allclose(other.time[::4], one.time, atol=1e-9)
         np.testing.assert_allclose(other.temperatures[::4], one.temperatures, atol=1e-9)
         assert other.inputs.shape == (len(other.time), one.inputs.shape[1])
-    assert len({run.name for run in long.runs}) == 2 * len(truth.runs)
+    roles = [run.role for run in long.runs]
+    assert (roles.count("identification"), roles.count("validation")) == (18, 6)
+    assert len({run.name for run in long.runs}) == len({float(run.q.sum()) for run in long.runs}) == len(roles)
+    assert all(run.effect.any() for run in long.runs)

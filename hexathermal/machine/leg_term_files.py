@@ -25,7 +25,7 @@ PARAMETERS: dict[str, dict[str, str]] = {
     "lead": {"sensor": "text!", "ratio": "number!", "time_constant_s": "number!"},
     "foretold": {"sensor": "text!", "weights": "table!", "ratio": "number!"}
     | {"time_constant_s": "number!", "order": "number"},
-    "temperature": {"sensor": "text!", "ratio": "number!"},
+    "temperature": {"sensor": "text!", "ratio": "number!", "weights": "table"},
     "expansion": {"sensor": "text!"},
     "stored-heat": {
         "source": "text!",
@@ -42,7 +42,7 @@ PARAMETERS: dict[str, dict[str, str]] = {
         "width_K": "number!",
         "calibration_degC": "number",
     },
-    "room": {"time_constant_s": "number!"},
+    "room": {"time_constant_s": "number!", "order": "number"},
     "air-index": {"path_mm": "mm!", "stroke_share": "number!", "reference_index": "number", "weather": "text"},
     "tilt": {},
     "direction": {"play_mm": "mm", "approach": "number"},
@@ -62,8 +62,8 @@ PARAMETERS: dict[str, dict[str, str]] = {
 
 POSITIVE = {
     "lag": ("time_constant_s", "order"), "lead": ("time_constant_s",), "foretold": ("time_constant_s", "order"),
-    "relaxation": ("time_constant_s", "saturation_mm"), "periodic": ("pitch_mm",), "wave": ("pitch_mm",),
-    "bend": ("width_K",), "direction": ("play_mm",),
+    "room": ("order",), "relaxation": ("time_constant_s", "saturation_mm"), "periodic": ("pitch_mm",),
+    "wave": ("pitch_mm",), "bend": ("width_K",), "direction": ("play_mm",),
 }  # fmt: skip
 """Parameters that must be above 0; other time constants may be 0, which stands for no delay."""
 
@@ -240,8 +240,9 @@ def _check_parameters(form: Form, shape: str, parameters: Mapping[str, Any], pat
         elif key in ("sensor", "source"):
             form.check((*path, key), bool(value), "a name")
         elif key == "weights" and shape in PARAMETERS:
-            form.check((*path, key), bool(value) and parameters.get("sensor") not in value, "those of other sensors")
-    if "order" in parameters and shape in ("lag", "foretold"):
+            others = shape == "temperature" or parameters.get("sensor") not in value
+            form.check((*path, key), bool(value) and others, "those of other sensors")
+    if "order" in parameters and shape in ("lag", "foretold", "room"):
         form.check((*path, "order"), parameters["order"] in (1.0, 2.0), "1 or 2")
     if "reference_index" in parameters and shape == "air-index":
         form.check(

@@ -154,8 +154,13 @@ def foretold(signals: LegSignals, parameters: Mapping[str, Any], memory: Memory)
 
 
 def temperature(signals: LegSignals, parameters: Mapping[str, Any], memory: Memory) -> FloatArray:
-    """Return ``(q0 + ratio q) dT`` of another sensor [m K]."""
-    return signals.span(parameters["ratio"]) * signals.temperature(parameters["sensor"])
+    """Return ``(q0 + ratio q) dT`` of another sensor [m K].
+
+    With ``weights``, of sensors by name, dT is ``sum_s w_s dT_s``: what it should read, as it and the others tell.
+    """
+    weights = parameters.get("weights", {parameters["sensor"]: 1.0})
+    dT = np.asarray(sum(weight * signals.temperature(name) for name, weight in weights.items()))
+    return np.asarray(signals.span(parameters["ratio"]) * dT)
 
 
 def expansion(signals: LegSignals, parameters: Mapping[str, Any], memory: Memory) -> FloatArray:
@@ -222,9 +227,13 @@ def _calibrated(signals: LegSignals, parameters: Mapping[str, Any], memory: Memo
 
 
 def room(signals: LegSignals, parameters: Mapping[str, Any], memory: Memory) -> FloatArray:
-    """Return the air temperature behind a low pass, less its first value [K]."""
-    air, tau = signals.recorded("air"), parameters["time_constant_s"]
-    behind = memory.low_pass("air", signals.time, air, tau) if tau > 0.0 else air
+    """Return the air temperature behind a low pass, less its first value [K].
+
+    With ``order`` 2 the low pass is two equal stages of half the time constant each.
+    """
+    behind, tau, order = signals.recorded("air"), parameters["time_constant_s"], int(parameters.get("order", 1))
+    for stage in range(order if tau > 0.0 else 0):
+        behind = memory.low_pass(f"air {stage}", signals.time, behind, tau / order)
     return np.asarray(behind - memory.first("air at first", behind))
 
 

@@ -7,6 +7,7 @@ from collections.abc import Iterator
 import numpy as np
 import numpy.typing as npt
 
+from hexathermal.learn.diagnosis.last_move import last_moves
 from hexathermal.learn.diagnosis.trials import PREFIX, Trial, Workbench
 from hexathermal.learn.diagnosis.view import View
 from hexathermal.poses import FloatArray
@@ -44,6 +45,8 @@ def flexible_trials(bench: Workbench) -> Iterator[Trial]:
         for wear in WEAR:
             yield Trial(PREFIX + "the way travelled", (way**wear - zero**wear)[:, None], "travel", "", {"power": wear})
         since = np.maximum(way - zero, 0.0)
+        for columns in view.once((PREFIX, "last moves"), lambda: tuple(last_moves(view)), ()):
+            yield Trial(PREFIX + "the last move", columns, "q")
         for columns in (since * q / np.ptp(q), np.sqrt(since)):
             yield Trial(PREFIX + "the way travelled", columns[:, None], "travel")
     for sensor in view.base:

@@ -130,8 +130,21 @@ def campaign_of(
     clean, error = with_usual_differences(benches.draw(bench, generator), generator), 0.0
     if shared:
         clean, error = with_shared_errors(clean, np.random.default_rng([seed, 3]))
-    if effects is None:
-        effects = _drawn(clean, np.random.default_rng([seed, 1]))
+    chosen = _drawn(clean, np.random.default_rng([seed, 1])) if effects is None else effects
+    return _hidden(clean, bench, seed, chosen, strength, error)
+
+
+def hidden_in(
+    clean: CampaignTruth, seed: int, causes: Sequence[str], strength: float | None = None
+) -> tuple[CampaignTruth, Answer]:
+    """Return a campaign in which nothing is hidden yet with effects hidden in it; see `draw_campaign`."""
+    return _hidden(clean, clean.bench, seed, [named(name) for name in causes], strength, 0.0)
+
+
+def _hidden(
+    clean: CampaignTruth, bench: str, seed: int, effects: Sequence[Effect], strength: float | None, error: float
+) -> tuple[CampaignTruth, Answer]:
+    """Return a campaign with effects hidden in it, and the answer; `error` [K] is what its logger drifts by."""
     for effect in effects:
         if not effect.possible(clean):
             raise ArgumentError(

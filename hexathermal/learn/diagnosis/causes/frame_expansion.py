@@ -30,13 +30,24 @@ CAUSE = Cause(
 
 TIMES_S = (0.0, 600.0, 1800.0, 5400.0, 14400.0)
 
+STAGED_S = 1800.0
+"""From this time on the skin of a frame, and what it carries, are tried as two stages as well."""
+
 
 def trials(bench: Workbench) -> Iterator[Trial]:
     """Give the air temperature behind low passes; at rest when a run begins, or on its way from what was before."""
     view = bench.view
     if all(rows.signals.air is not None for rows in view.runs):
         for tau in TIMES_S:
-            trial = bench.term(CAUSE.name, "room", None, time_constant_s=tau)
-            yield trial
+            yield bench.term(CAUSE.name, "room", None, time_constant_s=tau)
             if tau > 0.0:
-                yield bench.not_at_rest(trial, tau)
+                yield bench.not_at_rest(bench.term(CAUSE.name, "room", None, time_constant_s=tau), tau)
+            if tau >= STAGED_S:
+                yield from _staged(bench, tau)
+
+
+def _staged(bench: Workbench, tau: float) -> Iterator[Trial]:
+    """Give the air temperature behind two low passes of half the time constant each."""
+    trial = bench.term(CAUSE.name, "room", None, time_constant_s=tau, order=2)
+    yield trial
+    yield bench.not_at_rest(trial, 0.5 * tau)

@@ -23,17 +23,34 @@ CAUSE = Cause(
 )
 
 
+TOLD = (0.5, 1.0)
+"""Parts of what is taken for a thermometer's temperature that the others foretell, the rest as it reads itself: its own
+slow bias would else hide what it stands for, where another thermometer of the law is near."""
+
+
 def trials(bench: Workbench) -> Iterator[Trial]:
     """Give each other thermometer, acting on the retracted length, as the law's own, or with its own A and B."""
     view = bench.view
-    ratios = {0.0, bench.ratios[bench.main]} if view.kind == "leg" else {0.0}
+    ratios = sorted({0.0, bench.ratios[bench.main]} if view.kind == "leg" else {0.0})
     for sensor in view.sensors:
         if sensor not in view.base and sensor not in bench.noisy:
-            for ratio in sorted(ratios):
+            for ratio in ratios:
                 yield bench.term(CAUSE.name, "temperature", sensor, quick=True, sensor=sensor, ratio=ratio)
+                yield from _told(bench, sensor, ratio)
             # as recorded: smoothing takes what is quicker than the noise of a good thermometer
-            for ratio in sorted(ratios):
+            for ratio in ratios:
                 raw = view.span(ratio) * view.recorded(sensor)
                 yield Trial(CAUSE.name, raw[:, None], sensor, "temperature", {"sensor": sensor, "ratio": ratio})
             if view.kind == "leg" and view.moves:
                 yield bench.term(CAUSE.name, "expansion", sensor, quick=True, sensor=sensor)
+
+
+def _told(bench: Workbench, sensor: str, ratio: float) -> Iterator[Trial]:
+    """Give what a thermometer should read, as it and those outside the law besides tell; none where these are few."""
+    model = bench.model(sensor)
+    if model is None:
+        return
+    told = bench.view.once((CAUSE.name, "told", sensor, model.unasked), lambda: model.sensor_weights(model.weights()))
+    for part in TOLD:
+        weights = {name: part * weight for name, weight in told.items()} | {sensor: 1.0 - part}
+        yield bench.term(CAUSE.name, "temperature", sensor, quick=True, sensor=sensor, ratio=ratio, weights=weights)

@@ -11,7 +11,7 @@ foot; friction heats the body about the nut, which moves with the rod, and the r
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -216,12 +216,14 @@ def _heated(generator: np.random.Generator) -> Heated:
     )
 
 
-def draw(generator: np.random.Generator) -> CampaignTruth:
+def draw(generator: np.random.Generator, roles: Sequence[str] = ROLES) -> CampaignTruth:
     """Make a campaign in which nothing is hidden.
 
     Parameters
     ----------
     generator : numpy.random.Generator
+    roles : sequence of str
+        What each run is for.
     """
     heated = _heated(generator)
     leg = heated.leg
@@ -247,7 +249,7 @@ def draw(generator: np.random.Generator) -> CampaignTruth:
         "temperature_resolution_K": 0.0,
     }
     motions, airs, answers = [], [], []
-    for day in range(len(ROLES)):
+    for day in range(len(roles)):
         first = round(generator.uniform(0.0, leg.stroke), 4)
         motion = carried_out(plan(leg.stroke, first, generator), first, generator.uniform(120.0, 900.0), TIME[-1])
         air = room.air(86400.0 * day + generator.uniform(6.0, 15.0) * 3600.0, STEP, ROWS, generator)
@@ -258,8 +260,8 @@ def draw(generator: np.random.Generator) -> CampaignTruth:
     largest = np.max([answer[:, :, :13].max(axis=(1, 2)) for answer in answers], axis=0)
     heat = np.array([1.0, generator.uniform(2.5, 8.0) / largest[1], generator.uniform(2.0, 6.0) / largest[2]])
     runs = [
-        _run(k, leg, motions[k], np.einsum("c,cns->ns", heat, answers[k]), airs[k], level, generator)
-        for k in range(len(ROLES))
+        _run(k, roles[k], leg, motions[k], np.einsum("c,cns->ns", heat, answers[k]), airs[k], level, generator)
+        for k in range(len(roles))
     ]
     names = tuple(f"T{k + 1:02d}" for k in range(17))
     places = np.concatenate([heated.body_places, heated.nut + heated.rod_places])
@@ -272,6 +274,7 @@ def draw(generator: np.random.Generator) -> CampaignTruth:
 
 def _run(
     k: int,
+    role: str,
     leg: Leg,
     motion: Motion,
     temperatures: FloatArray,
@@ -286,6 +289,6 @@ def _run(
     scatter = level["landing_um"] * generator.standard_normal(len(motion.place))
     noise = 1e-6 * (scatter[motion.rest(TIME)] + level["white_um"] * generator.standard_normal(rows))
     return RunTruth(
-        f"run-{k + 1:02d}", ROLES[k], TIME.copy(), q, motion.settled(TIME, 4.0), temperatures, errors, air,
+        f"run-{k + 1:02d}", role, TIME.copy(), q, motion.settled(TIME, 4.0), temperatures, errors, air,
         np.empty((rows, 0)), leg.drift(temperatures, q), noise, np.zeros(rows), np.zeros((rows, 3)),
     )  # fmt: skip
