@@ -32,6 +32,9 @@ DISBELIEVED = float(1.0 / np.sqrt(3.0))
 """Part of what a thermometer of the law tells beside the others, or quickly, that is not believed: none to all of it,
 RMS."""
 
+CONTACT = 0.03
+"""Part of the room's air that a thermometer on a surface lets in, RMS: tape and stem conduct. Engineering value."""
+
 FIRST_ROW = 2.0
 """Size of the error of the row from which all runs of a campaign count, over the noise: one row's, and readings'."""
 
@@ -145,6 +148,10 @@ class Stage:
         moved = [bench.slopes[sensor] * bench.slopes_span(sensor) for sensor in self.view.base]
         alike = np.sum([one[:, None] * table for one, table in zip(moved, told.alike, strict=True)], axis=0)
         base = base.extended(alike, np.full(alike.shape[1], DISBELIEVED), little=True)
+        if all(rows.signals.air is not None for rows in self.view.runs):
+            air = self.view.columns("room", {"time_constant_s": 0.0})
+            contacts = np.column_stack(moved) * air
+            base = base.extended(contacts, np.full(contacts.shape[1], CONTACT), little=True)
         steps = self.view.taken_back
         return base.extended(steps, np.full(steps.shape[1], TAKEN_BACK))
 

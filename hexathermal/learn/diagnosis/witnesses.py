@@ -98,8 +98,8 @@ class Witnesses:
         `FOLLOWED` times what they say beyond `LEAST_WITNESS`; where both tell of one number, `AGREED` times what they
         say alike beyond `LEAST_AGREED`. Every thermometer is late against some other: what they say of lateness counts
         as far as the drift says it, or as far as the thermometer is late with all that it reads. Of one that wanders
-        they say how far it does, as much as the drift at most; an error that they could not show counts without them. What
-        they say of a loss of contact counts as far as the drift may show that reading, with the law's own A.
+        they say how far it does, as much as the drift at most; an error that they could not show counts without them.
+        What they say of a loss of contact counts as far as the drift may show that reading, with the law's own A.
         """
         trial, most = ranked.best.trial, min(ranked.value, ranked.best.trial.most)
         drift, agreed = most, self._agreed(ranked.best, ranked.levels)

@@ -11,6 +11,7 @@ import numpy as np
 from hexathermal.errors import ArgumentError
 from hexathermal.simulate.hidden import benches
 from hexathermal.simulate.hidden.beams import with_usual_differences
+from hexathermal.simulate.hidden.contacts import with_contacts
 from hexathermal.simulate.hidden.effect import Effect, Parameters, target_of
 from hexathermal.simulate.hidden.effects import OUTSIDE, found, named
 from hexathermal.simulate.hidden.loggers import with_shared_errors
@@ -121,7 +122,8 @@ def campaign_of(
 ) -> tuple[CampaignTruth, Answer]:
     """Return the campaign that a seed stands for; see `draw_campaign`.
 
-    With `shared`, the logger of every third campaign drifts: all thermometers err alike besides.
+    With `shared`, the logger of every third campaign drifts: all thermometers err alike besides; and the thermometers
+    of every third one are taped on, so that they let in some of the air.
     """
     if strength is not None and not 0.0 < strength < np.inf:
         raise ArgumentError(f"a strength is a number above 0 (1: as strong as the noise), found {strength!r}")
@@ -130,6 +132,7 @@ def campaign_of(
     clean, error = with_usual_differences(benches.draw(bench, generator), generator), 0.0
     if shared:
         clean, error = with_shared_errors(clean, np.random.default_rng([seed, 3]))
+        clean = with_contacts(clean, np.random.default_rng([seed, 4]))
     chosen = _drawn(clean, np.random.default_rng([seed, 1])) if effects is None else effects
     return _hidden(clean, bench, seed, chosen, strength, error)
 

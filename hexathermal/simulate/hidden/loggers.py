@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from hexathermal.poses import FloatArray
@@ -23,22 +25,28 @@ def with_shared_errors(truth: CampaignTruth, generator: np.random.Generator) -> 
     if often > OFTEN:
         return truth, 0.0
     shared = [error * slow_process(run.time, time, 1, generator) for run in truth.runs]
-    runs = [run.changed(sensor_errors=run.sensor_errors + own) for run, own in zip(truth.runs, shared, strict=True)]
+    return with_errors(truth, [np.repeat(own, len(truth.sensors), axis=1) for own in shared]), error
+
+
+def with_errors(truth: CampaignTruth, errors: Sequence[FloatArray]) -> CampaignTruth:
+    """Return a campaign whose thermometers err besides, by an array, shape (n, s) [K], for each run."""
+    runs = [run.changed(sensor_errors=run.sensor_errors + own) for run, own in zip(truth.runs, errors, strict=True)]
     notes = dict(truth.notes)
     if "thermometers_rms_um" in notes:
         parts = [
-            _feigned(truth, *item) for item in zip(truth.runs, shared, strict=True) if item[0].role != "validation"
+            _feigned(truth, *item) for item in zip(truth.runs, errors, strict=True) if item[0].role != "validation"
         ]
         added = 1e6 * float(np.sqrt(np.mean(np.concatenate(parts) ** 2)))
         notes["thermometers_rms_um"] = float(np.hypot(float(str(notes["thermometers_rms_um"])), added))
-    return truth.changed(runs=tuple(runs), notes=notes), error
+    return truth.changed(runs=tuple(runs), notes=notes)
 
 
-def _feigned(truth: CampaignTruth, run: RunTruth, shared: FloatArray) -> FloatArray:
-    """Return the drift that errors of all thermometers feign on settled rows, counted from its mean [m]."""
-    slopes = truth.coefficients.sum()
+def _feigned(truth: CampaignTruth, run: RunTruth, errors: FloatArray) -> FloatArray:
+    """Return the drift that errors of the law's thermometers feign on settled rows, counted from its mean [m]."""
+    own = errors[run.settled][:, [truth.sensors.index(name) for name in truth.base]]
+    slopes = truth.coefficients
     if truth.kind == "leg":
-        A, B = np.split(truth.coefficients, 2)
-        slopes = A.sum() * truth.retracted_length + B.sum() * run.q[run.settled]
-    wrong = shared[run.settled, 0] * slopes
+        A, B = np.split(slopes, 2)
+        slopes = A * truth.retracted_length + run.q[run.settled][:, None] * B
+    wrong = (own * slopes).sum(axis=1)
     return np.asarray(wrong - wrong.mean())
