@@ -13,22 +13,22 @@ from hexathermal.learn.diagnosis.unexplained import THERMAL, WANDERING, flexible
 from hexathermal.poses import FloatArray
 
 
-def all_trials(bench: Workbench) -> list[Trial]:
-    """Return the trials of the catalogue and the nameless ones."""
-    found = []
+def all_trials(bench: Workbench, slow: float | None = None) -> list[Trial]:
+    """Return the trials of the catalogue and the nameless ones; `slow` as in `Workbench.feigned`."""
+    thermometers, found = bench.feigned(slow), []
+
+    def feigns(*, thermal: bool, wanders: bool) -> float:
+        """Return the misfit that errors of the thermometers may feign, RMS [m]."""
+        return math.hypot(thermometers * thermal, bench.wandered * wanders)
+
     for module in catalogue().values():
-        feigned = _feigned(bench, thermal=module.CAUSE.thermal, wanders=module.CAUSE.wanders)
+        feigned = feigns(thermal=module.CAUSE.thermal, wanders=module.CAUSE.wanders)
         found += [_feigning(trial, feigned) for trial in module.trials(bench)]
     for trial in flexible_trials(bench):
-        feigned = _feigned(bench, thermal=trial.target in THERMAL, wanders=trial.target in WANDERING)
+        feigned = feigns(thermal=trial.target in THERMAL, wanders=trial.target in WANDERING)
         found.append(_feigning(trial, feigned))
     varied = [trial for trial in found if trial.base is not None or _varies(trial.columns)]
     return [trial for trial in varied if trial.term is None or _varies(trial.term.columns)]
-
-
-def _feigned(bench: Workbench, *, thermal: bool, wanders: bool) -> float:
-    """Return the misfit that errors of the thermometers may feign, RMS [m]."""
-    return math.hypot(bench.feigned * thermal, bench.wandered * wanders)
 
 
 def _feigning(trial: Trial, feigned: float) -> Trial:

@@ -83,6 +83,9 @@ class Search:
         RMS of the largest effect thought possible.
     repaired : function, optional
         From a trial that mends data to the base made of the mended data.
+    trials : list of Trial
+    null : (Levels, float), optional
+        Noise and evidence of the base alone; by default they are fitted.
     """
 
     bench: Workbench
@@ -91,6 +94,7 @@ class Search:
     largest: float
     repaired: Callable[[Trial], Base] | None = None
     trials: list[Trial] = field(default_factory=list)
+    null: tuple[Levels, float] | None = None
     _bases: dict[int, tuple[Trial, Base]] = field(default_factory=dict)
 
     @cached_property
@@ -140,9 +144,9 @@ class Search:
             values.append(np.reshape([item.value for item in found], (len(steps), -1)))
         return np.asarray(np.column_stack(values).max(axis=1))
 
-    def step(self, trials: list[Trial], begin: Levels | None = None) -> Step:
+    def step(self, trials: list[Trial]) -> Step:
         """Return the ranking of trials over the present base."""
-        levels, null = self.channel.fitted(self.base.X, self.base.sd, begin)
+        levels, null = self.null or self.channel.fitted(self.base.X, self.base.sd)
         ranked: dict[str, Ranked] = {}
         terms = self.terms if trials == self.trials else terms_of(self.base, trials)
         for _again in range(2):

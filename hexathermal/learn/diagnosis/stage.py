@@ -159,12 +159,17 @@ class Stage:
     def search(self) -> Search:
         """The search over all causes."""
         largest = LARGEST * float(np.sqrt((self.channel.y**2).mean()))
-        return Search(self.bench, self.channel, self.base, largest, self._repaired_base, self._trials)
+        return Search(self.bench, self.channel, self.base, largest, self._repaired_base, self._trials, self._null)
+
+    @cached_property
+    def _null(self) -> tuple[Levels, float]:
+        """Noise of the drift beside all that the null doubts, and the evidence of that."""
+        return self.channel.fitted(self.base.X, self.base.sd)
 
     @cached_property
     def _trials(self) -> list[Trial]:
         """All trials."""
-        return all_trials(self.bench)
+        return all_trials(self.bench, self._null[0].slow)
 
     def _against(self, **changes: Any) -> Stage:
         """Return the stage with another null, or other causes out of the race: what joined is as it was."""

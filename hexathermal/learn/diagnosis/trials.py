@@ -296,14 +296,15 @@ class Workbench:
         """Return what a sensor of the law moves the part by, RMS over its windows [m/K]."""
         return float(self.slopes[sensor] * np.sqrt((self.slopes_span(sensor) ** 2).mean()))
 
-    @cached_property
-    def feigned(self) -> float:
-        """Misfit that errors of the law's thermometers may feign in thermal causes, RMS [m].
+    def feigned(self, slow: float | None = None) -> float:
+        """Return the misfit that errors of the law's thermometers may feign in thermal causes, RMS [m].
 
         Each has a slow bias, as its parity shows, a resolution, below which it sees no warming at all, and noise that
         smoothing leaves: whatever goes as the temperature does with less noise stands for a better reading. All of them
-        may err alike, by no more than they wander beside what warms them, and than wanders in the drift.
+        may err alike, by no more than they wander beside what warms them, and than wanders in the drift: `slow` of it
+        [m] beside all that the null doubts, where that is known.
         """
+        wanders = self.slow if slow is None else min(self.slow, slow)
         parts, noises = [], []
         for sensor in self.view.base:
             model = self.model(sensor)
@@ -316,7 +317,7 @@ class Workbench:
         alike = common_error(self.view)
         if alike is not None:
             moved = abs(sum(self._moved_by(sensor) for sensor in self.view.base))
-            parts.append(FEIGNED * min(moved * alike.beside(self.usual_bias), self.slow))
+            parts.append(FEIGNED * min(moved * alike.beside(self.usual_bias), wanders))
         whole = float(np.linalg.norm(noises))
         lured = whole * min(MOST_FEIGNED, FEIGNED_NOISE * whole / self.noise)
         return float(np.hypot(np.linalg.norm(parts), lured))
