@@ -18,6 +18,7 @@ from hexathermal.learn.diagnosis.places import alias_words
 from hexathermal.learn.diagnosis.recorded import judged_runs, refuse_silent, silence_words
 from hexathermal.learn.diagnosis.residuals import run_residuals, whiteness
 from hexathermal.learn.diagnosis.result import Candidate, Diagnosis, Effect, Limit
+from hexathermal.learn.diagnosis.search import REPEATED
 from hexathermal.learn.diagnosis.words import effect_of
 from hexathermal.learn.law import IdentifiedLaw
 from hexathermal.learn.signals import RunRows, campaign_rows
@@ -149,6 +150,10 @@ def _notes(course: Course) -> tuple[str, ...]:
         if not one.joined:
             which = _sited(one.ranked.cause, one.ranked.best.trial.target)
             notes.append(f"{which} does not pay on runs left out of the fit: it does not join the law")
+        told = one.ranked.best.trial.parameters.get("weights", {})
+        if one.ranked.cause == REPEATED and told:
+            notes.append(f"{one.ranked.best.trial.target} is read as it and the thermometers beside it tell: the law "
+                         f"needs all {len(told)} of them")  # fmt: skip
     view = course.first.view
     pitches = [one.ranked.best.trial.parameters.get("pitch_m") for one in course.found]
     alike = alias_words(view, next((pitch for pitch in pitches if pitch is not None), None))

@@ -7,6 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from hexathermal.learn.diagnosis import stage as stages
 from hexathermal.learn.diagnosis.causes import frame_expansion, missing_sensor
 from hexathermal.learn.diagnosis.evidence import LEAST
 from hexathermal.learn.diagnosis.stage import Stage
@@ -89,3 +90,31 @@ def test_a_loss_of_contact_that_the_drift_denies_is_none(monkeypatch: pytest.Mon
     assert first_name(_drifting(view, more)) is None
     monkeypatch.setattr(Witnesses, "_in_drift", lambda _self, _trial: 1.0)
     assert first_name(_drifting(view, more)) == "sensor-detached"
+
+
+@pytest.mark.parametrize("seed", [31, 32])
+def test_thermometers_that_let_in_some_of_the_air_are_no_bench(monkeypatch: pytest.MonkeyPatch, seed: int) -> None:
+    """Four hundredths of the air in every reading of a sound leg make no name; a null that knows no tape has one."""
+    view = viewed("quiet", seed, (), 1.0)[0]
+
+    def taped() -> View:
+        found = view
+        for sensor in view.sensors:
+            found = altered(found, sensor, lambda _run, signals, name=sensor: _with_air(signals, name, 0.04))
+        return found
+
+    assert first_name(taped()) is None
+    monkeypatch.setattr(stages, "CONTACT", 1e-9)
+    assert first_name(taped()) is not None
+
+
+def _with_air(signals: LegSignals, name: str, part: float) -> FloatArray:
+    """A sensor's temperature with a part of the air in it."""
+    return np.asarray((1.0 - part) * signals.dT[name] + part * signals.recorded("air"))
+
+
+def test_what_all_thermometers_feign_is_what_wanders_beside_all_doubts() -> None:
+    """What the null's own doubts explain of the drift's wandering, no shared error of the thermometers can feign."""
+    bench = Stage(viewed("modal", 5, (), 1.0)[0]).bench
+    bench.slow = 1e-6
+    assert bench.feigned(0.0) < bench.feigned(0.5e-6) <= bench.feigned() == bench.feigned(1.0)
