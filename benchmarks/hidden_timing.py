@@ -66,10 +66,12 @@ def longer(factor: int, causes: Sequence[str]) -> CampaignTruth:
     """Return a campaign with `factor` times the runs: of other days, since copies would be more evidence than data."""
     import numpy as np
 
+    from hexathermal.simulate.hidden.beams import with_usual_differences
     from hexathermal.simulate.hidden.benches.modal import ROLES, draw
     from hexathermal.simulate.hidden.drawing import hidden_in
 
-    clean = draw(np.random.default_rng([SEED, 0]), [role for role in ROLES for _ in range(factor)])
+    generator = np.random.default_rng([SEED, 0])
+    clean = with_usual_differences(draw(generator, [role for role in ROLES for _ in range(factor)]), generator)
     return hidden_in(clean, SEED, causes, 1.0)[0]
 
 

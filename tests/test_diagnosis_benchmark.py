@@ -166,4 +166,7 @@ def test_finer_and_longer_campaigns_are_the_same_physics() -> None:
     roles = [run.role for run in long.runs]
     assert (roles.count("identification"), roles.count("validation")) == (18, 6)
     assert len({run.name for run in long.runs}) == len({float(run.q.sum()) for run in long.runs}) == len(roles)
-    assert all(run.effect.any() for run in long.runs)
+    assert all(run.effect.any() and run.beam_effects.any() for run in long.runs)
+    same, _ = campaign_of("modal", 1, causes=("backlash",), strength=1.0)
+    assert (long.base, long.retracted_length) == (same.base, same.retracted_length)
+    np.testing.assert_array_equal(long.coefficients, same.coefficients)

@@ -38,6 +38,7 @@ CONSTANTS = {
     "along_leg": ("NEAREST", "NEIGHBOURS", "LEAST_PART"),
     "search": ("LEADERS", "TIMED", "LEAST_SURE", "SURE", "MOST_WITNESSED"),
     "witnesses": (
+        "IN_DRIFT",
         "BYSTANDERS",
         "USUAL",
         "UNUSUAL",
@@ -95,7 +96,7 @@ CONSTANTS = {
     ),
     "exchange": ("RIVAL", "AHEAD"),
     "pruning": ("LEAST_HARM",),
-    "stage": ("DISBELIEVED", "FIRST_ROW", "LARGEST", "TAKEN_BACK"),
+    "stage": ("CONTACT", "DISBELIEVED", "FIRST_ROW", "LARGEST", "TAKEN_BACK"),
     "wandering": ("LIKELIER", "POWERS"),
     "limits": ("CLOSE", "SOUND_CAMPAIGNS", "WEAKEST", "STRONGEST"),
 }

@@ -46,8 +46,9 @@ def stateless(term: LegTerm) -> bool:
 
 
 def sensors_of(terms: Sequence[LegTerm]) -> tuple[str, ...]:
-    """Return the sensors that terms read, each once."""
-    own = [str(term.parameters["sensor"]) for term in terms if "sensor" in term.parameters]
+    """Return the sensors that terms read, each once; where weights stand for one's temperature, those alone."""
+    told = [term for term in terms if term.shape == "temperature" and "weights" in term.parameters]
+    own = [str(term.parameters["sensor"]) for term in terms if "sensor" in term.parameters and term not in told]
     return tuple(dict.fromkeys([*own, *(name for term in terms for name in term.parameters.get("weights", ()))]))
 
 

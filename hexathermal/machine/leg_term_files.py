@@ -62,8 +62,8 @@ PARAMETERS: dict[str, dict[str, str]] = {
 
 POSITIVE = {
     "lag": ("time_constant_s", "order"), "lead": ("time_constant_s",), "foretold": ("time_constant_s", "order"),
-    "room": ("order",), "relaxation": ("time_constant_s", "saturation_mm"), "periodic": ("pitch_mm",),
-    "wave": ("pitch_mm",), "bend": ("width_K",), "direction": ("play_mm",),
+    "relaxation": ("time_constant_s", "saturation_mm"), "periodic": ("pitch_mm",), "wave": ("pitch_mm",),
+    "bend": ("width_K",), "direction": ("play_mm",),
 }  # fmt: skip
 """Parameters that must be above 0; other time constants may be 0, which stands for no delay."""
 
@@ -240,8 +240,11 @@ def _check_parameters(form: Form, shape: str, parameters: Mapping[str, Any], pat
         elif key in ("sensor", "source"):
             form.check((*path, key), bool(value), "a name")
         elif key == "weights" and shape in PARAMETERS:
-            others = shape == "temperature" or parameters.get("sensor") not in value
-            form.check((*path, key), bool(value) and others, "those of other sensors")
+            if shape == "temperature":
+                form.check((*path, key), bool(value), "those of one sensor or more")
+            else:
+                others = bool(value) and parameters.get("sensor") not in value
+                form.check((*path, key), others, "those of other sensors")
     if "order" in parameters and shape in ("lag", "foretold", "room"):
         form.check((*path, "order"), parameters["order"] in (1.0, 2.0), "1 or 2")
     if "reference_index" in parameters and shape == "air-index":

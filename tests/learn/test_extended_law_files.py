@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import re
 from pathlib import Path
 
 import numpy as np
@@ -14,8 +15,9 @@ from hexathermal.errors import FileFormatError
 from hexathermal.learn.law import IdentifiedLaw
 from hexathermal.learn.leg_law_files import read_leg_law, write_leg_law
 from hexathermal.machine.leg_repairs import SensorRepair
+from hexathermal.machine.leg_states import sensors_of
 from hexathermal.machine.leg_terms import SHAPES, LegTerm
-from tests.learn.extended_laws import EXAMPLES, REPAIRS, law_with
+from tests.learn.extended_laws import EXAMPLES, REPAIRS, drawn_signals, law_with
 from tests.learn.test_leg_files import drawn
 
 LATE = {"sensor": "T01", "weights": {"T02": 0.5}, "from_s": {"run 1": 1200.5}}
@@ -80,6 +82,35 @@ def test_repairs_of_some_runs_survive_writing_and_reading(tmp_path: Path) -> Non
     path.write_text(text.replace('"run 1" = ', '"run 1" = "x" # '), encoding="utf-8")
     with pytest.raises(FileFormatError, match="repairs\\[1\\].rates_K_per_h.run 1 must be a number"):
         read_leg_law(path)
+
+
+@pytest.mark.parametrize(
+    ("term", "old", "new", "said"),
+    [
+        (LegTerm("missing-sensor", "temperature", {"sensor": "T03", "ratio": 0.3, "weights": {"T02": 0.7}}, [1e-6]),
+         "T02 = 0.7", "", "terms[0].weights must be those of one sensor or more"),
+        (LegTerm("frame-expansion", "room", {"time_constant_s": 900.0, "order": 2.0}, [1e-7]),
+         "order = 2", "order = 3", "terms[0].order must be 1 or 2, found 3"),
+    ],
+)  # fmt: skip
+def test_bad_weights_and_orders_are_named(tmp_path: Path, term: LegTerm, old: str, new: str, said: str) -> None:
+    """Weights of nobody, a third stage: what, where, and what it may be."""
+    path = write_leg_law(law_with((term,)), tmp_path / "leg.toml")
+    text = path.read_text(encoding="utf-8")
+    assert old in text
+    path.write_text(text.replace(old, new), encoding="utf-8")
+    with pytest.raises(FileFormatError, match=re.escape(said)):
+        read_leg_law(path)
+
+
+def test_a_law_reads_no_sensor_whose_weight_it_does_not_state(tmp_path: Path) -> None:
+    """Where others stand for a thermometer, its own readings are not asked for: it may be gone."""
+    told = LegTerm("missing-sensor", "temperature", {"sensor": "T03", "ratio": 0.3, "weights": {"T02": 1.1}}, [1e-6])
+    assert sensors_of((told,)) == ("T02",)
+    law = read_leg_law(write_leg_law(law_with((told,)), tmp_path / "leg.toml"))
+    signals = drawn_signals(1)
+    without = dataclasses.replace(signals, dT={name: values for name, values in signals.dT.items() if name != "T03"})
+    np.testing.assert_array_equal(law.predict_signals(without), law.predict_signals(signals))
 
 
 def test_a_shape_without_rules_is_carried_too(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

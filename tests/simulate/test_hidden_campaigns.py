@@ -212,6 +212,10 @@ def test_taped_thermometers_let_in_some_of_the_air_in_every_third_draw() -> None
         assert np.all((parts >= -1e-12) & (parts <= 0.05))
         assert all(np.array_equal(a.drift, b.drift) for a, b in zip(plain.runs, found.runs, strict=True))
         taped += bool(parts.any())
+        both = with_contacts(with_shared_errors(plain, np.random.default_rng([k, 3]))[0], np.random.default_rng([k, 4]))
+        asked = campaign_of("quiet", k, causes=(), shared=True)[0]
+        assert all(np.array_equal(a.sensor_errors, b.sensor_errors)
+                   for a, b in zip(asked.runs, both.runs, strict=True))  # fmt: skip
     assert 3 <= taped <= 14
 
 

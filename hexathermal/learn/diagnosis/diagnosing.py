@@ -19,6 +19,7 @@ from hexathermal.learn.diagnosis.recorded import judged_runs, refuse_silent, sil
 from hexathermal.learn.diagnosis.residuals import run_residuals, whiteness
 from hexathermal.learn.diagnosis.result import Candidate, Diagnosis, Effect, Limit
 from hexathermal.learn.diagnosis.search import REPEATED
+from hexathermal.learn.diagnosis.trials import Trial
 from hexathermal.learn.diagnosis.words import effect_of
 from hexathermal.learn.law import IdentifiedLaw
 from hexathermal.learn.signals import RunRows, campaign_rows
@@ -150,10 +151,8 @@ def _notes(course: Course) -> tuple[str, ...]:
         if not one.joined:
             which = _sited(one.ranked.cause, one.ranked.best.trial.target)
             notes.append(f"{which} does not pay on runs left out of the fit: it does not join the law")
-        told = one.ranked.best.trial.parameters.get("weights", {})
-        if one.ranked.cause == REPEATED and told:
-            notes.append(f"{one.ranked.best.trial.target} is read as it and the thermometers beside it tell: the law "
-                         f"needs all {len(told)} of them")  # fmt: skip
+    notes += [_told(item.trial) for item in course.last.joined
+              if item.trial.cause == REPEATED and "weights" in item.trial.parameters]  # fmt: skip
     view = course.first.view
     pitches = [one.ranked.best.trial.parameters.get("pitch_m") for one in course.found]
     alike = alias_words(view, next((pitch for pitch in pitches if pitch is not None), None))
@@ -161,6 +160,13 @@ def _notes(course: Course) -> tuple[str, ...]:
     if len(view.base) == 1 and view.kind == "leg" and course.first.bench.model(view.base[0]) is None:
         notes.append("too few other thermometers: a fault of the law's own sensor cannot be told from the leg's")
     return tuple(notes)
+
+
+def _told(trial: Trial) -> str:
+    """Return what a law needs that takes a thermometer for what others tell."""
+    weights = trial.parameters["weights"]
+    who = "it and the thermometers beside it" if trial.target in weights else "the thermometers beside it"
+    return f"{trial.target} stands for its place as {who} tell: the law reads {', '.join(sorted(weights))}"
 
 
 def _sees_little(verdict: str, limits: Sequence[Limit], noise: float) -> list[str]:

@@ -18,13 +18,15 @@ SINCE_S, STEPS = (45.0, 5400.0), 7
 
 
 def last_moves(view: View) -> Iterator[FloatArray]:
-    """Give columns of what follows the length of the last move, whatever its direction, and the time since, (n, k)."""
+    """Give columns of what follows the length of the last move, whatever its direction, and the time since, (n, k).
+
+    Each run by itself, also where it goes on: before its first move it has rested for long.
+    """
     long, since = [], []
     for signals in view.signals:
         lengths = np.abs(Memory().lengths(signals.q))
         last = np.maximum.accumulate(np.where(lengths > 0.0, np.arange(len(lengths)), -1))
         long.append(np.where(last < 0, 0.0, lengths[last]))
-        # before the first move it rests for long
         since.append(np.where(last < 0, np.inf, signals.time - signals.time[last]))
     for way in SATURATING_M:
         yield view.windows_zeroed([-np.expm1(-own / way) for own in long])

@@ -149,7 +149,7 @@ class Stage:
         alike = np.sum([one[:, None] * table for one, table in zip(moved, told.alike, strict=True)], axis=0)
         base = base.extended(alike, np.full(alike.shape[1], DISBELIEVED), little=True)
         if all(rows.signals.air is not None for rows in self.view.runs):
-            air = self.view.columns("room", {"time_constant_s": 0.0})
+            air = self.view.windows_zeroed([np.asarray(signals.air) for signals in self.view.signals])
             contacts = np.column_stack(moved) * air
             base = base.extended(contacts, np.full(contacts.shape[1], CONTACT), little=True)
         steps = self.view.taken_back

@@ -311,13 +311,13 @@ class Workbench:
             bias = USUAL_BIAS_K if model is None else min(model.bias, self.usual_bias)
             step, noise = self.reading(sensor)
             # an error that moved the part by more than the law leaves would stand in what it leaves
-            slow = min(abs(self._moved_by(sensor)) * bias, self.noise)
-            parts.append(np.hypot(FEIGNED * slow, self._moved_by(sensor) * step / np.sqrt(12.0)))
+            moved = min(abs(self._moved_by(sensor)) * bias, self.noise)
+            parts.append(np.hypot(FEIGNED * moved, self._moved_by(sensor) * step / np.sqrt(12.0)))
             noises.append(self._moved_by(sensor) * noise * self.view.noise_left)
         alike = common_error(self.view)
         if alike is not None:
-            moved = abs(sum(self._moved_by(sensor) for sensor in self.view.base))
-            parts.append(FEIGNED * min(moved * alike.beside(self.usual_bias), wanders))
+            together = abs(sum(self._moved_by(sensor) for sensor in self.view.base))
+            parts.append(FEIGNED * min(together * alike.beside(self.usual_bias), wanders))
         whole = float(np.linalg.norm(noises))
         lured = whole * min(MOST_FEIGNED, FEIGNED_NOISE * whole / self.noise)
         return float(np.hypot(np.linalg.norm(parts), lured))

@@ -72,7 +72,10 @@ class Witnesses:
         trial = item.trial
         if trial.wanders:
             return min(self._beyond(trial), max(item.value, 0.0))
-        return self._gain(trial, trial.target) if trial.least_parity < 0.0 else self._late(trial, item.value)
+        if trial.least_parity >= 0.0:
+            return self._late(trial, item.value)
+        own = self._gain(trial, trial.target)
+        return own * self._in_drift(trial) if trial.partly and own > 0.0 else own
 
     def most_spoken(self, item: Scored) -> float:
         """Return the most that `spoken` may be, without asking other thermometers."""

@@ -113,8 +113,31 @@ def _with_air(signals: LegSignals, name: str, part: float) -> FloatArray:
     return np.asarray((1.0 - part) * signals.dT[name] + part * signals.recorded("air"))
 
 
-def test_what_all_thermometers_feign_is_what_wanders_beside_all_doubts() -> None:
+def test_what_all_thermometers_feign_is_what_wanders_beside_all_doubts(monkeypatch: pytest.MonkeyPatch) -> None:
     """What the null's own doubts explain of the drift's wandering, no shared error of the thermometers can feign."""
-    bench = Stage(viewed("modal", 5, (), 1.0)[0]).bench
+    view = viewed("modal", 5, (), 1.0)[0]
+    bench = Stage(view).bench
     bench.slow = 1e-6
     assert bench.feigned(0.0) < bench.feigned(0.5e-6) <= bench.feigned() == bench.feigned(1.0)
+
+    def feigned(slow: float) -> float:
+        """What the trials of a stage may feign at most, where so much wanders beside the null's doubts."""
+        stage = Stage(view)
+        stage.__dict__["bench"] = bench
+        stage.__dict__["_null"] = (replace(stage.levels, slow=slow), 0.0)
+        return max(trial.feigned for trial in stage.search.trials)
+
+    assert feigned(0.0) < feigned(0.5e-6)
+
+
+def test_noisy_thermometers_are_not_asked_what_another_should_read() -> None:
+    """A law that reads row by row would bring their noise into every correction; nor does it read one of no weight."""
+    view, answer = viewed("finite_volume", 14, ("missing-sensor",), 1.5)
+    other = next(name for name in view.sensors if name not in (*view.base, str(answer.targets[0])))
+    scatter = np.random.default_rng(3)
+    noisy = altered(view, other, lambda _run, signals: signals.dT[other] + scatter.normal(0.0, 0.3, len(signals)))
+    bench = Stage(noisy).bench
+    assert other in bench.noisy
+    told = [trial.parameters["weights"] for trial in missing_sensor.trials(bench) if "weights" in trial.parameters]
+    assert told
+    assert all(other not in weights and all(weights.values()) for weights in told)

@@ -15,6 +15,7 @@ CAUSE = Cause(
     signature="The residual follows the air temperature behind a low pass, whatever the displacement.",
     parameters=(
         Parameter("time_constant_s", "s", "0 to 4 h"),
+        Parameter("order", "1", "1 or 2 equal stages"),
         Parameter("coefficient", "m/K", "visible effect of 0.25 to 4 times the noise"),
     ),
     confused_with=(
@@ -39,9 +40,10 @@ def trials(bench: Workbench) -> Iterator[Trial]:
     view = bench.view
     if all(rows.signals.air is not None for rows in view.runs):
         for tau in TIMES_S:
-            yield bench.term(CAUSE.name, "room", None, time_constant_s=tau)
+            trial = bench.term(CAUSE.name, "room", None, time_constant_s=tau)
+            yield trial
             if tau > 0.0:
-                yield bench.not_at_rest(bench.term(CAUSE.name, "room", None, time_constant_s=tau), tau)
+                yield bench.not_at_rest(trial, tau)
             if tau >= STAGED_S:
                 yield from _staged(bench, tau)
 

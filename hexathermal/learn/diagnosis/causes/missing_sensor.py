@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
+from hexathermal.learn.diagnosis.sensor_model import sensor_model
 from hexathermal.learn.diagnosis.trials import Cause, Parameter, Trial, Workbench
 
 CAUSE = Cause(
@@ -48,12 +49,15 @@ def trials(bench: Workbench) -> Iterator[Trial]:
 def _told(bench: Workbench, sensor: str, ratio: float) -> Iterator[Trial]:
     """Give what a thermometer should read, as it and those outside the law besides tell; none where these are few.
 
-    In a part of many lumps the others tell it as far as they were taught, and no farther.
+    In a part of many lumps the others tell it as far as they were taught, and no farther. Noisy ones are not asked:
+    a law reads row by row.
     """
-    model = bench.model(sensor) if bench.view.kind == "leg" else None
-    if model is None:
+    noisy = tuple(name for name in bench.noisy if name not in bench.view.base)
+    model = sensor_model(bench.view, sensor, (*bench.view.base, *noisy)) if noisy else bench.model(sensor)
+    if bench.view.kind != "leg" or model is None:
         return
     told = bench.view.once((CAUSE.name, "told", sensor, model.unasked), lambda: model.sensor_weights(model.weights()))
     for part in TOLD:
-        weights = {name: part * weight for name, weight in told.items()} | {sensor: 1.0 - part}
+        weights = {name: part * weight for name, weight in told.items()}
+        weights |= {sensor: 1.0 - part} if part < 1.0 else {}
         yield bench.term(CAUSE.name, "temperature", sensor, quick=True, sensor=sensor, ratio=ratio, weights=weights)
