@@ -178,7 +178,7 @@ def _without_drift(signals: LegSignals, parameters: Mapping[str, Any], run: str 
 def _foretold(signals: LegSignals, parameters: Mapping[str, Any], run: str | None) -> dict[str, FloatArray]:
     """Return a detached sensor's temperature as the others foretell it."""
     name, starts = parameters["sensor"], parameters.get("from_s")
-    others = np.asarray(sum(w * signals.temperature(other) for other, w in parameters["weights"].items()))
+    others = signals.weighted(parameters["weights"])
     if starts is None or (run is None and not parameters.get("again_in")):
         return {name: others}
     if run is None or run not in starts:

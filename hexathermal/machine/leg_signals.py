@@ -7,7 +7,7 @@ blocks or all at once give the same values.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -74,6 +74,10 @@ class LegSignals:
         if sensor not in self.dT:
             raise ArgumentError(f"the law needs sensor {sensor!r}; there are: {', '.join(self.dT) or 'none'}")
         return self.dT[sensor]
+
+    def weighted(self, weights: Mapping[str, float]) -> FloatArray:
+        """Return ``sum_s w_s dT_s`` of some sensors, weights by their names [K]."""
+        return np.asarray(sum(weight * self.temperature(name) for name, weight in weights.items()))
 
     def zero_of(self, sensor: str) -> float:
         """Return a sensor's temperature at the zero [degC]."""
@@ -153,6 +157,12 @@ class Memory:
     def first(self, key: str, values: FloatArray) -> Any:
         """Return what the values were in the run's first row."""
         return self._kept.setdefault(key, values[0].copy() if values.ndim > 1 else float(values[0]))
+
+    def stages(self, time: FloatArray, values: FloatArray, time_constants: Iterable[float]) -> FloatArray:
+        """Return values behind low passes, one behind the other; see `low_pass`."""
+        for stage, time_constant in enumerate(time_constants):
+            values = self.low_pass(f"stage {stage}", time, values, time_constant)
+        return values
 
     def moves(self, q: FloatArray) -> FloatArray:
         """Return by how much the rod moved since the row before, signed, 0 where it rested [m]."""

@@ -47,9 +47,13 @@ def stateless(term: LegTerm) -> bool:
 
 def sensors_of(terms: Sequence[LegTerm]) -> tuple[str, ...]:
     """Return the sensors that terms read, each once; where weights stand for one's temperature, those alone."""
-    told = [term for term in terms if term.shape == "temperature" and "weights" in term.parameters]
-    own = [str(term.parameters["sensor"]) for term in terms if "sensor" in term.parameters and term not in told]
+    own = [str(term.parameters["sensor"]) for term in terms if "sensor" in term.parameters and not _told(term)]
     return tuple(dict.fromkeys([*own, *(name for term in terms for name in term.parameters.get("weights", ()))]))
+
+
+def _told(term: LegTerm) -> bool:
+    """Whether a term takes what sensors tell by weights for a temperature."""
+    return term.shape == "temperature" and "weights" in term.parameters
 
 
 class LegMemory:

@@ -239,12 +239,10 @@ def _check_parameters(form: Form, shape: str, parameters: Mapping[str, Any], pat
             form.check((*path, key), value >= 0.0, "0 or more")
         elif key in ("sensor", "source"):
             form.check((*path, key), bool(value), "a name")
+        elif key == "weights" and shape == "temperature":
+            form.check((*path, key), bool(value), "those of one sensor or more")
         elif key == "weights" and shape in PARAMETERS:
-            if shape == "temperature":
-                form.check((*path, key), bool(value), "those of one sensor or more")
-            else:
-                others = bool(value) and parameters.get("sensor") not in value
-                form.check((*path, key), others, "those of other sensors")
+            form.check((*path, key), bool(value) and parameters.get("sensor") not in value, "those of other sensors")
     if "order" in parameters and shape in ("lag", "foretold", "room"):
         form.check((*path, "order"), parameters["order"] in (1.0, 2.0), "1 or 2")
     if "reference_index" in parameters and shape == "air-index":

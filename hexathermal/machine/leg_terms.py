@@ -114,19 +114,19 @@ def shape_named(name: str) -> Shape:
     return SHAPES[name]
 
 
+def _equal_stages(parameters: Mapping[str, Any]) -> tuple[float, ...]:
+    """Return the time constants of ``order`` equal low passes that have ``time_constant_s`` together [s]."""
+    order = int(parameters.get("order", 1))
+    return (parameters["time_constant_s"] / order,) * order
+
+
 def lag(signals: LegSignals, parameters: Mapping[str, Any], memory: Memory) -> FloatArray:
     """Return ``(q0 + ratio q) (low_pass(dT) - dT)``: what follows a thermometer late (early, where negative) [m K].
 
     With ``order`` 2 the low pass is two equal stages of half the time constant each.
     """
-    dT, tau, order = (
-        signals.temperature(parameters["sensor"]),
-        parameters["time_constant_s"],
-        parameters.get("order", 1),
-    )
-    behind = dT
-    for stage in range(int(order)):
-        behind = memory.low_pass(f"stage {stage}", signals.time, behind, tau / order)
+    dT = signals.temperature(parameters["sensor"])
+    behind = memory.stages(signals.time, dT, _equal_stages(parameters))
     return signals.span(parameters["ratio"]) * (behind - dT)
 
 
@@ -146,10 +146,8 @@ def foretold(signals: LegSignals, parameters: Mapping[str, Any], memory: Memory)
 
     ``weights`` holds w by the other sensors' names; with ``order`` 2 the low pass is two equal stages.
     """
-    now = np.asarray(sum(weight * signals.temperature(name) for name, weight in parameters["weights"].items()))
-    behind, order = now, int(parameters.get("order", 1))
-    for stage in range(order):
-        behind = memory.low_pass(f"stage {stage}", signals.time, behind, parameters["time_constant_s"] / order)
+    now = signals.weighted(parameters["weights"])
+    behind = memory.stages(signals.time, now, _equal_stages(parameters))
     return np.asarray(signals.span(parameters["ratio"]) * (now - behind))
 
 
@@ -159,8 +157,7 @@ def temperature(signals: LegSignals, parameters: Mapping[str, Any], memory: Memo
     With ``weights``, of sensors by name, dT is ``sum_s w_s dT_s``: what it should read, as it and the others tell.
     """
     weights = parameters.get("weights", {parameters["sensor"]: 1.0})
-    dT = np.asarray(sum(weight * signals.temperature(name) for name, weight in weights.items()))
-    return np.asarray(signals.span(parameters["ratio"]) * dT)
+    return np.asarray(signals.span(parameters["ratio"]) * signals.weighted(weights))
 
 
 def expansion(signals: LegSignals, parameters: Mapping[str, Any], memory: Memory) -> FloatArray:
@@ -231,9 +228,8 @@ def room(signals: LegSignals, parameters: Mapping[str, Any], memory: Memory) -> 
 
     With ``order`` 2 the low pass is two equal stages of half the time constant each.
     """
-    behind, tau, order = signals.recorded("air"), parameters["time_constant_s"], int(parameters.get("order", 1))
-    for stage in range(order if tau > 0.0 else 0):
-        behind = memory.low_pass(f"air {stage}", signals.time, behind, tau / order)
+    air = signals.recorded("air")
+    behind = memory.stages(signals.time, air, _equal_stages(parameters)) if parameters["time_constant_s"] > 0.0 else air
     return np.asarray(behind - memory.first("air at first", behind))
 
 

@@ -103,12 +103,12 @@ def _delayed(view: View, rows: Sequence[FloatArray], delay: Delay) -> list[Float
     found, memory = list[FloatArray](), Memory()
     for signals, goes_on, values in zip(view.signals, view.goes_on, rows, strict=True):
         memory = memory if goes_on else Memory()
-        for number, tau in enumerate(delay.stages):
-            if delay.late:
-                rate = np.gradient(values, signals.time, axis=0)
-                values = values + tau * (smoothed(signals.time, rate) if delay.smooths else rate)
-            else:
-                values = memory.low_pass(f"stage {number}", signals.time, values, tau)
+        if not delay.late:
+            found.append(memory.stages(signals.time, values, delay.stages))
+            continue
+        for tau in delay.stages:
+            rate = np.gradient(values, signals.time, axis=0)
+            values = values + tau * (smoothed(signals.time, rate) if delay.smooths else rate)
         found.append(values)
     return found
 

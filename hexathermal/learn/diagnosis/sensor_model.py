@@ -175,9 +175,7 @@ class SensorModel:
         found, memory = list[FloatArray](), Memory()
         for signals, goes_on, profiles in zip(self.view.signals, self.view.goes_on, self.profiles, strict=True):
             memory = memory if goes_on else Memory()
-            for stage, tau in enumerate(late):
-                profiles = memory.low_pass(f"stage {stage}", signals.time, profiles, tau)
-            found.append(profiles)
+            found.append(memory.stages(signals.time, profiles, late))
         return found
 
     @cached_property

@@ -45,10 +45,10 @@ def flexible_trials(bench: Workbench) -> Iterator[Trial]:
         for wear in WEAR:
             yield Trial(PREFIX + "the way travelled", (way**wear - zero**wear)[:, None], "travel", "", {"power": wear})
         since = np.maximum(way - zero, 0.0)
-        for columns in view.once((PREFIX, "last moves"), lambda: tuple(last_moves(view)), ()):
-            yield Trial(PREFIX + "the last move", columns, "q")
         for columns in (since * q / np.ptp(q), np.sqrt(since)):
             yield Trial(PREFIX + "the way travelled", columns[:, None], "travel")
+        for columns in view.once((PREFIX, "last moves"), lambda: tuple(last_moves(view)), ()):
+            yield Trial(PREFIX + "the last move", columns, "q")
     for sensor in view.base:
         T = view.temperatures(sensor)
         yield from _kinks(bench, sensor)

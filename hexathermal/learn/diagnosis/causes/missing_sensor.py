@@ -52,9 +52,11 @@ def _told(bench: Workbench, sensor: str, ratio: float) -> Iterator[Trial]:
     In a part of many lumps the others tell it as far as they were taught, and no farther. Noisy ones are not asked:
     a law reads row by row.
     """
+    if bench.view.kind != "leg":
+        return
     noisy = tuple(name for name in bench.noisy if name not in bench.view.base)
     model = sensor_model(bench.view, sensor, (*bench.view.base, *noisy)) if noisy else bench.model(sensor)
-    if bench.view.kind != "leg" or model is None:
+    if model is None:
         return
     told = bench.view.once((CAUSE.name, "told", sensor, model.unasked), lambda: model.sensor_weights(model.weights()))
     for part in TOLD:
