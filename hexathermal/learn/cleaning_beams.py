@@ -15,7 +15,7 @@ import numpy.typing as npt
 from hexathermal.learn.campaign_columns import BEAMS
 from hexathermal.learn.cleaning_beam_scales import BeamScales, against_others, jumps, measured, resting
 from hexathermal.learn.cleaning_channels import PIECE_ROWS, near_moves
-from hexathermal.learn.cleaning_record import BEAM_STEP, NOTED, REPAIRED, ROW, Ledger
+from hexathermal.learn.cleaning_record import BEAM_STEP, NOTED, REPAIRED, ROW, BeamStep, Ledger
 from hexathermal.learn.cleaning_rules import (
     MARGIN,
     SPIKE_NOISES,
@@ -99,6 +99,9 @@ class BeamRules:
                     name, action, reason = "tilt or step", NOTED, step.kept
                 else:
                     offsets[step.row - own.start :, step.beam] += step.size
+                    moment = float(sheet.time[step.row, 0])
+                    back = BeamStep(BEAMS[step.beam], moment, step.size, step.error, step.at_rest)
+                    self.ledger.beam_steps.append(back)
                 self.ledger.note(name, BEAMS[step.beam], action, reason, flags[own], sheet.time[own, 0])
             self.offset = offsets[-1].copy()
             kept = sheet.take(own)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -16,6 +16,30 @@ ROW, VALUE, REPAIRED, NOTED = "row left out", "value left out", "value repaired"
 
 BEAM_STEP = "beam step"
 """The step that takes back what one beam stepped by."""
+
+
+@dataclass(frozen=True)
+class BeamStep:
+    """What one beam stepped by against the others, and was taken back.
+
+    Attributes
+    ----------
+    channel : str
+        Column of the format.
+    time : float [s]
+        Of the first row behind it, since the table's first row.
+    size, error : float [m]
+        Of the beam against the mean of the others; what they part by of themselves there, standard deviation.
+    at_rest : bool
+        Whether it is within a rest, where nothing but a lost count makes one.
+    """
+
+    channel: str
+    time: float
+    size: float
+    error: float
+    at_rest: bool
+
 
 MOST_MARKS = 500
 """Readings left out of a channel that are kept with their time and value, for plots."""
@@ -69,6 +93,8 @@ class CleaningRecord:
     zero_time : float [s]
         Time in the table of the row that the run counts from.
     steps : tuple of CleaningStep
+    beam_steps : tuple of BeamStep
+        That were taken back, one by one.
     """
 
     run: str
@@ -78,6 +104,7 @@ class CleaningRecord:
     sampling: float
     zero_time: float
     steps: tuple[CleaningStep, ...]
+    beam_steps: tuple[BeamStep, ...] = ()
 
     def count(self, step: str, channel: str | None = None) -> int:
         """Return how many rows or values a step concerned, in one channel or in all."""
@@ -133,6 +160,7 @@ class Ledger:
     def __init__(self) -> None:
         self._entries: dict[tuple[str, str, str, str], list[float]] = {}
         self._marks: dict[str, list[tuple[float, float]]] = {}
+        self.beam_steps: list[BeamStep] = []
         self.rows, self.used = 0, 0
         self.first_time, self.last_time, self.zero_time, self.sampling = np.nan, np.nan, np.nan, np.nan
 
@@ -164,8 +192,9 @@ class Ledger:
             CleaningStep(step, channel, action, int(count), reason, first)
             for (step, channel, action, reason), (count, first) in self._entries.items()
         )
+        beam_steps = tuple(replace(step, time=step.time - self.first_time) for step in self.beam_steps)
         return CleaningRecord(run, self.rows, self.used, self.last_time - self.first_time, self.sampling,
-                              self.zero_time, self._with_dead(steps))  # fmt: skip
+                              self.zero_time, self._with_dead(steps), beam_steps)  # fmt: skip
 
     def _with_dead(self, steps: tuple[CleaningStep, ...]) -> tuple[CleaningStep, ...]:
         """Return the steps with those of channels that never had a value named so."""

@@ -66,11 +66,16 @@ AS_OTHERS = (
 
 @dataclass(frozen=True)
 class Step:
-    """A step of a beam: its row and size [m]; and why it is not taken back, or nothing."""
+    """A step of a beam: its row and size [m], and why it is not taken back, or nothing.
+
+    `error` [m] is what the beams part by of themselves there; `at_rest` says whether it is within a rest.
+    """
 
     row: int
     beam: int
     size: float
+    error: float
+    at_rest: bool
     kept: str = ""
 
 
@@ -96,13 +101,13 @@ def steps_in(sheet: Sheet, own: slice, scales: BeamScales) -> list[Step]:
             continue
         before, behind, within = _beside(rest, sharp)
         size = float(np.median(apart[behind, k]) - np.median(apart[before, k]))
-        why = "" if _alone(sheet, k, before, behind, size, scales.at_rest) else NOT_ALONE
+        why, error = "" if _alone(sheet, k, before, behind, size, scales.at_rest) else NOT_ALONE, float(scales.calm[k])
         if within and not why:
             once = abs(apart[sharp, k] - apart[sharp - 1, k]) >= ONE_ROW * abs(size) > ONE_ROW * calm[k]
-            why = _doubt(float(scales.calm[k])) if once else NOT_SHARP
+            why = _doubt(error) if once else NOT_SHARP
         elif not why:
-            why = _at_movement(sheet, sharp, float(reach[sharp]), abs(size), k, scales)
-        found.append(Step(sharp, k, size, why))
+            why, error = _at_movement(sheet, sharp, float(reach[sharp]), abs(size), k, scales)
+        found.append(Step(sharp, k, size, error, within, why))
     return found
 
 
@@ -137,18 +142,17 @@ def _alone(sheet: Sheet, k: int, before: slice, behind: slice, size: float, nois
     return bool((moved <= OTHERS * abs(size) + 2.0 * noise).all())
 
 
-def _at_movement(sheet: Sheet, sharp: int, reach: float, size: float, k: int, scales: BeamScales) -> str:
-    """Return why a step at a movement is not taken back; nothing where it is."""
+def _at_movement(sheet: Sheet, sharp: int, reach: float, size: float, k: int, scales: BeamScales) -> tuple[str, float]:
+    """Return why a step at a movement is not taken back, nothing where it is, and what beams part by there [m]."""
     tilts, time = scales.tilts, sheet.time[:, 0]
     near = (tilts.time >= time[max(0, sharp - 6)]) & (tilts.time <= time[min(len(time) - 1, sharp + 6)])
     others = tilts.size[~near & (tilts.reach >= ALIKE * reach)]
     if len(others) < FEWEST_MOVES:
-        return AS_OTHERS
+        return AS_OTHERS, float(scales.jump[k])
     usual = float(np.quantile(others, 0.9))
-    if size <= max(MOVE_STEP_M, MOVE_TIMES * usual):
-        return AS_OTHERS
     # the 90 % quantile of the size of a normal deviate is 1.645 of its standard deviation
-    return _doubt(max(float(scales.jump[k]), usual / 1.645))
+    error = max(float(scales.jump[k]), usual / 1.645)
+    return AS_OTHERS if size <= max(MOVE_STEP_M, MOVE_TIMES * usual) else _doubt(error), error
 
 
 def _doubt(apart: float) -> str:

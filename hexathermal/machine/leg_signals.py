@@ -135,13 +135,13 @@ class Memory:
         before = self._kept.get(key)
         t0, u0, y0 = (time[0], u[0], u[0]) if before is None else before
         step = np.diff(time, prepend=t0) / time_constant
-        decay = np.exp(-step)[:, None]
+        decay = np.exp(-step)
         # the part of a linear piece that its end carries: 1 - (1 - a) / step, by its series where step is small
         safe = np.where(step > 1e-4, step, 1.0)
-        carried = np.where(step > 1e-4, 1.0 - (1.0 - np.exp(-step)) / safe, step / 2.0 - step**2 / 6.0)[:, None]
+        carried = np.where(step > 1e-4, 1.0 - (1.0 - decay) / safe, step / 2.0 - step**2 / 6.0)[:, None]
         previous = np.concatenate([u0[None], u[:-1]])
-        gained = u * carried + previous * (1.0 - decay - carried)
-        y = _accumulated(decay[:, 0], gained, y0)
+        gained = u * carried + previous * (1.0 - decay[:, None] - carried)
+        y = _accumulated(decay, gained, y0)
         self._kept[key] = (time[-1], u[-1].copy(), y[-1].copy())
         return y if values.ndim == 2 else y[:, 0]
 

@@ -121,6 +121,8 @@ def _effect(one: Effect, kind: str) -> str:
     joined = (
         f"It is no term of the law, which is to hold in other runs: the coefficients are freed of it in {one.target}."
         if joined_words(one) == "no term"
+        else "Cleaning took it back before a law was fitted, so that none need hold it; later runs are cleaned alike."
+        if one.taken_back
         else "It joined the law, since it foretells runs left out of the fit."
         if one.joined
         else "It did not join the law: runs left out of the fit do as well without it. It may go along with the drift "

@@ -29,6 +29,12 @@ SLOW_TIMES = (900.0, 2400.0, 7200.0)
 ALIKE = 1e-6
 """Of the values' scatter: a smaller middle difference of neighbours is none."""
 
+MANY = 12
+"""Columns from which on a fit of the noise leaves out what says nothing."""
+
+SILENT = 0.5
+"""Information on a coefficient of prior N(0, 1) below which its column hardly moves the levels of the noise."""
+
 
 @dataclass(frozen=True)
 class Levels:
@@ -196,7 +202,7 @@ class Channel:
         return float(log_prior(*parts, self.scale, self.has_landings, self.tied_offsets))
 
     def fitted(
-        self, X: FloatArray, sd: FloatArray, begin: Levels | None = None, most: int = 90
+        self, X: FloatArray, sd: FloatArray, begin: Levels | None = None, most: int = 90, near: Levels | None = None
     ) -> tuple[Levels, float]:
         """Return the levels of the largest evidence, and that evidence.
 
@@ -209,22 +215,41 @@ class Channel:
             Where to start, with its slow time kept; by default all slow times are tried.
         most : int
             Evaluations of the likelihood.
+        near : Levels, optional
+            Where to start with each slow time.
         """
+        whole, known = self._scaled(X, sd), begin or near
+        table = whole if known is None else self._telling(whole, known)
         if begin is not None:
-            return self._fitted(X, sd, self.theta(begin), begin.slow_time, most, 0.35)
-        start = tuple(math.log(value) for value in (0.7, 0.7, 0.4, 1.0))
-        found = [self._fitted(X, sd, start, time, most // 2, 0.8) for time in SLOW_TIMES]
-        best = max(found, key=lambda pair: pair[1])[0]
-        return self._fitted(X, sd, self.theta(best), best.slow_time, 2 * most, 0.4)
+            levels, value = self._fitted(table, self.theta(begin), begin.slow_time, most, 0.35)
+        else:
+            usual = tuple(math.log(value) for value in (0.7, 0.7, 0.4, 1.0))
+            start = usual if near is None else self.theta(near)
+            found = [self._fitted(table, start, time, most // 2, 0.8) for time in SLOW_TIMES]
+            best = max(found, key=lambda pair: pair[1])[0]
+            levels, value = self._fitted(table, self.theta(best), best.slow_time, 2 * most, 0.4)
+        return levels, value if table is whole else self.evidence(X, sd, levels)
+
+    def _telling(self, table: FloatArray, levels: Levels) -> FloatArray:
+        """Return y and the turned columns of unit priors that say something, of a table of many columns.
+
+        A turn changes nothing: ``X b = (X V)(V' b)``, and V'b is N(0, 1) as b is. V are the eigenvectors of ``X' V^-1
+        X`` at these levels; a coefficient of information g adds ``g z^2 / (1 + g) / 2 - log(1 + g) / 2``, nearly
+        nothing where g is small.
+        """
+        if table.shape[1] <= MANY:
+            return table
+        white, _ = self.whitened(table[:, 1:], levels)
+        told, turn = np.linalg.eigh(white.T @ white)
+        return np.column_stack([table[:, 0], table[:, 1:] @ turn[:, told > SILENT]])
 
     def _fitted(
-        self, X: FloatArray, sd: FloatArray, theta: Sequence[float], slow_time: float, most: int, spread: float
+        self, table: FloatArray, theta: Sequence[float], slow_time: float, most: int, spread: float
     ) -> tuple[Levels, float]:
-        """Return the best levels near a start for one slow time."""
+        """Return the best levels near a start for one slow time; `table` as `_scaled` gives it."""
         from hexathermal.learn.diagnosis.whitening_loops import log_posterior
 
-        table, share = self._scaled(X, sd), 1.0 / self.rows
-        whole = np.array(theta)
+        share, whole = 1.0 / self.rows, np.array(theta)
         free = np.flatnonzero([True, self.has_landings, True, True])
 
         def objective(point: FloatArray) -> float:

@@ -13,12 +13,13 @@ from hexathermal.learn.diagnosis.causes import catalogue
 from hexathermal.learn.diagnosis.course import Course, Progress, base_law, searched
 from hexathermal.learn.diagnosis.extension import extended_law, gained, reachable
 from hexathermal.learn.diagnosis.limits import limits_of, sure_of_nothing
+from hexathermal.learn.diagnosis.lost_counts import LostCount, lost_count
 from hexathermal.learn.diagnosis.next_experiments import next_experiments
 from hexathermal.learn.diagnosis.places import alias_words
 from hexathermal.learn.diagnosis.recorded import judged_runs, refuse_silent, silence_words
 from hexathermal.learn.diagnosis.residuals import run_residuals, whiteness
 from hexathermal.learn.diagnosis.result import Candidate, Diagnosis, Effect, Limit
-from hexathermal.learn.diagnosis.search import REPEATED
+from hexathermal.learn.diagnosis.search import REPEATED, STEP
 from hexathermal.learn.diagnosis.trials import Trial
 from hexathermal.learn.diagnosis.words import effect_of
 from hexathermal.learn.law import IdentifiedLaw
@@ -84,51 +85,68 @@ def _diagnosed(
     seen = replace(campaign, runs=tuple(run for run in campaign.runs if run.name not in mute))
     levels = course.steps[0].levels
     limits, confusions = limits_of(course.first, levels, course.threshold)
-    verdict, probability, follows = _verdict(course, sure_of_nothing(limits, levels.rms))
-    candidates = _candidates(course)
+    lost = None if any(one.ranked.cause == STEP for one in course.found) else lost_count(course.first)
+    effects = _effects(course, lost)
+    verdict, probability, follows = _verdict(course, effects, sure_of_nothing(limits, levels.rms))
+    candidates = _candidates(course, lost)
     notes = (
         *_notes(course), *_sees_little(verdict, limits, levels.rms),
         *_chosen(base, given=sensors is not None or law is not None), *_unseen(course, rows, mute),
         *_cleaned((*rows, *judged)),
     )  # fmt: skip
     return Diagnosis(
-        verdict, probability, _effects(course), follows, candidates, base, extended, gained(base, extended, seen, read),
+        verdict, probability, effects, follows, candidates, base, extended, gained(base, extended, seen, read),
         reachable(campaign, last, held, base.sensors), last.levels, course.threshold, limits, confusions,
         next_experiments(course, limits, confusions, candidates),
         run_residuals(campaign, course, rows, held, base, extended), campaign.title, notes, whiteness(course),
     )  # fmt: skip
 
 
-def _effects(course: Course) -> tuple[Effect, ...]:
-    """Return what was named, with the numbers of the law that all of it joined."""
+def _effects(course: Course, lost: LostCount | None) -> tuple[Effect, ...]:
+    """Return what was named, with the numbers of the law that all of it joined; what cleaning took back in its place.
+
+    That is first where it has the most evidence, and else behind what the residual shows.
+    """
     mean, covariance = course.last.law
-    return tuple(
+    found = tuple(
         effect_of(found, stage, course.last, covariance, mean)
         for found, stage in zip(course.found, course.stages, strict=True)
     )
+    if lost is None:
+        return found
+    return (lost.effect, *found) if _leads(lost, course) else (*found, lost.effect)
 
 
-def _verdict(course: Course, nothing: float) -> tuple[str, float, str | None]:
+def _leads(lost: LostCount, course: Course) -> bool:
+    """Return whether what cleaning took back has more evidence than all that was named."""
+    return all(lost.evidence > one.ranked.value for one in course.found)
+
+
+def _verdict(course: Course, effects: Sequence[Effect], nothing: float) -> tuple[str, float, str | None]:
     """Return verdict, its probability, and what something unexplained follows.
 
     `nothing` is how sure these data can make that nothing is there.
     """
     end = course.end
     left = end.leader.cause if end.leader is not None and not end.leader.named else None
-    if course.found:
-        return "effect", course.found[0].decision.probability, left
+    if effects:
+        return "effect", effects[0].probability, left
     if left is not None:
         return "unexplained", end.probability, left
     return "none", min(end.probability, nothing), None
 
 
-def _candidates(course: Course) -> tuple[Candidate, ...]:
+def _candidates(course: Course, lost: LostCount | None) -> tuple[Candidate, ...]:
     """Return causes that were named, in their order, then the ranking of the first step."""
     found = []
+    if lost is not None and _leads(lost, course):
+        found.append(lost.candidate)
     for one in course.found:
         best = one.ranked.best
         found.append(Candidate(one.ranked.cause, best.trial.target, float(one.ranked.value), one.decision.probability,
                                best.visible, dict(best.trial.parameters), best.spread))  # fmt: skip
+    if lost is not None and not _leads(lost, course):
+        found.append(lost.candidate)
     first = course.steps[0]
     decision = course.found[0].decision if course.found else course.end
     for item in first.ranking:

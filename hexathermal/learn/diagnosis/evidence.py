@@ -15,6 +15,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 import numpy.typing as npt
@@ -244,8 +245,12 @@ class Null:
 
     def information(self, Z: FloatArray, count: int) -> FloatArray:
         """Return ``S = Z' P Z`` of each `count` of whitened columns, shape (t, count, count)."""
-        HZ = linalg.solve_triangular(self.factor, self.Xs.T, lower=True) @ Z
-        return _products(Z, count) - _products(HZ, count)
+        return _products(Z, count) - _products(self._half @ Z, count)
+
+    @cached_property
+    def _half(self) -> FloatArray:
+        """The whitened base over its factor, shape (p, n): ``P = I - H' H``."""
+        return np.asarray(linalg.solve_triangular(self.factor, self.Xs.T, lower=True))
 
 
 def null_of(channel: Channel, base: Base, levels: Levels) -> Null:

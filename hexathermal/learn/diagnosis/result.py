@@ -47,6 +47,8 @@ class Effect:
     sentence : str
     joined : bool
         Whether it joined the law: it paid on runs left out.
+    taken_back : bool
+        Whether cleaning had taken it back before any law was fitted: no law need hold it.
     """
 
     cause: str
@@ -58,6 +60,7 @@ class Effect:
     visible: float
     sentence: str
     joined: bool
+    taken_back: bool = False
 
 
 @dataclass(frozen=True)
@@ -268,7 +271,8 @@ class Diagnosis(Shown):
             "effects": [
                 {"cause": one.cause, "target": _target(one), "probability": one.probability,
                  "equivalent": list(one.equivalent), "parameters": _parameters(one), "settings": dict(one.settings),
-                 "visible_rms_um": one.visible * UM, "joined_law": one.joined, "sentence": one.sentence}
+                 "visible_rms_um": one.visible * UM, "joined_law": one.joined,
+                 "taken_back": one.taken_back, "sentence": one.sentence}
                 for one in self.effects
             ],
             "follows": self.follows,

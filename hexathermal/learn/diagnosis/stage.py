@@ -164,7 +164,7 @@ class Stage:
     @cached_property
     def _null(self) -> tuple[Levels, float]:
         """Noise of the drift beside all that the null doubts, and the evidence of that."""
-        return self.channel.fitted(self.base.X, self.base.sd)
+        return self.channel.fitted(self.base.X, self.base.sd, near=self.levels)
 
     @cached_property
     def _trials(self) -> list[Trial]:

@@ -9,7 +9,6 @@ from typing import Any, TypeVar, cast
 
 import numpy as np
 
-from hexathermal.learn.cleaning_record import BEAM_STEP
 from hexathermal.learn.diagnosis.channels import Channel
 from hexathermal.learn.diagnosis.pieces import Pieces, pieces_of
 from hexathermal.learn.diagnosis.smoothing import FEWEST_SMOOTHED, SMOOTHED_S, smoothed, smoothing_rows
@@ -350,15 +349,15 @@ class View:
     @cached_property
     def taken_back(self) -> FloatArray:
         """Return steps where cleaning took back the step of a beam, shape (n, k): it may have been tilt, or less."""
-        run = self.channel.run
-        found = [
-            ((run == k) & (self.time >= step.first_time)) | ((run > k) & (not self.zeroed_by_run))
-            for k, rows in enumerate(self.runs)
-            for step in rows.record.steps
-            if step.step == BEAM_STEP
-        ]
-        table = np.array(found, dtype=float).reshape(-1, len(run)).T
+        found = [self.step_at(k, step.time) for k, rows in enumerate(self.runs) for step in rows.record.beam_steps]
+        table = np.array(found, dtype=float).reshape(-1, len(self.channel)).T
         return np.asarray(table[:, np.ptp(table, axis=0) > 0.0])
+
+    def step_at(self, k: int, moment: float) -> FloatArray:
+        """Return a step of the zero in run k, at a time since its table's first row [s], shape (n,)."""
+        run, begun = self.channel.run, float(self.runs[k].signals.time[0])
+        later = (run > k) & (not self.zeroed_by_run)
+        return np.asarray(((run == k) & (self.time >= begun + moment)) | later, dtype=np.float64)
 
     def base_of(self, temperatures: Sequence[FloatArray]) -> FloatArray:
         """Return the law's columns of temperatures in windows."""

@@ -164,8 +164,12 @@ class Witnesses:
     def _gain(self, trial: Trial, sensor: str | None) -> float:
         """Return the log evidence of one sensor's parity for a trial; less where what is a part is not 0 to 1."""
         shown = self._shown(trial, sensor)
-        if shown is None or not trial.partly:
-            return 0.0 if shown is None else shown.gain
+        if shown is None:
+            return 0.0
+        if len(self._others(trial)) < FEWEST_BYSTANDERS:
+            shown = replace(shown, gain=min(shown.gain, 0.5 * shown.amplitude**2 / self._chance(trial, shown)))
+        if not trial.partly:
+            return shown.gain
         beyond = shown.amplitude - np.clip(shown.amplitude, 0.0, 1.0)
         return float(shown.gain - 0.5 * beyond**2 / (shown.uncertainty**2 + WHOLE**2))
 
@@ -292,9 +296,24 @@ class Witnesses:
         return [one for one in found if one is not None]
 
     def _chance(self, trial: Trial, shown: Shown) -> float:
-        """Return the variance of what the parity of a sound thermometer shows of a fault."""
+        """Return the variance of what the parity of a sound thermometer shows of a fault.
+
+        Where too few others tell, it is that of a parity which wanders alike in all runs, as parts do that warm alike:
+        its slow noise over the RMS of the fault's column.
+        """
         scatter = [one.amplitude**2 for one in self._others(trial)]
-        return shown.uncertainty**2 + (float(np.mean(scatter)) if scatter else 0.0)
+        usual = float(np.mean(scatter)) if scatter else 0.0
+        if len(scatter) < FEWEST_BYSTANDERS:
+            usual = max(usual, self._wandered(trial))
+        return shown.uncertainty**2 + usual
+
+    def _wandered(self, trial: Trial) -> float:
+        """Return the variance of a fault's amplitude where the parity's slow noise goes as the fault in all runs."""
+        model = None if trial.target is None else self.bench.model(trial.target)
+        if model is None or trial.parity is None:
+            return 0.0
+        column = trial.parity(model)[0][:, -1]
+        return float(model.null[0].slow ** 2 / max((column**2).mean(), np.finfo(float).tiny))
 
 
 def _likelier(p: float, error: float, variance: float, chance: float) -> float:
