@@ -53,7 +53,7 @@ def sensors_of(terms: Sequence[LegTerm]) -> tuple[str, ...]:
 
 def _told(term: LegTerm) -> bool:
     """Whether a term takes what sensors tell by weights for a temperature."""
-    return term.shape == "temperature" and "weights" in term.parameters
+    return term.shape in ("temperature", "square") and "weights" in term.parameters
 
 
 class LegMemory:

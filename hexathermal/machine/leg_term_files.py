@@ -34,7 +34,13 @@ PARAMETERS: dict[str, dict[str, str]] = {
         "source_time_constant_s": "number",
         "ratio": "number",
     },
-    "square": {"sensor": "text!", "ratio": "number!", "reference_degC": "number", "calibration_degC": "number"},
+    "square": {
+        "sensor": "text!",
+        "ratio": "number!",
+        "weights": "table",
+        "reference_degC": "number",
+        "calibration_degC": "number",
+    },
     "bend": {
         "sensor": "text!",
         "ratio": "number!",
@@ -239,7 +245,7 @@ def _check_parameters(form: Form, shape: str, parameters: Mapping[str, Any], pat
             form.check((*path, key), value >= 0.0, "0 or more")
         elif key in ("sensor", "source"):
             form.check((*path, key), bool(value), "a name")
-        elif key == "weights" and shape == "temperature":
+        elif key == "weights" and shape in ("temperature", "square"):
             form.check((*path, key), bool(value), "those of one sensor or more")
         elif key == "weights" and shape in PARAMETERS:
             form.check((*path, key), bool(value) and parameters.get("sensor") not in value, "those of other sensors")

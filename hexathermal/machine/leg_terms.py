@@ -190,13 +190,19 @@ def heat_left(signals: LegSignals, heat: FloatArray, parameters: Mapping[str, An
 def square(signals: LegSignals, parameters: Mapping[str, Any], memory: Memory) -> FloatArray:
     """Return ``(q0 + ratio q) (u^2 - u0^2)``, u the temperature from ``reference_degC``, u0 that of the zero [m K^2].
 
-    Without a reference it is the zero itself: ``(q0 + ratio q) dT^2``. See `_calibrated` for ``calibration_degC``.
+    Without a reference it is the zero itself: ``(q0 + ratio q) dT^2``. With ``weights``, of sensors by name, it is the
+    sum of their squares so weighted: a part whose places are unlike bends most where it is hottest. See `_calibrated`
+    for ``calibration_degC``.
     """
-    dT, reference = signals.temperature(parameters["sensor"]), parameters.get("reference_degC")
-    u0 = 0.0 if reference is None else signals.zero_of(parameters["sensor"]) - reference
-    found = signals.span(parameters["ratio"]) * dT * (dT + 2.0 * u0)
+    reference, total = parameters.get("reference_degC"), np.zeros(len(signals))
+    for name, weight in parameters.get("weights", {parameters["sensor"]: 1.0}).items():
+        dT = signals.temperature(name)
+        u0 = 0.0 if reference is None else signals.zero_of(name) - reference
+        total = total + weight * dT * (dT + 2.0 * u0)
+    found = signals.span(parameters["ratio"]) * total
     if "calibration_degC" not in parameters:
         return np.asarray(found)
+    u0 = 0.0 if reference is None else signals.zero_of(parameters["sensor"]) - reference
     since = parameters["calibration_degC"] - signals.zero_of(parameters["sensor"]) + u0
     return np.asarray(found + _calibrated(signals, parameters, memory, u0**2 - since**2))
 

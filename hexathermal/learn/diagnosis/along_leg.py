@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+
 import numpy as np
 import numpy.typing as npt
 
@@ -46,3 +48,16 @@ def smooth_along(
     near = [np.argsort(np.abs(x[rest] - place))[:NEIGHBOURS] for place in at]
     spread = np.array([np.sqrt((left[own] ** 2).mean(axis=0)) for own in near]) + LEAST_PART * usual
     return np.array([told(place, rest) for place in at]), spread
+
+
+def parts_along(places: Mapping[str, float], length: float) -> dict[str, float]:
+    """Return the part of a length that each place is the nearest of, without places that are the nearest of nothing.
+
+    >>> parts_along({"low": 0.1, "high": 0.5}, 1.0)
+    {'low': 0.3, 'high': 0.7}
+    """
+    order = sorted(places, key=lambda name: places[name])
+    x = np.clip([places[name] for name in order], 0.0, length)
+    edges = np.concatenate([[0.0], 0.5 * (x[1:] + x[:-1]), [length]])
+    parts = (np.diff(edges) / length).tolist() if order else []
+    return {name: part for name, part in zip(order, parts, strict=True) if part > 0.0}

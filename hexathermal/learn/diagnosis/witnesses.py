@@ -36,6 +36,9 @@ SEEN = 3.0
 """Log evidence that a parity would have to say of an error in the drift to be asked for all of it; from half of it on
 for a part."""
 
+MOST_LATE = 3.0
+"""Most that a parity says for lateness that is not whole: heat from one end makes sound thermometers late."""
+
 RATES = (1.0, 2.0)
 """Time constants by which a first and a second low pass are late."""
 
@@ -86,8 +89,8 @@ class Witnesses:
         return own if trial.least_parity < 0.0 else max(own, 0.0)
 
     def _late(self, trial: Trial, drift: float) -> float:
-        """Return what the parity says for lateness: as much as the drift at most, or what it says for a whole one."""
-        return max(self._partly(trial) * min(self.parity(trial), max(drift, 0.0)), self.whole(trial))
+        """Return what the parity says for lateness: as the drift does, a little, or what it says for a whole one."""
+        return max(self._partly(trial) * min(self.parity(trial), max(drift, 0.0), MOST_LATE), self.whole(trial))
 
     def _partly(self, trial: Trial) -> float:
         """Return the part that counts of what a parity says: less where what should be whole is not."""
@@ -100,9 +103,10 @@ class Witnesses:
         A fault of a thermometer must show against the other thermometers too: what the drift says for it counts up to
         `FOLLOWED` times what they say beyond `LEAST_WITNESS`; where both tell of one number, `AGREED` times what they
         say alike beyond `LEAST_AGREED`. Every thermometer is late against some other: what they say of lateness counts
-        as far as the drift says it, or as far as the thermometer is late with all that it reads. Of one that wanders
-        they say how far it does, as much as the drift at most; an error that they could not show counts without them.
-        What they say of a loss of contact counts as far as the drift may show that reading, with the law's own A.
+        as far as the drift says it, `MOST_LATE` at most, or as far as the thermometer is late with all that it reads.
+        Of one that wanders they say how far it does, as much as the drift at most; an error that they could not show
+        counts without them. What they say of a loss of contact counts as far as the drift may show that reading, with
+        the law's own A.
         """
         trial, most = ranked.best.trial, min(ranked.value, ranked.best.trial.most)
         drift, agreed = most, self._agreed(ranked.best, ranked.levels)

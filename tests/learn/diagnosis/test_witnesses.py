@@ -11,7 +11,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from hexathermal.learn.diagnosis import search
+from hexathermal.learn.diagnosis import search, witnesses
 from hexathermal.learn.diagnosis.along_leg import smooth_along
 from hexathermal.learn.diagnosis.causes.clock_offset import OFFSETS_S
 from hexathermal.learn.diagnosis.channels import Levels
@@ -101,6 +101,36 @@ def test_drift_and_parity_tell_of_one_error(bench: str) -> None:
 def drift_of_a_reading(view: View) -> Ranked:
     """The sensor drift of a ranking."""
     return next(item for item in Stage(view).step.ranking if item.cause == "sensor-drift")
+
+
+def few_thermometers(view: View) -> View:
+    """The view with one thermometer more than foretell another: those of the law, and some outside it."""
+    others = [name for name in view.sensors if name not in view.base]
+    return replace(view, sensors=(*view.base, *others[: FEWEST_OTHERS + 1 - len(view.base)]))
+
+
+@pytest.mark.parametrize(("bench", "seed"), [("finite_volume", 3), ("finite_volume", 4), ("modal", 7)])
+def test_without_bystanders_warmth_alike_in_all_runs_is_no_drift(
+    monkeypatch: pytest.MonkeyPatch, bench: str, seed: int
+) -> None:
+    """Of six thermometers one warms by 0.3 K more in each run than the others tell, as the middle of a part does that
+    is warmed from elsewhere: that proves no drift of its reading, where no bystander tells what is usual.
+    """
+    view, _answer = viewed(bench, seed, (), 1.0)
+    name = view.base[0]
+    warm = few_thermometers(altered(view, name, lambda _k, s: s.dT[name] - 0.3 * np.expm1(-s.time / 7200.0)))
+    assert drift_of_a_reading(warm).agreed < LEAST
+    monkeypatch.setattr(witnesses, "FEWEST_BYSTANDERS", 0)
+    assert drift_of_a_reading(warm).agreed > 5.0 * LEAST
+
+
+@pytest.mark.parametrize("seed", [11, 13])
+def test_a_drift_that_both_show_is_found_without_bystanders(seed: int) -> None:
+    """A thermometer that drifts is found among six, since the law's drift tells of the same error."""
+    view, answer = viewed("modal", seed, ("sensor-drift",), 1.5)
+    found = drift_of_a_reading(few_thermometers(view))
+    assert found.best.trial.target == answer.targets[0]
+    assert found.value > 10.0 * LEAST
 
 
 @pytest.mark.parametrize("bench", LEGS)

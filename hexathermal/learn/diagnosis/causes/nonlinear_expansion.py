@@ -4,9 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from itertools import product
+from typing import Any
 
 import numpy as np
 
+from hexathermal.learn.diagnosis.along_leg import parts_along
 from hexathermal.learn.diagnosis.trials import Cause, Parameter, Trial, Workbench
 
 CAUSE = Cause(
@@ -30,6 +32,9 @@ CAUSE = Cause(
 STANDARD_DEGC = 20.0
 """Temperature at which lengths are stated (ISO 1): a stroke that was calibrated there is wrong by now."""
 
+FEWEST_PLACES = 3
+"""Places along the leg whose squares together say more than those of the law's thermometers."""
+
 MIDDLES, WIDTHS = (0.15, 0.4, 0.65), (0.3, 0.7)
 """Middles of bends, quantiles of the temperature, and their widths over its range."""
 
@@ -37,6 +42,7 @@ MIDDLES, WIDTHS = (0.15, 0.4, 0.65), (0.3, 0.7)
 def trials(bench: Workbench) -> Iterator[Trial]:
     """Give the square of each of the law's temperatures, and bends in its range; the bench's zero is in degC."""
     view = bench.view
+    yield from _all_along(bench)
     for sensor in view.base:
         told = view.degC(sensor)
         span = 0.0 if told is None else float(np.ptp(told[0]))
@@ -59,3 +65,20 @@ def trials(bench: Workbench) -> Iterator[Trial]:
                 yield bench.term(CAUSE.name, "bend", sensor, quick=True, **bent)
                 if ratio > 0.0 and view.moves:
                     yield bench.term(CAUSE.name, "bend", sensor, quick=True, calibration_degC=STANDARD_DEGC, **bent)
+
+
+def _all_along(bench: Workbench) -> Iterator[Trial]:
+    """Give the squares of all places of a leg together, each for the part of the length that is nearest to it.
+
+    The law's thermometers stand for what goes with the temperature; the square of a leg's does not go with theirs where
+    one place is much warmer than others.
+    """
+    view = bench.view
+    places = {name: view.positions[name] for name in view.sensors if name in view.positions}
+    weights = parts_along(places, view.length)
+    if view.kind != "leg" or len(weights) < FEWEST_PLACES or any(view.degC(name) is None for name in weights):
+        return
+    for ratio in sorted({0.0, bench.ratios[bench.main], 1.0}):
+        whole: dict[str, Any] = {"sensor": bench.main, "ratio": ratio, "weights": weights}
+        yield bench.term(CAUSE.name, "square", None, quick=True, **whole)
+        yield bench.term(CAUSE.name, "square", None, quick=True, reference_degC=STANDARD_DEGC, **whole)
