@@ -194,17 +194,16 @@ def square(signals: LegSignals, parameters: Mapping[str, Any], memory: Memory) -
     sum of their squares so weighted: a part whose places are unlike bends most where it is hottest. See `_calibrated`
     for ``calibration_degC``.
     """
-    reference, total = parameters.get("reference_degC"), np.zeros(len(signals))
+    reference, calibration = parameters.get("reference_degC"), parameters.get("calibration_degC")
+    total, strain = np.zeros(len(signals)), 0.0
     for name, weight in parameters.get("weights", {parameters["sensor"]: 1.0}).items():
         dT = signals.temperature(name)
         u0 = 0.0 if reference is None else signals.zero_of(name) - reference
         total = total + weight * dT * (dT + 2.0 * u0)
+        if calibration is not None:
+            strain += weight * (u0**2 - (calibration - signals.zero_of(name) + u0) ** 2)
     found = signals.span(parameters["ratio"]) * total
-    if "calibration_degC" not in parameters:
-        return np.asarray(found)
-    u0 = 0.0 if reference is None else signals.zero_of(parameters["sensor"]) - reference
-    since = parameters["calibration_degC"] - signals.zero_of(parameters["sensor"]) + u0
-    return np.asarray(found + _calibrated(signals, parameters, memory, u0**2 - since**2))
+    return np.asarray(found if calibration is None else found + _calibrated(signals, parameters, memory, strain))
 
 
 def bend(signals: LegSignals, parameters: Mapping[str, Any], memory: Memory) -> FloatArray:

@@ -80,6 +80,20 @@ def test_what_others_foretell_is_their_sum_less_that_sum_late() -> None:
     assert sensors_of((term.reading({"T02": "T01", "T01": "T02"}),)) == ("T02", "T01", "T03")
 
 
+def test_squares_of_several_places_are_added_by_their_weights() -> None:
+    """``(q0 + r q) sum_w w (u^2 - u0^2)``, u in degC from the reference; the law reads the places that have weights."""
+    signals = dataclasses.replace(drawn_signals(6, 9), zero_degC={"T01": 19.5, "T02": 23.0, "T03": 21.0})
+    own = {"sensor": "T01", "weights": {"T02": 0.4, "T03": 0.6}, "ratio": 0.7, "reference_degC": 20.0}
+    u = {name: signals.zero_degC[name] + signals.dT[name] - 20.0 for name in ("T02", "T03")}
+    squares = 0.4 * (u["T02"] ** 2 - 3.0**2) + 0.6 * (u["T03"] ** 2 - 1.0**2)
+    found = term_columns("square", signals, own)[:, 0]
+    assert np.allclose(found, (0.6 + 0.7 * signals.q) * squares, rtol=1e-12, atol=0.0)
+    assert sensors_of((LegTerm("nonlinear-expansion", "square", own, [1e-9]),)) == ("T02", "T03")
+    # a stroke that was right at 20 degC: the same whichever place tells the zero, since u counts from there
+    right = term_columns("square", signals, {**own, "calibration_degC": 20.0})[:, 0]
+    assert np.allclose(right - found, 0.7 * (signals.q - signals.q[0]) * (0.4 * 3.0**2 + 0.6 * 1.0**2))
+
+
 @given(seed=st.integers(0, 10**6))
 def test_shapes_of_motion_are_their_recursions(seed: int) -> None:
     """Direction, relaxation and heat of motion, written as a loop over rows."""

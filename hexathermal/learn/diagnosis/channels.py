@@ -158,10 +158,14 @@ class Channel:
 
     def evidence(self, X: FloatArray, sd: FloatArray, levels: Levels) -> float:
         """Return log p(y) with coefficients of columns X integrated over N(0, sd^2), constants left out."""
+        return self._evidence(self._scaled(X, sd), levels)
+
+    def _evidence(self, table: FloatArray, levels: Levels) -> float:
+        """Return `evidence` of a table as `_scaled` gives it."""
         from hexathermal.learn.diagnosis.whitening_loops import log_evidence
 
         white, landing = levels.white**2 / self.rows, levels.landing**2
-        value = log_evidence(self._scaled(X, sd), self.start, self.fresh, self.step, self.wander, white, landing,
+        value = log_evidence(table, self.start, self.fresh, self.step, self.wander, white, landing,
                              levels.slow**2, levels.slow_time, levels.offset**2)  # fmt: skip
         return float(value) + self.prior(levels)
 
@@ -218,17 +222,27 @@ class Channel:
         near : Levels, optional
             Where to start with each slow time.
         """
-        whole, known = self._scaled(X, sd), begin or near
-        table = whole if known is None else self._telling(whole, known)
+        whole = self._scaled(X, sd)
         if begin is not None:
-            levels, value = self._fitted(table, self.theta(begin), begin.slow_time, most, 0.35)
-        else:
-            usual = tuple(math.log(value) for value in (0.7, 0.7, 0.4, 1.0))
-            start = usual if near is None else self.theta(near)
-            found = [self._fitted(table, start, time, most // 2, 0.8) for time in SLOW_TIMES]
-            best = max(found, key=lambda pair: pair[1])[0]
-            levels, value = self._fitted(table, self.theta(best), best.slow_time, 2 * most, 0.4)
-        return levels, value if table is whole else self.evidence(X, sd, levels)
+            return self._closer(whole, begin, most, 0.35)
+        usual = tuple(math.log(value) for value in (0.7, 0.7, 0.4, 1.0))
+        start, table = (usual, whole) if near is None else (self.theta(near), self._telling(whole, near))
+        found = [self._fitted(table, start, time, most // 2, 0.8) for time in SLOW_TIMES]
+        return self._closer(whole, max(found, key=lambda pair: pair[1])[0], 2 * most, 0.4)
+
+    def _closer(self, whole: FloatArray, begin: Levels, most: int, spread: float) -> tuple[Levels, float]:
+        """Return the best levels near some, and the evidence of all columns of a table there.
+
+        Where the noise falls so far that more columns say something, once more with these.
+        """
+        table = self._telling(whole, begin)
+        levels, value = self._fitted(table, self.theta(begin), begin.slow_time, most, spread)
+        if table is whole:
+            return levels, value
+        more = self._telling(whole, levels)
+        if more.shape[1] > table.shape[1]:
+            levels, _ = self._fitted(more, self.theta(levels), levels.slow_time, most, spread)
+        return levels, self._evidence(whole, levels)
 
     def _telling(self, table: FloatArray, levels: Levels) -> FloatArray:
         """Return y and the turned columns of unit priors that say something, of a table of many columns.

@@ -36,8 +36,9 @@ SEEN = 3.0
 """Log evidence that a parity would have to say of an error in the drift to be asked for all of it; from half of it on
 for a part."""
 
-MOST_LATE = 3.0
-"""Most that a parity says for lateness that is not whole: heat from one end makes sound thermometers late."""
+MOST_LATE, SECOND_LATE = 3.0, 7.0
+"""Most that a parity says for lateness, and how many times what it says for a whole one, if that is more: heat that
+comes from one end makes sound thermometers late."""
 
 RATES = (1.0, 2.0)
 """Time constants by which a first and a second low pass are late."""
@@ -90,7 +91,9 @@ class Witnesses:
 
     def _late(self, trial: Trial, drift: float) -> float:
         """Return what the parity says for lateness: as the drift does, a little, or what it says for a whole one."""
-        return max(self._partly(trial) * min(self.parity(trial), max(drift, 0.0), MOST_LATE), self.whole(trial))
+        whole = self.whole(trial)
+        most = max(MOST_LATE, SECOND_LATE * whole)
+        return max(self._partly(trial) * min(self.parity(trial), max(drift, 0.0), most), whole)
 
     def _partly(self, trial: Trial) -> float:
         """Return the part that counts of what a parity says: less where what should be whole is not."""
@@ -103,10 +106,10 @@ class Witnesses:
         A fault of a thermometer must show against the other thermometers too: what the drift says for it counts up to
         `FOLLOWED` times what they say beyond `LEAST_WITNESS`; where both tell of one number, `AGREED` times what they
         say alike beyond `LEAST_AGREED`. Every thermometer is late against some other: what they say of lateness counts
-        as far as the drift says it, `MOST_LATE` at most, or as far as the thermometer is late with all that it reads.
-        Of one that wanders they say how far it does, as much as the drift at most; an error that they could not show
-        counts without them. What they say of a loss of contact counts as far as the drift may show that reading, with
-        the law's own A.
+        as far as the drift says it, up to `SECOND_LATE` times what they say for all of it, or as far as the thermometer
+        is late with all that it reads. Of one that wanders they say how far it does, as much as the drift at most; an
+        error that they could not show counts without them. What they say of a loss of contact counts as far as the
+        drift may show that reading, with the law's own A.
         """
         trial, most = ranked.best.trial, min(ranked.value, ranked.best.trial.most)
         drift, agreed = most, self._agreed(ranked.best, ranked.levels)
@@ -170,7 +173,7 @@ class Witnesses:
         shown = self._shown(trial, sensor)
         if shown is None:
             return 0.0
-        if len(self._others(trial)) < FEWEST_BYSTANDERS:
+        if self._few:
             shown = replace(shown, gain=min(shown.gain, 0.5 * shown.amplitude**2 / self._chance(trial, shown)))
         if not trial.partly:
             return shown.gain
@@ -307,9 +310,15 @@ class Witnesses:
         """
         scatter = [one.amplitude**2 for one in self._others(trial)]
         usual = float(np.mean(scatter)) if scatter else 0.0
-        if len(scatter) < FEWEST_BYSTANDERS:
+        if self._few:
             usual = max(usual, self._wandered(trial))
         return shown.uncertainty**2 + usual
+
+    @cached_property
+    def _few(self) -> bool:
+        """Whether fewer than `FEWEST_BYSTANDERS` tell what is usual."""
+        models = [self.bench.model(sensor) for sensor in self.bench.bystanders(BYSTANDERS)]
+        return sum(model is not None for model in models) < FEWEST_BYSTANDERS
 
     def _wandered(self, trial: Trial) -> float:
         """Return the variance of a fault's amplitude where the parity's slow noise goes as the fault in all runs."""

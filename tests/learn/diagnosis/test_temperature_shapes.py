@@ -89,6 +89,7 @@ def test_a_thermometer_that_shows_a_part_of_lateness_is_not_late(monkeypatch: py
     view, _ = viewed("quiet", 5972132626489281, ("hidden-heat",), 0.35)
     assert Stage(view).step.ranking[0].cause == "hidden-heat"
     monkeypatch.setattr(witnesses, "PARTLY", 1e9)
+    monkeypatch.setattr(witnesses, "MOST_LATE", 1e9)
     nothing_shared(monkeypatch)
     assert Stage(replace(view)).step.ranking[0].cause == "thermal-lag"
 
