@@ -222,7 +222,11 @@ class Search:
         chosen: dict[int, Scored] = {}
         for line in lines.values():
             climbed = line[0].trial.delay is not None or line[0].trial.cause in CLIMBED
-            best = sorted(range(len(line)), key=lambda k: -line[k].value)[: 1 if line[0].trial.delay else MENDED]
+            # a trial that can say nothing takes no other's place
+            may = [k for k, item in enumerate(line) if item.trial.most > 0.0]
+            best = sorted(may, key=lambda k: -line[k].value)[: 1 if line[0].trial.delay else MENDED]
+            if not best:
+                continue
             made = {k: self._on_mended(line[k], levels, null) for k in best}
             while climbed:
                 top = max(made, key=lambda k: made[k].value)

@@ -215,9 +215,10 @@ class Trial:
 
     @property
     def line(self) -> Hashable:
-        """What trials that mend data share which stand in the order of their parameter."""
-        delay = self.delay
-        return self.cause, None if delay is None else (delay.sensors, len(delay.stages), delay.late, delay.smooths)
+        """What trials that mend data share which stand in the order of their parameter, or begin with the campaign."""
+        delay, begins = self.delay, "from_run" not in self.parameters
+        own = None if delay is None else (delay.sensors, len(delay.stages), delay.late, delay.smooths)
+        return self.cause, begins, own
 
     @property
     def named(self) -> bool:
