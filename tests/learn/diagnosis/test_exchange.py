@@ -1,4 +1,4 @@
-"""The first of two names is asked again beside the second."""
+"""The first of two names is asked again beside the second; and exchanged plugs, of all runs and of later ones."""
 
 from __future__ import annotations
 
@@ -8,10 +8,16 @@ import pytest
 
 from hexathermal.learn.campaign_files import load_campaign
 from hexathermal.learn.diagnosis import course
+from hexathermal.learn.diagnosis.channels import Levels
 from hexathermal.learn.diagnosis.course import Course, base_law, searched
+from hexathermal.learn.diagnosis.evidence import Scored
+from hexathermal.learn.diagnosis.search import MENDED, Search
+from hexathermal.learn.diagnosis.stage import Stage
+from hexathermal.learn.diagnosis.trials import Trial
 from hexathermal.learn.signals import campaign_rows
 from hexathermal.simulate.hidden.drawing import campaign_of
 from hexathermal.simulate.hidden.writing import write_campaign
+from tests.learn.diagnosis.campaigns import viewed
 
 PAIRS = [(1027, ("clock-offset", "abbe-tilt")), (2033, ("clock-offset", "abbe-tilt"))]
 
@@ -43,3 +49,29 @@ def test_without_the_exchange_the_first_name_stays(tmp_path: Path, monkeypatch: 
     seed, causes = PAIRS[0]
     found = diagnosed(tmp_path / "campaign", seed, causes)
     assert found.found[0].ranked.cause not in causes
+
+
+@pytest.mark.parametrize(("bench", "seed"), [("modal", 41), ("rough", 42), ("quiet", 43)])
+def test_plugs_exchanged_for_all_runs_are_looked_at_beside_later_exchanges(
+    monkeypatch: pytest.MonkeyPatch, bench: str, seed: int
+) -> None:
+    """Before data are mended exchanges of the last run alone fit best, since they change little: they take no place of
+    one of the whole campaign, nor does one that the order along the leg denies.
+    """
+    mended: list[Trial] = []
+    once = Search._on_mended
+
+    def counted(search: Search, item: Scored, levels: Levels, null: float) -> Scored:
+        mended.append(item.trial)
+        return once(search, item, levels, null)
+
+    monkeypatch.setattr(Search, "_on_mended", counted)
+    stage = Stage(viewed(bench, seed, ("swapped-sensors",), 0.8)[0])
+    leader = next(item for item in stage.step.ranking if item.cause == "swapped-sensors")
+    asked = [trial for trial in mended if trial.cause == "swapped-sensors"]
+    assert all(trial.most > 0.0 for trial in asked)
+    exchanges = [trial for trial in stage.search.trials if trial.cause == "swapped-sensors" and trial.most > 0.0]
+    allowed = [trial for trial in exchanges if "from_run" not in trial.parameters]
+    whole = {id(trial) for trial in asked if "from_run" not in trial.parameters}
+    assert len(whole) == min(MENDED, len(allowed))
+    assert "from_run" not in leader.best.trial.parameters
