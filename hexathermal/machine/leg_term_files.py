@@ -247,6 +247,8 @@ def _check_parameters(form: Form, shape: str, parameters: Mapping[str, Any], pat
             form.check((*path, key), bool(value), "a name")
         elif key == "weights" and shape in ("temperature", "square"):
             form.check((*path, key), bool(value), "those of one sensor or more")
+            parts = shape != "square" or (all(part >= 0.0 for part in value.values()) and sum(value.values()) > 0.0)
+            form.check((*path, key), parts or not value, "parts of the length: 0 or more, one of them above 0")
         elif key == "weights" and shape in PARAMETERS:
             form.check((*path, key), bool(value) and parameters.get("sensor") not in value, "those of other sensors")
     if "order" in parameters and shape in ("lag", "foretold", "room"):

@@ -91,6 +91,8 @@ def test_repairs_of_some_runs_survive_writing_and_reading(tmp_path: Path) -> Non
          "T02 = 0.7", "", "terms[0].weights must be those of one sensor or more"),
         (LegTerm("nonlinear-expansion", "square", {"sensor": "T03", "ratio": 0.3, "weights": {"T02": 0.7}}, [1e-9]),
          "T02 = 0.7", "", "terms[0].weights must be those of one sensor or more"),
+        (LegTerm("nonlinear-expansion", "square", {"sensor": "T03", "ratio": 0.3, "weights": {"T02": 0.7}}, [1e-9]),
+         "T02 = 0.7", "T02 = -0.7", "terms[0].weights must be parts of the length: 0 or more, one of them above 0"),
         (LegTerm("frame-expansion", "room", {"time_constant_s": 900.0, "order": 2.0}, [1e-7]),
          "order = 2", "order = 3", "terms[0].order must be 1 or 2, found 3"),
     ],

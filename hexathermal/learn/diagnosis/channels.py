@@ -242,7 +242,10 @@ class Channel:
         more = self._telling(whole, levels)
         if more.shape[1] > table.shape[1]:
             levels, _ = self._fitted(more, self.theta(levels), levels.slow_time, most, spread)
-        return levels, self._evidence(whole, levels)
+        # what was left out might have spoken against going from where the search began
+        ends = [(self._evidence(whole, one), one) for one in (levels, begin)]
+        value, best = max(ends, key=lambda pair: pair[0])
+        return best, value
 
     def _telling(self, table: FloatArray, levels: Levels) -> FloatArray:
         """Return y and the turned columns of unit priors that say something, of a table of many columns.

@@ -85,7 +85,7 @@ def _diagnosed(
     seen = replace(campaign, runs=tuple(run for run in campaign.runs if run.name not in mute))
     levels = course.steps[0].levels
     limits, confusions = limits_of(course.first, levels, course.threshold)
-    lost = None if any(one.ranked.cause == STEP for one in course.found) else lost_count(course.first)
+    lost = lost_count(course.first, _jumps(course))
     effects = _effects(course, lost)
     verdict, probability, follows = _verdict(course, effects, sure_of_nothing(limits, levels.rms))
     candidates = _candidates(course, lost)
@@ -97,7 +97,7 @@ def _diagnosed(
     return Diagnosis(
         verdict, probability, effects, follows, candidates, base, extended, gained(base, extended, seen, read),
         reachable(campaign, last, held, base.sensors), last.levels, course.threshold, limits, confusions,
-        next_experiments(course, limits, confusions, candidates),
+        next_experiments(course, limits, confusions, _candidates(course, None)),
         run_residuals(campaign, course, rows, held, base, extended), campaign.title, notes, whiteness(course),
     )  # fmt: skip
 
@@ -105,7 +105,7 @@ def _diagnosed(
 def _effects(course: Course, lost: LostCount | None) -> tuple[Effect, ...]:
     """Return what was named, with the numbers of the law that all of it joined; what cleaning took back in its place.
 
-    That is first where it has the most evidence, and else behind what the residual shows.
+    That is first where the drift would show more of it than of all that was named.
     """
     mean, covariance = course.last.law
     found = tuple(
@@ -118,8 +118,14 @@ def _effects(course: Course, lost: LostCount | None) -> tuple[Effect, ...]:
 
 
 def _leads(lost: LostCount, course: Course) -> bool:
-    """Return whether what cleaning took back has more evidence than all that was named."""
-    return all(lost.evidence > one.ranked.value for one in course.found)
+    """Return whether the drift would show more of what cleaning took back than of all that was named."""
+    return all(lost.effect.visible > one.ranked.best.visible for one in course.found)
+
+
+def _jumps(course: Course) -> list[tuple[str, float]]:
+    """Return runs and moments [s] of the jumps of the zero that were named."""
+    jumps = [one.ranked.best.trial.parameters for one in course.found if one.ranked.cause == STEP]
+    return [(str(own["run"]), float(own["time_s"])) for own in jumps]
 
 
 def _verdict(course: Course, effects: Sequence[Effect], nothing: float) -> tuple[str, float, str | None]:

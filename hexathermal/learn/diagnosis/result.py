@@ -241,8 +241,10 @@ class Diagnosis(Shown):
     @property
     def sentence(self) -> str:
         """The diagnosis in one sentence, or one for each cause."""
+        left = f"omething real is left that {self.follows}, but no cause of the catalogue explains it."
         if self.verdict == "effect":
-            return " ".join(self.sentences)
+            hidden = self.follows is not None and all(one.taken_back for one in self.effects)
+            return " ".join((*self.sentences, *([f"S{left}"] if hidden else [])))
         if self.verdict == "none" and not self.limits:
             return "No effect of the catalogue is seen: the law explains these data to their noise."
         if self.verdict == "none":
@@ -251,7 +253,7 @@ class Diagnosis(Shown):
                 f"No effect of the catalogue stands above {limit:.2g} um (visible RMS): the law explains these data to "
                 "their noise."
             )
-        return f"Something real is left that {self.follows}, but no cause of the catalogue explains it."
+        return f"S{left}"
 
     def to_json(self) -> dict[str, Any]:
         """Return the diagnosis as its JSON document."""

@@ -137,8 +137,8 @@ def _set(found: Found, stage: Stage) -> tuple[dict[str, Quantity], dict[str, Any
     for name, value in found.ranked.best.trial.parameters.items():
         if name in UNITS:
             numbers[name] = Quantity(float(value), _grid_spread(found, stage, name), UNITS[name])
-        elif name not in HIDDEN:
-            names[name] = value
+        elif name not in HIDDEN and (name != "sensor" or found.ranked.best.trial.target is not None):
+            names[name] = value  # of all places together one alone would tell a wrong story
     return numbers, names
 
 

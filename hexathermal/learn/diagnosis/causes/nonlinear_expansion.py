@@ -74,9 +74,9 @@ def _all_along(bench: Workbench) -> Iterator[Trial]:
     one place is much warmer than others.
     """
     view = bench.view
-    places = {name: view.positions[name] for name in view.sensors if name in view.positions}
-    weights = parts_along(places, view.length)
-    if view.kind != "leg" or len(weights) < FEWEST_PLACES or any(view.degC(name) is None for name in weights):
+    placed = [name for name in view.sensors if name in view.positions and view.degC(name) is not None]
+    weights = parts_along({name: view.positions[name] for name in placed}, view.length)
+    if view.kind != "leg" or len(weights) < FEWEST_PLACES:
         return
     for ratio in sorted({0.0, bench.ratios[bench.main], 1.0}):
         whole: dict[str, Any] = {"sensor": bench.main, "ratio": ratio, "weights": weights}

@@ -22,8 +22,8 @@ ONE_BEAM = 1.0 / 3.0
 def draw(truth: CampaignTruth, generator: np.random.Generator) -> Parameters:
     """Draw the run (of identification), the moment [s] since its first row, how long it takes [s], the height [m].
 
-    Engineering values: 0.2 to 5 um within one to eight minutes. A beam that loses count is drawn by its number, 1 to 3;
-    0: all jump alike.
+    Engineering values: 0.2 to 5 um within one to eight minutes. A beam that loses count, at once and by three times the
+    height, is drawn by its number, 1 to 3; 0: all jump alike.
     """
     runs = [run for run in truth.runs if run.role == "identification"]
     run = runs[int(generator.integers(len(runs)))]
@@ -34,7 +34,9 @@ def draw(truth: CampaignTruth, generator: np.random.Generator) -> Parameters:
         "height": either_sign(generator) * log_uniform(0.2e-6, 5e-6, generator),
     }
     alone = with_beams(truth) and generator.random() < ONE_BEAM
-    return found | {"beam": int(generator.integers(1, BEAMS + 1)) if alone else 0}
+    if not alone:
+        return found | {"beam": 0}
+    return found | {"beam": int(generator.integers(1, BEAMS + 1)), "ramp": 0.0}
 
 
 def hide(truth: CampaignTruth, parameters: Parameters) -> CampaignTruth:
@@ -44,7 +46,7 @@ def hide(truth: CampaignTruth, parameters: Parameters) -> CampaignTruth:
     """
     names = [run.name for run in truth.runs]
     which, beam = names.index(str(parameters["run"])), int(parameters.get("beam", 0))
-    ramp = 0.0 if beam else float(parameters["ramp"])
+    ramp = float(parameters["ramp"])
 
     def step(k: int, run: RunTruth) -> FloatArray:
         """Return the step [m]."""
