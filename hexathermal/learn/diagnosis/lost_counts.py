@@ -26,7 +26,7 @@ from hexathermal.poses import FloatArray
 BEAMS = 3
 
 SURE = 8.0
-"""Least z. Of 549 simulated campaigns of five authors two had a step at a movement that was none, of 6 and 7."""
+"""Least z. Of 549 simulated campaigns of five generators two had a step at a movement that was none, of 6 and 7."""
 
 COARSE_M = 1e-10
 """Beams that part by less are recorded in coarser steps than they differ by: a step may be one of the last digit."""
