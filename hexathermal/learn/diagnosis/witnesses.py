@@ -173,7 +173,7 @@ class Witnesses:
         shown = self._shown(trial, sensor)
         if shown is None:
             return 0.0
-        if self._few and sensor == trial.target and len(shown.amplitudes) == 1:
+        if len(shown.amplitudes) == 1 and sensor == trial.target and self._few:
             shown = replace(shown, gain=min(shown.gain, 0.5 * shown.amplitude**2 / self._chance(trial, shown)))
         if not trial.partly:
             return shown.gain
