@@ -59,7 +59,7 @@ def test_a_screw_repeats_with_its_pitch_in_all_runs(leg: CampaignTruth, generato
 def test_a_jump_is_in_one_run(leg: CampaignTruth, component: CampaignTruth, generator: np.random.Generator) -> None:
     """One run rises within minutes, no other moves; where all count from the campaign's zero, later ones keep it."""
     for truth in (leg, component):
-        found, parameters = hidden("zero-jump", truth, generator, height=1e-6)
+        found, parameters = hidden("zero-jump", truth, generator, height=1e-6, beam=0, ramp=200.0)
         which = [run.name for run in found.runs].index(str(parameters["run"]))
         for k, run in enumerate(found.runs):
             if k != which:
@@ -69,7 +69,25 @@ def test_a_jump_is_in_one_run(leg: CampaignTruth, component: CampaignTruth, gene
         rising = run.time[1:][np.diff(run.effect) > 0.0]
         assert (np.diff(run.effect) >= 0.0).all()
         assert run.effect[-1] == pytest.approx(1e-6)
-        assert np.ptp(rising) <= float(parameters["ramp"]) + (run.time[1] - run.time[0])
+        assert np.ptp(rising) <= 200.0 + (run.time[1] - run.time[0])
+
+
+@pytest.mark.parametrize("beam", [1, 2, 3])
+def test_a_beam_that_loses_count_jumps_alone_and_at_once(
+    leg: CampaignTruth, generator: np.random.Generator, beam: int
+) -> None:
+    """By three times the height, from one row to the next: the mean of the beams jumps by the height."""
+    found, parameters = hidden("zero-jump", leg, generator, height=1e-6, beam=beam, ramp=0.0)
+    for before, run in zip(leg.runs, found.runs, strict=True):
+        np.testing.assert_array_equal(run.effect, before.effect)
+        added = run.beam_effects - before.beam_effects
+        others = np.delete(added, beam - 1, axis=1)
+        assert not others.any()
+        if run.name == parameters["run"]:
+            assert np.count_nonzero(np.diff(added[:, beam - 1])) == 1
+            assert added[-1].mean() == pytest.approx(1e-6)
+        else:
+            assert not added[:, beam - 1].any() or leg.zero == "campaign"
 
 
 def test_creep_relaxes_after_a_move(leg: CampaignTruth, generator: np.random.Generator) -> None:
