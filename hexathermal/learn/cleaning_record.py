@@ -17,30 +17,6 @@ ROW, VALUE, REPAIRED, NOTED = "row left out", "value left out", "value repaired"
 BEAM_STEP = "beam step"
 """The step that takes back what one beam stepped by."""
 
-
-@dataclass(frozen=True)
-class BeamStep:
-    """What one beam stepped by against the others, and was taken back.
-
-    Attributes
-    ----------
-    channel : str
-        Column of the format.
-    time : float [s]
-        Of the first row behind it, since the table's first row.
-    size, error : float [m]
-        Of the beam against the mean of the others; what they part by of themselves there, standard deviation.
-    at_rest : bool
-        Whether it is within a rest, where nothing but a lost count makes one.
-    """
-
-    channel: str
-    time: float
-    size: float
-    error: float
-    at_rest: bool
-
-
 MOST_MARKS = 500
 """Readings left out of a channel that are kept with their time and value, for plots."""
 
@@ -77,6 +53,29 @@ class CleaningStep:
     reason: str
     first_time: float
     taken_by: str = ""
+
+
+@dataclass(frozen=True)
+class BeamStep:
+    """What one beam stepped by against the others, and was taken back.
+
+    Attributes
+    ----------
+    channel : str
+        Column of the format.
+    time : float [s]
+        Of the first row behind it, since the table's first row.
+    size, error : float [m]
+        Of the beam against the mean of the others; what they part by of themselves there, standard deviation.
+    at_rest : bool
+        Whether it is within a rest, where nothing but a lost count makes one.
+    """
+
+    channel: str
+    time: float
+    size: float
+    error: float
+    at_rest: bool
 
 
 @dataclass(frozen=True)

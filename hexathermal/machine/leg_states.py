@@ -14,7 +14,7 @@ import numpy as np
 from hexathermal.errors import ArgumentError
 from hexathermal.machine.leg_repairs import RepairMemory, SensorRepair
 from hexathermal.machine.leg_signals import LegSignals, Memory
-from hexathermal.machine.leg_terms import LegTerm
+from hexathermal.machine.leg_terms import WEIGHED, LegTerm
 from hexathermal.poses import FloatArray
 
 STATELESS = ("temperature", "expansion", "square", "bend", "position", "periodic", "wave")
@@ -53,7 +53,7 @@ def sensors_of(terms: Sequence[LegTerm]) -> tuple[str, ...]:
 
 def _told(term: LegTerm) -> bool:
     """Whether a term takes what sensors tell by weights for a temperature."""
-    return term.shape in ("temperature", "square") and "weights" in term.parameters
+    return term.shape in WEIGHED and "weights" in term.parameters
 
 
 class LegMemory:

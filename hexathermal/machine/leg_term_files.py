@@ -15,7 +15,7 @@ import numpy as np
 
 from hexathermal.machine.forms import Form, dotted, shown
 from hexathermal.machine.leg_repairs import KINDS, SensorRepair
-from hexathermal.machine.leg_terms import PRESSURE, SHAPES, LegTerm
+from hexathermal.machine.leg_terms import PRESSURE, SHAPES, WEIGHED, LegTerm
 from hexathermal.machine.toml_positions import Where
 from hexathermal.machine.units import from_millionths, metres, millionths, shortest
 from hexathermal.poses import FloatArray
@@ -245,7 +245,7 @@ def _check_parameters(form: Form, shape: str, parameters: Mapping[str, Any], pat
             form.check((*path, key), value >= 0.0, "0 or more")
         elif key in ("sensor", "source"):
             form.check((*path, key), bool(value), "a name")
-        elif key == "weights" and shape in ("temperature", "square"):
+        elif key == "weights" and shape in WEIGHED:
             form.check((*path, key), bool(value), "those of one sensor or more")
             parts = shape != "square" or (all(part >= 0.0 for part in value.values()) and sum(value.values()) > 0.0)
             form.check((*path, key), parts or not value, "parts of the length: 0 or more, one of them above 0")

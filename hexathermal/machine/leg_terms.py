@@ -114,6 +114,16 @@ def shape_named(name: str) -> Shape:
     return SHAPES[name]
 
 
+WEIGHED = ("temperature", "square")
+"""Shapes that may take, by ``weights``, what several sensors tell for what one does."""
+
+
+def _weights(parameters: Mapping[str, Any]) -> Mapping[str, float]:
+    """Return the weights of the sensors that a shape of `WEIGHED` reads."""
+    weights: Mapping[str, float] = parameters.get("weights", {parameters["sensor"]: 1.0})
+    return weights
+
+
 def _equal_stages(parameters: Mapping[str, Any]) -> tuple[float, ...]:
     """Return the time constants of ``order`` equal low passes that have ``time_constant_s`` together [s]."""
     order = int(parameters.get("order", 1))
@@ -156,8 +166,7 @@ def temperature(signals: LegSignals, parameters: Mapping[str, Any], memory: Memo
 
     With ``weights``, of sensors by name, dT is ``sum_s w_s dT_s``: what it should read, as it and the others tell.
     """
-    weights = parameters.get("weights", {parameters["sensor"]: 1.0})
-    return np.asarray(signals.span(parameters["ratio"]) * signals.weighted(weights))
+    return np.asarray(signals.span(parameters["ratio"]) * signals.weighted(_weights(parameters)))
 
 
 def expansion(signals: LegSignals, parameters: Mapping[str, Any], memory: Memory) -> FloatArray:
@@ -196,7 +205,7 @@ def square(signals: LegSignals, parameters: Mapping[str, Any], memory: Memory) -
     """
     reference, calibration = parameters.get("reference_degC"), parameters.get("calibration_degC")
     total, strain = np.zeros(len(signals)), 0.0
-    for name, weight in parameters.get("weights", {parameters["sensor"]: 1.0}).items():
+    for name, weight in _weights(parameters).items():
         dT = signals.temperature(name)
         u0 = 0.0 if reference is None else signals.zero_of(name) - reference
         total = total + weight * dT * (dT + 2.0 * u0)

@@ -108,18 +108,19 @@ def _effects(course: Course, lost: LostCount | None) -> tuple[Effect, ...]:
     That is first where the drift would show more of it than of all that was named.
     """
     mean, covariance = course.last.law
-    found = tuple(
+    effects = [
         effect_of(found, stage, course.last, covariance, mean)
         for found, stage in zip(course.found, course.stages, strict=True)
-    )
-    if lost is None:
-        return found
-    return (lost.effect, *found) if _leads(lost, course) else (*found, lost.effect)
+    ]
+    if lost is not None:
+        effects.insert(_place(lost, course), lost.effect)
+    return tuple(effects)
 
 
-def _leads(lost: LostCount, course: Course) -> bool:
-    """Return whether the drift would show more of what cleaning took back than of all that was named."""
-    return all(lost.effect.visible > one.ranked.best.visible for one in course.found)
+def _place(lost: LostCount, course: Course) -> int:
+    """Return the place of what cleaning took back among what was named: first or last."""
+    leads = all(lost.effect.visible > one.ranked.best.visible for one in course.found)
+    return 0 if leads else len(course.found)
 
 
 def _jumps(course: Course) -> list[tuple[str, float]]:
@@ -145,14 +146,12 @@ def _verdict(course: Course, effects: Sequence[Effect], nothing: float) -> tuple
 def _candidates(course: Course, lost: LostCount | None) -> tuple[Candidate, ...]:
     """Return causes that were named, in their order, then the ranking of the first step."""
     found = []
-    if lost is not None and _leads(lost, course):
-        found.append(lost.candidate)
     for one in course.found:
         best = one.ranked.best
         found.append(Candidate(one.ranked.cause, best.trial.target, float(one.ranked.value), one.decision.probability,
                                best.visible, dict(best.trial.parameters), best.spread))  # fmt: skip
-    if lost is not None and not _leads(lost, course):
-        found.append(lost.candidate)
+    if lost is not None:
+        found.insert(_place(lost, course), lost.candidate)
     first = course.steps[0]
     decision = course.found[0].decision if course.found else course.end
     for item in first.ranking:

@@ -12,6 +12,7 @@ from typing import Any
 
 import numpy as np
 
+from hexathermal.learn.campaign_columns import BEAMS
 from hexathermal.learn.cleaning_record import BeamStep
 from hexathermal.learn.diagnosis.causes.zero_jump import CAUSE
 from hexathermal.learn.diagnosis.deciding import SOUND
@@ -22,8 +23,6 @@ from hexathermal.learn.diagnosis.stage import Stage
 from hexathermal.learn.diagnosis.view import View
 from hexathermal.learn.diagnosis.words import UM, told, two_digits
 from hexathermal.poses import FloatArray
-
-BEAMS = 3
 
 SURE = 8.0
 """Least z. Of 549 simulated campaigns of five generators two had a step at a movement that was none, of 6 and 7."""
@@ -79,13 +78,13 @@ def lost_count(stage: Stage, named: Iterable[tuple[str, float]] = ()) -> LostCou
     if not steps:
         return None
     # a third of each is in the mean of the beams
-    shares, errors = (np.array([getattr(step, name) / BEAMS for step, _k in steps]) for name in ("size", "error"))
+    shares, errors = (np.array([getattr(step, name) / len(BEAMS) for step, _k in steps]) for name in ("size", "error"))
     columns = np.column_stack([view.step_at(k, step.time) for step, k in steps])
     law = stage.base.hiding[:, : stage.base.plain]
     seen, apart = float(visible((columns @ shares)[:, None], law)[0]), visible(columns, law)
     if seen < SEEN * stage.levels.rms:
         return None
-    tries = BEAMS * sum(len(rows.signals.time) for rows in view.runs)
+    tries = len(BEAMS) * sum(len(rows.signals.time) for rows in view.runs)
     evidence = float(np.maximum(0.5 * (shares / errors) ** 2 - np.log(tries), 0.0).sum())
     effect = _effect(view, steps, shares, errors, seen)
     return LostCount(effect, evidence, float(np.linalg.norm(apart * errors)))
