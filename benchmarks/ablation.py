@@ -96,7 +96,7 @@ def _white_noise() -> list[Any]:
     """Windows are independent: no scatter of landings, no slow process, no offsets."""
     from hexathermal.learn.diagnosis.channels import Channel, Levels
 
-    def fitted(channel: Channel, X: Any, sd: Any, *_begin: Any) -> tuple[Levels, float]:
+    def fitted(channel: Channel, X: Any, sd: Any, *_begin: Any, **_named: Any) -> tuple[Levels, float]:
         """Return the level of white noise with the largest evidence, and that evidence."""
 
         def white(log: float) -> Levels:

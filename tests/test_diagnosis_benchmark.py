@@ -144,7 +144,9 @@ def test_switches_replace_what_is_there_and_put_it_back(name: str) -> None:
     assert state() == before
 
 
-@pytest.mark.parametrize("name", ["no parity of the sensors", "noise not fitted again for leaders"])
+@pytest.mark.parametrize(
+    "name", ["no parity of the sensors", "noise not fitted again for leaders", "windows as independent"]
+)
 def test_a_switched_search_still_finds_a_plain_effect(name: str) -> None:
     """What takes the place of a method fits the method's callers: a ranking comes out, a plain effect leads it."""
     from hexathermal.learn.diagnosis.stage import Stage
