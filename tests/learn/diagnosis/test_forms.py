@@ -139,7 +139,8 @@ def limits(*sizes: float) -> list[Limit]:
 
 def test_none_is_as_sure_as_the_campaign_can_see() -> None:
     """Where all would be seen it is certain; where nothing would, it is as likely as before; between them between."""
-    assert sure_of_nothing(limits(0.1, WEAKEST), 1.0) == 1.0
+    with np.errstate(all="raise"):
+        assert sure_of_nothing(limits(0.0, 0.1, WEAKEST), 1.0) == 1.0
     assert sure_of_nothing(limits(STRONGEST, 9.0), 1.0) == pytest.approx(SOUND_CAMPAIGNS)
     half = sure_of_nothing(limits(np.sqrt(WEAKEST * STRONGEST)), 1.0)
     assert half == pytest.approx(SOUND_CAMPAIGNS / (SOUND_CAMPAIGNS + 0.5 * (1.0 - SOUND_CAMPAIGNS)))
