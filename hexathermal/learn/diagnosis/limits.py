@@ -82,9 +82,9 @@ def sure_of_nothing(limits: Sequence[Limit], noise: float) -> float:
     """
     if not limits:
         return SOUND_CAMPAIGNS
-    seen = np.array([one.visible for one in limits]) / noise
     # a cause that shows nothing after the refit has a limit of 0: none of its visible effects is missed
-    missed = np.clip(np.log(np.maximum(seen, WEAKEST) / WEAKEST) / np.log(STRONGEST / WEAKEST), 0.0, 1.0).mean()
+    seen = np.clip(np.array([one.visible for one in limits]) / noise, WEAKEST, STRONGEST)
+    missed = np.mean(np.log(seen / WEAKEST) / np.log(STRONGEST / WEAKEST))
     return float(SOUND_CAMPAIGNS / (SOUND_CAMPAIGNS + (1.0 - SOUND_CAMPAIGNS) * missed))
 
 
