@@ -117,12 +117,11 @@ class CommonError:
         """What warms them in all rows of each run, less its first value, each column over its RMS, shape (n, k)."""
         view, memory, begun = self.view, Memory(), 0.0
         beginnings = np.cumsum([not goes_on for goes_on in view.goes_on]) - 1
-        airy = all(signals.air is not None for signals in view.signals)
         found = []
         for signals, goes_on, own in zip(view.signals, view.goes_on, beginnings.tolist(), strict=True):
             if not goes_on:
                 memory, begun = Memory(), float(signals.time[0])
-            columns = list(_warmed(signals, memory, airy=airy))
+            columns = list(_warmed(signals, memory, airy=view.airs is not None))
             decays = np.zeros((len(signals), len(RESTING_S) * (int(beginnings[-1]) + 1)))
             for k, tau in enumerate(RESTING_S):
                 decays[:, len(RESTING_S) * own + k] = np.expm1(-(signals.time - begun) / tau)

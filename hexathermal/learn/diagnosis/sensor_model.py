@@ -213,8 +213,8 @@ class SensorModel:
         Else the room, which a station reads with less noise, would stand for a better reading of a thermometer that the
         air reaches.
         """
-        air = [signals.air for signals in self.view.signals if signals.air is not None]
-        if len(air) < len(self.view.signals):
+        air = self.view.airs
+        if air is None:
             return self.foretold()
         profiles = [np.column_stack(both) for both in zip(self.profiles, air, strict=True)]
         centre, spread = np.append(self.expected[0], 0.0), np.append(self.expected[1], AIR_SHARE)
@@ -235,9 +235,8 @@ class SensorModel:
     @cached_property
     def X(self) -> FloatArray:
         """The others' profiles in the parity's windows, and the air, which any imperfect contact lets in."""
-        profiles = self.means(self.profiles)
-        air = [signals.air for signals in self.view.signals if signals.air is not None]
-        return profiles if len(air) < len(self.view.signals) else np.column_stack([profiles, self.means(air)])
+        profiles, air = self.means(self.profiles), self.view.airs
+        return profiles if air is None else np.column_stack([profiles, self.means(air)])
 
     @cached_property
     def sd(self) -> FloatArray:

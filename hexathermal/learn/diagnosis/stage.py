@@ -148,9 +148,8 @@ class Stage:
         moved = [bench.slopes[sensor] * bench.slopes_span(sensor) for sensor in self.view.base]
         alike = np.sum([one[:, None] * table for one, table in zip(moved, told.alike, strict=True)], axis=0)
         base = base.extended(alike, np.full(alike.shape[1], DISBELIEVED), little=True)
-        if all(rows.signals.air is not None for rows in self.view.runs):
-            air = self.view.windows_zeroed([np.asarray(signals.air) for signals in self.view.signals])
-            contacts = np.column_stack(moved) * air
+        if self.view.airs is not None:
+            contacts = np.column_stack(moved) * self.view.windows_zeroed(self.view.airs)
             base = base.extended(contacts, np.full(contacts.shape[1], CONTACT), little=True)
         steps = self.view.taken_back
         return base.extended(steps, np.full(steps.shape[1], TAKEN_BACK))

@@ -87,6 +87,12 @@ class View:
             found.append(replace(signals, dT=self._smoothed(signals, piece, self.sensors), air=air))
         return tuple(found)
 
+    @cached_property
+    def airs(self) -> list[FloatArray] | None:
+        """The air's temperature in all rows of each run, shape (n,) each [K]; None where a run does not record it."""
+        found = [signals.air for signals in self.signals if signals.air is not None]
+        return found if len(found) == len(self.signals) else None
+
     def _smoothed(self, signals: LegSignals, piece: Pieces, sensors: Iterable[str]) -> dict[str, FloatArray]:
         """Return the smoothed temperatures of some sensors in all rows of a run [K]."""
         names = list(sensors)
@@ -142,11 +148,10 @@ class View:
 
     def windows(self, values: Sequence[FloatArray]) -> FloatArray:
         """Return means over windows of rows' values, run after run, shape (n, k)."""
-        return np.concatenate([piece.means(value if value.ndim == 2 else value[:, None])
-                               for piece, value in zip(self.pieces, values, strict=True)])  # fmt: skip
+        return self._means([value if value.ndim == 2 else value[:, None] for value in values])
 
     def _means(self, values: Sequence[FloatArray]) -> FloatArray:
-        """Return means over windows of one quantity in rows, run after run, shape (n,)."""
+        """Return means over windows of what has a shape (n,) or (n, k) in rows, run after run."""
         return np.concatenate([piece.means(value) for value, piece in zip(values, self.pieces, strict=True)])
 
     def columns(self, shape: str, parameters: Mapping[str, Any]) -> FloatArray:
@@ -299,8 +304,7 @@ class View:
 
     def temperatures(self, sensor: str) -> FloatArray:
         """Return a sensor's smoothed temperature in windows [K]."""
-        rows = (signals.dT[sensor] for signals in self.signals)
-        return self.once(("means", sensor), lambda: self._means(list(rows)), [sensor])
+        return self.once(("means", sensor), lambda: self._means([one.dT[sensor] for one in self.signals]), [sensor])
 
     def degC(self, sensor: str) -> tuple[FloatArray, FloatArray] | None:
         """Return a sensor's temperature in windows and at the zero of each, shape (n,) [degC]; None if not known."""
@@ -355,9 +359,13 @@ class View:
 
     def step_at(self, k: int, moment: float) -> FloatArray:
         """Return a step of the zero in run k, at a time since its table's first row [s], shape (n,)."""
-        run, begun = self.channel.run, float(self.runs[k].signals.time[0])
+        return self.step_from(k, float(self.runs[k].signals.time[0]) + moment)
+
+    def step_from(self, k: int, time: float) -> FloatArray:
+        """Return a step of the zero in run k from a time of its rows on [s], shape (n,)."""
+        run = self.channel.run
         later = (run > k) & (not self.zeroed_by_run)
-        return np.asarray(((run == k) & (self.time >= begun + moment)) | later, dtype=np.float64)
+        return np.asarray(((run == k) & (self.time >= time)) | later, dtype=np.float64)
 
     def base_of(self, temperatures: Sequence[FloatArray]) -> FloatArray:
         """Return the law's columns of temperatures in windows."""

@@ -38,7 +38,7 @@ STAGED_S = 1800.0
 def trials(bench: Workbench) -> Iterator[Trial]:
     """Give the air temperature behind low passes; at rest when a run begins, or on its way from what was before."""
     view = bench.view
-    if all(rows.signals.air is not None for rows in view.runs):
+    if view.airs is not None:
         for tau in TIMES_S:
             trial = bench.term(CAUSE.name, "room", None, time_constant_s=tau)
             yield trial

@@ -73,7 +73,7 @@ class Loss:
 def trials(bench: Workbench) -> Iterator[Trial]:
     """Give a loss of contact of each of the law's sensors at moments of each run."""
     view = bench.view
-    if any(rows.signals.air is None for rows in view.runs):
+    if view.airs is None:
         return
     for sensor in view.base:
         model = bench.model(sensor)
@@ -172,12 +172,12 @@ def _sound(model: SensorModel, loss: Loss) -> list[slice]:
 
 def _parity(loss: Loss, model: SensorModel) -> tuple[FloatArray, FloatArray]:
     """Return by how much the air differs from the foretold temperature once contact is lost, in the parity."""
-    weights = model.weights(_sound(model, loss))
+    weights, airs = model.weights(_sound(model, loss)), model.view.airs
+    assert airs is not None  # looked at before
     gaps = []
-    for i, (signals, profiles) in enumerate(zip(model.view.signals, model.profiles, strict=True)):
-        assert signals.air is not None  # looked at before
+    for i, (signals, air, profiles) in enumerate(zip(model.view.signals, airs, model.profiles, strict=True)):
         gap, first = np.zeros(len(profiles)), loss.first_row(i, signals.time)
-        gap[first:] = signals.air[first:] - profiles[first:] @ weights
+        gap[first:] = air[first:] - profiles[first:] @ weights
         if first or not model.view.zeroed_by_run:  # else the zero was read in the air, too
             gap[first:] += _air_above_at_zero(model, i)
         gaps.append(gap)

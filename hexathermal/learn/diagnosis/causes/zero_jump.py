@@ -49,13 +49,12 @@ def _steps(view: View) -> Iterator[Trial]:
     moments = max(4, MOST_MOMENTS // len(view.runs))
     for k, rows in enumerate(view.runs):
         own = np.flatnonzero(run == k)
-        later = run > k if not view.zeroed_by_run else np.zeros(len(run), dtype=bool)
         first, last = (LEAST_BEHIND, len(own) - LEAST_BEHIND) if view.zeroed_by_run else (int(k == 0), len(own) - 1)
         change = np.abs(np.diff(view.channel.y[own], prepend=view.channel.y[own[:1]]))
         for i in _moments(time[own], change, first, last, moments) + own[0] if last > first else ():
-            step = (((run == k) & (np.arange(len(run)) >= i)) | later).astype(float)
-            where = {"run": rows.run.name, "time_s": round(float(time[i]), 1)}
-            yield Trial(CAUSE.name, step[:, None], rows.run.name, "", where)
+            moment = float(time[i])
+            where = {"run": rows.run.name, "time_s": round(moment, 1)}
+            yield Trial(CAUSE.name, view.step_from(k, moment)[:, None], rows.run.name, "", where)
 
 
 def _moments(time: FloatArray, change: FloatArray, first: int, last: int, most: int) -> npt.NDArray[np.int64]:
