@@ -25,6 +25,7 @@ from hexathermal.compare.steps import MOST_NAMED, calibrated
 from hexathermal.errors import ArgumentError
 from hexathermal.learn.campaign import Campaign
 from hexathermal.learn.campaign_files import load_campaign
+from hexathermal.learn.copied_runs import without_copies
 from hexathermal.simulate.bench.leg import VirtualLeg
 
 Progress = Callable[[int, int, str], None]
@@ -115,9 +116,10 @@ def compare_campaign(
     tell = progress or (lambda done, total, label: None)
     if not isinstance(campaign, Campaign):
         campaign = load_campaign(campaign, progress=progress)
+    campaign, copies = without_copies(campaign)
     where = placed(campaign, leg)
     runs, skipped = _measured(campaign, where, tell)
-    notes = [*where.notes, *skipped.values()]
+    notes = [*where.notes, *copies, *skipped.values()]
     fitted = [run for run in runs if run.role == "identification"]
     if len(fitted) < FEWEST_RUNS:
         raise _too_few(campaign, len(fitted), skipped)

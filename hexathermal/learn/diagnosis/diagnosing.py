@@ -9,6 +9,7 @@ from threadpoolctl import threadpool_limits
 
 from hexathermal.learn.campaign import Campaign
 from hexathermal.learn.cleaning_record import HARMLESS, cleaning_words
+from hexathermal.learn.copied_runs import without_copies
 from hexathermal.learn.diagnosis.causes import catalogue
 from hexathermal.learn.diagnosis.course import Course, Progress, base_law, searched
 from hexathermal.learn.diagnosis.extension import extended_law, gained, reachable
@@ -71,6 +72,7 @@ def _diagnosed(
     """Return what `diagnose` finds."""
     if progress is not None:
         progress(0, 5, "reading the runs")
+    campaign, copies = without_copies(campaign)
     rows = campaign_rows(campaign, "identification")
     base = base_law(campaign, rows, sensors, law)
     refuse_silent(rows, base.sensors)
@@ -92,7 +94,7 @@ def _diagnosed(
     notes = (
         *_notes(course), *_sees_little(verdict, limits, levels.rms),
         *_chosen(base, given=sensors is not None or law is not None), *_unseen(course, rows, mute),
-        *_cleaned((*rows, *judged)),
+        *copies, *_cleaned((*rows, *judged)),
     )  # fmt: skip
     return Diagnosis(
         verdict, probability, effects, follows, candidates, base, extended, gained(base, extended, seen, read),

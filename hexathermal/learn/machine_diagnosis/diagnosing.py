@@ -9,6 +9,7 @@ import numpy as np
 from threadpoolctl import threadpool_limits
 
 from hexathermal.learn.campaign import Campaign
+from hexathermal.learn.copied_runs import without_copies
 from hexathermal.learn.hexapod_data import HexapodRows, UnusableRowsError
 from hexathermal.learn.hexapod_noise import without_misses
 from hexathermal.learn.hexapod_offset import far_poses
@@ -81,11 +82,12 @@ def diagnose_machine(
     """
     if progress is not None:
         progress(0, STEPS, "reading the runs")
+    campaign, copies = without_copies(campaign)
     usual = law_rows(campaign, "identification", hexapod)
     further, beside = further_sensors(campaign, usual)
     rows, misses = without_misses(law_rows(campaign, "identification", usual.hexapod, further) if further else usual)
     held, mute = _held_out(campaign, rows.hexapod, further)
-    notes = tuple(note for note in (misses, mute, *beside) if note)
+    notes = tuple(note for note in (misses, mute, *beside, *copies) if note)
     with threadpool_limits(limits=1):  # matrices are small and many, and threads would wait for each other
         return diagnosed(rows, held, laws=laws, title=campaign.title, notes=notes, progress=progress)
 
