@@ -5,6 +5,7 @@ from __future__ import annotations
 import argparse
 import json
 from collections.abc import Iterator
+from fnmatch import fnmatchcase
 from pathlib import Path
 from typing import Any
 
@@ -23,6 +24,25 @@ CAMPAIGN = OWN_FOLDERS[0]
 MAKING = "simulate"
 """The command that makes campaigns: its --out may name one itself."""
 
+PICTURES = ("*.png", "*.svg")
+WRITTEN: dict[str, dict[str, tuple[str, ...]]] = {
+    "apply": {"out": ("hexapod.toml",)},
+    "budget": {"out": ("*.csv", "*.png")},
+    "check": {"plots": PICTURES},
+    "compare": {"plots": PICTURES},
+    "demo": {"out": ("day.csv", "day.png", "summary.json")},
+    "diagnose": {"report": ("report.html", "diagnosis.json", "experiment.json", "*.csv", *PICTURES),
+                 "extend": ("hexapod.toml",)},
+    "identify": {"out": ("hexapod.toml", "hexapod.origin.toml"), "report": ("*.csv", "identification.json", *PICTURES)},
+    "report": {"figures": ("*.csv", *PICTURES)},
+    MAKING: {"out": (), "plots": PICTURES},  # nothing goes into its --out: it says so itself
+    "validate": {"report": ("validation.json", *PICTURES)},
+}  # fmt: skip
+"""Names of the files that a command writes into the folder of an option; one not known here may hold any name."""
+
+BESIDE = {"identify": "origin.toml"}
+"""Ending of a second file that a command writes beside the ``NAME.toml`` of --out."""
+
 
 def protect(arguments: argparse.Namespace) -> None:
     """Refuse results that would replace a file that is read, or go into a folder that is read.
@@ -31,7 +51,8 @@ def protect(arguments: argparse.Namespace) -> None:
     ------
     ArgumentError
         A result has the name of a file that is read, or lies inside a campaign or a machine that is read, or inside any
-        other campaign; or two results have one name; or the file of ``--json`` exists and is no earlier answer.
+        other campaign; or two results have one name, also one that the command gives a file itself; or the file of
+        ``--json`` exists and is no earlier answer.
     """
     given = {name: list(_paths(value)) for name, value in vars(arguments).items()}
     read = [path for name, paths in given.items() if name not in OUTPUTS for path in paths if path.exists()]
@@ -40,7 +61,9 @@ def protect(arguments: argparse.Namespace) -> None:
             if str(path) != "-":
                 _check(f"--{name}", path, read)
                 _check_campaigns(name, path, name == "out" and getattr(arguments, "command", None) == MAKING)
-    _check_each_other({f"--{name}": path for name in OUTPUTS for path in given.get(name, []) if str(path) != "-"})
+    results = {name: path for name in OUTPUTS for path in given.get(name, []) if str(path) != "-"}
+    _check_each_other({f"--{name}": path for name, path in results.items()})
+    _check_own_names(results, str(getattr(arguments, "command", "")))
     if given.get("json") and not getattr(arguments, "force", False):
         _check_answer(given["json"][0])
 
@@ -75,6 +98,27 @@ def _check_each_other(results: dict[str, Path]) -> None:
         other = taken.setdefault(path.resolve(), option)
         if other != option and not {option, other} <= MAY_BE_FOLDERS:
             raise ArgumentError(f"{option} and {other} both name {path}; give each a name of its own")
+
+
+def _check_own_names(results: dict[str, Path], command: str) -> None:
+    """Refuse a result that has the name of a file which the command writes itself: one of the two would be lost."""
+    for holder, place in results.items():
+        folder, names = place.resolve(), WRITTEN.get(command, {}).get(holder, ("*",))
+        beside = None
+        if holder == "out" and folder.suffix == ".toml" and command in BESIDE:
+            beside = folder.with_suffix(f".{BESIDE[command]}")
+        for name, path in results.items():
+            target = path.resolve()
+            inside = folder in target.parents and _is_among(target.relative_to(folder).parts[0], names)
+            if inside or target == beside:
+                raise ArgumentError(
+                    f"--{name} {path} names a file that --{holder} {place} writes itself; give it a name of its own"
+                )
+
+
+def _is_among(name: str, patterns: tuple[str, ...]) -> bool:
+    """Whether a name is one of those written; small and large letters are one, as on some file systems."""
+    return any(fnmatchcase(name.casefold(), pattern) for pattern in patterns)
 
 
 def _check_campaigns(option: str, path: Path, making: bool) -> None:

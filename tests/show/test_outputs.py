@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 from argparse import Namespace
 from pathlib import Path
 
@@ -71,3 +72,75 @@ def test_two_results_have_two_names(tmp_path: Path) -> None:
     with pytest.raises(ArgumentError, match="both name"):
         protect(Namespace(report=one, extend=one))
     protect(Namespace(report=one, plots=one, json="-"))
+
+
+OWN_NAMES = [
+    "apply leg.toml --machine reference --out o --json o/hexapod.toml",
+    "diagnose c --report o --extend o/diagnosis.json",
+    "diagnose c --report o --json o/report.html",
+    "diagnose c --extend o --json o/hexapod.toml",
+    "identify c --report o --out o/sets.csv",
+    "identify c --out o --json o/hexapod.origin.toml",
+    "identify c --out o.toml --json o.origin.toml",
+    "budget --machine reference --pose 0 0 0 0 0 0 --temps 22 --out o --json o/budget.csv",
+    "check c --plots o --json o/noise.png",
+    "check c --plots o --netcdf o/Noise.PNG",
+    "compare c --plots o --json x/../o/run-01-channels.png",
+    "demo --out o --json o/summary.json",
+    "demo --json hexathermal-demo/day.csv",
+    "validate leg.toml c --report o --json o/validation.json",
+    "report reference --figures o --json o/drawing.csv",
+    "simulate bench --out c --plots o --truth o/run-01.png",
+]
+
+
+@pytest.mark.parametrize("words", OWN_NAMES)
+def test_no_result_takes_the_name_of_a_file_that_the_command_writes_itself(
+    words: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """It is refused before any work, with both options, however it is spelt: one of the two would be lost."""
+    monkeypatch.chdir(tmp_path)
+    assert main(words.split()) == 2
+    said = capsys.readouterr().err
+    assert "writes itself; give it a name of its own" in said
+    assert len(re.findall(r"--[a-z]+", said)) == 2
+    assert not list(tmp_path.iterdir())
+
+
+def test_other_names_in_a_folder_of_results_are_free(tmp_path: Path) -> None:
+    """An answer beside the pictures, a law in the folder of a report: nothing is lost."""
+    o = tmp_path / "o"
+    protect(Namespace(command="check", plots=o, json=str(o / "check.json"), netcdf=o / "runs.nc"))
+    protect(Namespace(command="diagnose", report=o, extend=o / "law.toml", json=str(o / "a.json")))
+    protect(Namespace(command="demo", out=o, json=str(o / "deeper" / "summary.json")))
+    with pytest.raises(ArgumentError, match="writes itself"):
+        protect(Namespace(command="of somebody else", out=o, json=str(o / "a.json")))
+
+
+@pytest.mark.parametrize(
+    ("words", "option"),
+    [
+        ("check c --plots o", "plots"),
+        ("identify c --sensors T01 --report o", "report"),
+        ("validate leg.toml c --report o", "report"),
+        ("apply leg.toml --machine reference --out o", "out"),
+        ("demo --out o", "out"),
+        ("budget --machine reference --pose 0 0 0 0 0 0 --temps 22 --map x=0:1:2 --out o", "out"),
+        ("report reference --figures o", "figures"),
+    ],
+)
+def test_all_names_that_a_command_writes_are_known(
+    words: str, option: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Every file in its folder of results has a name that is refused to other results."""
+    monkeypatch.chdir(tmp_path)
+    if " c " in words or "leg.toml" in words:
+        leg_campaign(tmp_path / "c", rows=200)
+    if "leg.toml" in words:
+        assert main(["identify", "c", "--sensors", "T01", "--out", "leg.toml", "--quiet"]) == 0
+    assert main([*words.split(), "--quiet"]) == 0
+    files = list(Path("o").iterdir())
+    assert files
+    for file in files:
+        with pytest.raises(ArgumentError, match="writes itself"):
+            protect(Namespace(command=words.split()[0], **{option: Path("o")}, json=str(tmp_path / file)))

@@ -72,7 +72,7 @@ def run(arguments: argparse.Namespace, progress: Progress) -> Answer:
     plotly_part("offline")  # before any work
     name = subject.place.resolve().name if subject.place.exists() else str(subject.place)
     out = arguments.out or Path(f"{file_name(name.removesuffix('.json'))}-report.html")
-    protect(argparse.Namespace(subject=subject.place, out=out))  # the name that nobody gave, too
+    protect(argparse.Namespace(**vars(arguments) | {"subject": subject.place, "out": out}))  # a name nobody gave, too
     _check(out, arguments)
     progress(0, 0, f"reading {arguments.subject}")
     report = report_of(subject, arguments.law, progress)
