@@ -147,6 +147,11 @@ def test_gradients_and_plates(capsys: Said) -> None:
         (["--temps", "1", "2"], 2, "one temperature"),
         (["--temps", "none.csv"], 2, "not there"),
         (["--temps", "90"], 3, "range of validity"),
+        (["--plate-temps", "23", "900"], 3, "temperature of the base is 900 degC, outside the law's range of validity"),
+        (["--plate-temps", "296", "21"], 3, "of the platform is 296 degC, outside the law's range of validity [0, 50] "
+         "degC; was it given in kelvin?"),
+        (["--air", "293"], 3, "of the air is 293 degC, outside the law's range of validity [0, 50] degC; was it given "
+         "in kelvin?"),
         (["--pose", "0", "0", "900", "0", "0", "0"], 4, "out of stroke"),
         (["--machine", "rubin-camera"], 2, "no thermal law"),
         (["--map", "x=1:2"], 2, "no span"),

@@ -14,7 +14,7 @@ from hexathermal.kinematics.inverse import inverse_kinematics
 from hexathermal.kinematics.jacobian import condition_number
 from hexathermal.kinematics.refusals import refuse_forward
 from hexathermal.machine.hexapod import Hexapod
-from hexathermal.machine.thermal import ABSOLUTE_ZERO_DEGC, TemperaturesLike
+from hexathermal.machine.thermal import TemperaturesLike
 from hexathermal.poses import FloatArray, Frames, PoseLike, finite_array, pose_array
 from hexathermal.predict.budget_blocks import blocks, deviation_factors, deviation_size
 from hexathermal.predict.budget_plates import Plates as Plates
@@ -25,7 +25,7 @@ from hexathermal.predict.budget_view import look
 from hexathermal.predict.correction import corrected_leg_lengths, predicted_pose
 from hexathermal.predict.leg_drift import between_reversals
 from hexathermal.predict.sources import Source
-from hexathermal.predict.temperatures import active_model, check_temperatures, temperature_array
+from hexathermal.predict.temperatures import active_model, check_stated, check_temperatures, temperature_array
 
 
 @dataclass(frozen=True, eq=False)
@@ -163,8 +163,8 @@ def checked_air(hexapod: Hexapod, given: npt.ArrayLike | None, shape: tuple[int,
     air = finite_array(given, shape, "air_degC" if shape == () else "each_air_degC")
     if air.shape != shape:
         raise ArgumentError(f"air_degC has shape {air.shape}; expected {'one temperature' if shape == () else shape}")
-    if (air < ABSOLUTE_ZERO_DEGC).any():
-        raise ArgumentError(f"air_degC is {air.min():g} degC, which is impossible")
+    for value in (air.min(), air.max()) if air.size else ():
+        check_stated(hexapod, float(value), "air")
     return air
 
 

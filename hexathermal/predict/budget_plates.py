@@ -13,7 +13,7 @@ from hexathermal.errors import ArgumentError, ThermalModelError
 from hexathermal.machine.hexapod import Hexapod
 from hexathermal.machine.thermal import ABSOLUTE_ZERO_DEGC
 from hexathermal.poses import FloatArray, finite_array
-from hexathermal.predict.temperatures import active_model
+from hexathermal.predict.temperatures import active_model, check_stated
 
 PARTS = ("platform", "base")
 
@@ -76,6 +76,8 @@ def plate_rows(hexapod: Hexapod, temps: FloatArray, given: Plates) -> FloatArray
             continue
         if told is not None and plate.sensor is not None:
             raise ArgumentError(f"the {part} has a thermometer ({plate.sensor}): its temperature is one of temps")
+        if told is not None:
+            check_stated(hexapod, float(told), part)
         warm = float(temps[:legs].mean()) if told is None else float(told)
         rows[k, :5] = [plate.expansion, 0.0 if plate.sensor else warm - reference, *slope]
     if given.base_held_at is not None:

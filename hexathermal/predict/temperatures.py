@@ -94,15 +94,45 @@ def refuse_temperatures(hexapod: Hexapod, temps: FloatArray, index: tuple[int, .
     low, high = model.valid_degC
     k = int(np.argmin((temps >= low) & (temps <= high)))
     name, value = model.sensor_names[k], float(temps[k])
-    if np.isnan(value):
-        what = "is NaN: no reading"
-    elif not np.isfinite(value) or value < ABSOLUTE_ZERO_DEGC:
-        what = f"is {value:g} degC, which is impossible"
-    else:
-        what = f"is {value:g} degC, outside the law's range of validity [{low:g}, {high:g}] degC"
-        if low <= value + ABSOLUTE_ZERO_DEGC <= high:
-            what += "; was it given in kelvin?"
     raise TemperatureError(
-        f"temperature of sensor {name}{where(index)} {what}",
+        f"temperature of sensor {name}{where(index)} {fault(value, low, high)}",
         sensor=name, value=value, lower=low, upper=high, index=index,
     )  # fmt: skip
+
+
+def check_stated(hexapod: Hexapod, value: float, what: str) -> None:
+    """Raise for a temperature that somebody states, of a plate or of the air, by the limits of those that are read.
+
+    Parameters
+    ----------
+    hexapod : Hexapod
+    value : float [degC]
+    what : str
+        Whose it is, for the message.
+
+    Raises
+    ------
+    TemperatureError
+        It is impossible, or outside the law's range.
+    """
+    low, high = active_model(hexapod).valid_degC
+    if said := fault(value, low, high):
+        raise TemperatureError(f"temperature of the {what} {said}", value=value, lower=low, upper=high)
+
+
+def fault(value: float, low: float, high: float, limits: str = "the law's range of validity") -> str:
+    """Return what is wrong with a temperature [degC], in words; nothing where it lies within the limits.
+
+    Examples
+    --------
+    >>> fault(294.0, 0.0, 50.0)
+    "is 294 degC, outside the law's range of validity [0, 50] degC; was it given in kelvin?"
+    """
+    if np.isnan(value):
+        return "is NaN: no reading"
+    if not np.isfinite(value) or value < ABSOLUTE_ZERO_DEGC:
+        return f"is {value:g} degC, which is impossible"
+    if low <= value <= high:
+        return ""
+    kelvin = "; was it given in kelvin?" if low <= value + ABSOLUTE_ZERO_DEGC <= high else ""
+    return f"is {value:g} degC, outside {limits} [{low:g}, {high:g}] degC{kelvin}"

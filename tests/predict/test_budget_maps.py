@@ -170,7 +170,7 @@ def test_gradients_across_the_legs(reference: ht.Hexapod, two_plates: ht.Hexapod
         (lambda m: budget_map(m, m.home, TEMPS, each_plates=[3]), ArgumentError, "must be a Plates"),
         (lambda m: budget_map(m, m.home, TEMPS, frame="tool"), UnknownNameError, "not known"),
         (lambda m: budget_map(m, m.home, TEMPS, frmae="user"), TypeError, "frmae"),
-        (lambda m: budget_map(m, m.home, TEMPS, air_degC=-400.0), ArgumentError, "impossible"),
+        (lambda m: budget_map(m, m.home, TEMPS, air_degC=-400.0), TemperatureError, "impossible"),
         (lambda m: budget_map(m, m.home, TEMPS, each_air_degC=[1.0, 2.0]), ArgumentError, "shape"),
         (lambda m: budget_map(m, m.home, TEMPS, probability=1.0), ArgumentError, "between 0 and 1"),
         (lambda m: budget_map(m, m.home, [60.0] * 6), TemperatureError, "range of validity"),

@@ -59,21 +59,19 @@ def add(commands: Any) -> None:
 
 def run(arguments: argparse.Namespace, progress: Progress) -> Answer:
     """Write a machine that carries laws."""
-    from hexathermal.learn.cleaning_rules import COLDEST_DEGC, HOTTEST_DEGC
     from hexathermal.learn.leg_law_files import read_leg_law
     from hexathermal.machine.library import unmistakable
+    from hexathermal.machine.thermal import DEFAULT_RANGE_DEGC
     from hexathermal.machine.writing import write_hexapod
+    from hexathermal.predict.temperatures import fault
     from hexathermal.show.commands.identify import free
 
     if len(arguments.laws) not in (1, 6):
         raise ArgumentError(f"found {len(arguments.laws)} laws; give one for all legs, or six in the order of the legs")
     if arguments.margin < 0.0:
         raise ArgumentError(f"--margin must be 0 or more, found {arguments.margin:g} K")
-    if arguments.reference is not None and not COLDEST_DEGC <= arguments.reference <= HOTTEST_DEGC:
-        raise ArgumentError(
-            f"--reference must be {COLDEST_DEGC:g} to {HOTTEST_DEGC:g} degC, found {arguments.reference:g}: the "
-            "temperature of the machine when its geometry was calibrated"
-        )
+    if arguments.reference is not None and (said := fault(arguments.reference, *DEFAULT_RANGE_DEGC, "what is usual")):
+        raise ArgumentError(f"--reference, the temperature at which the geometry was calibrated, {said}")
     out = arguments.out if arguments.out.suffix == ".toml" else arguments.out / "hexapod.toml"
     free(out, arguments.force)
     progress(0, 0, "reading the laws")
