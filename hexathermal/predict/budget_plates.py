@@ -58,6 +58,13 @@ class Plates:
             object.__setattr__(self, "base_held_at", tuple(float(value) for value in held))
 
 
+def blind_plates(hexapod: Hexapod) -> tuple[str, ...]:
+    """Return the plates that have a law and no thermometer: those whose temperature somebody may state."""
+    model = active_model(hexapod)
+    plates = ((part, getattr(model, part)) for part in PARTS)
+    return tuple(part for part, plate in plates if plate is not None and plate.sensor is None)
+
+
 def plate_rows(hexapod: Hexapod, temps: FloatArray, given: Plates) -> FloatArray:
     """Return expansion, temperature, gradient and resting point of both plates."""
     model = active_model(hexapod)

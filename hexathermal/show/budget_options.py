@@ -127,14 +127,12 @@ def requested(
     """Return the question that the command line asks."""
     from hexathermal.predict.budget_defaults import default_sources
     from hexathermal.predict.budget_files import read_sources
-    from hexathermal.predict.budget_plates import Plates
-    from hexathermal.predict.temperatures import active_model
+    from hexathermal.predict.budget_plates import PARTS, Plates, blind_plates
 
-    model = active_model(hexapod)
+    blind = blind_plates(hexapod)
     slopes = {f"{part}_gradient": gradients[part] or (0.0, 0.0, 0.0) for part in ("platform", "base")}
     given = {} if plate_temps is None else {
-        f"{part}_degC": value for part, value in zip(("platform", "base"), plate_temps, strict=True)
-        if getattr(model, part) is not None and getattr(model, part).sensor is None
+        f"{part}_degC": value for part, value in zip(PARTS, plate_temps, strict=True) if part in blind
     }  # fmt: skip
     if plate_temps is not None and not given:
         raise ArgumentError(
@@ -214,16 +212,14 @@ def _simulated_day(
     hexapod: Hexapod, seed: int, slopes: dict[str, tuple[float, ...]]
 ) -> tuple[FloatArray, FloatArray, list[Any], FloatArray]:
     """Return readings, times, plates and air of a simulated day, every tenth minute."""
-    from hexathermal.predict.budget_plates import Plates
-    from hexathermal.predict.temperatures import active_model
+    from hexathermal.predict.budget_plates import Plates, blind_plates
     from hexathermal.simulate.day import WorkingDay, day_temperatures, readings, reference_degC, sensor_truth
 
-    model, day, generator = active_model(hexapod), WorkingDay(), np.random.default_rng(seed)
+    day, generator = WorkingDay(), np.random.default_rng(seed)
     truth = day_temperatures(day, reference_degC(hexapod), generator)
     read = readings(hexapod, sensor_truth(hexapod, truth), day, generator)[::10]
-    blind = [part for part in ("platform", "base") if getattr(model, part) and getattr(model, part).sensor is None]
     plates = [
-        Plates(**{f"{part}_degC": float(getattr(truth, part)[k]) for part in blind}, **slopes)  # type: ignore[arg-type]
+        Plates(**{f"{part}_degC": float(getattr(truth, part)[k]) for part in blind_plates(hexapod)}, **slopes)  # type: ignore[arg-type]
         for k in range(0, len(truth.time), 10)
     ]
     return read, truth.time[::10], plates, truth.room[::10]

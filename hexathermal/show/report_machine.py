@@ -12,7 +12,7 @@ from hexathermal.errors import ArgumentError, HexathermalError
 from hexathermal.kinematics.workspace import margins, reachable_volume
 from hexathermal.machine.hexapod import Hexapod
 from hexathermal.predict.budget import Budget, error_budget
-from hexathermal.predict.budget_plates import Plates
+from hexathermal.predict.budget_plates import Plates, blind_plates
 from hexathermal.show import report_machine_charts as charts
 from hexathermal.show.budget_tables import bias_table, contributions_table
 from hexathermal.show.diagnosis_page import paragraph, table
@@ -166,7 +166,8 @@ def _warm_day(day: Demonstration, numbers: dict[str, Any]) -> Section:
 def _budget(hexapod: Hexapod, day: Demonstration, told: dict[str, Any], notes: list[str]) -> Section:
     """Return the budget at home, at the warmest minute of the day."""
     at = int(np.argmax(day.truth.legs.mean(axis=1)))
-    plates = Plates(platform_degC=float(day.truth.platform[at]), base_degC=float(day.truth.base[at]))
+    known = {f"{part}_degC": float(getattr(day.truth, part)[at]) for part in blind_plates(hexapod)}
+    plates = Plates(**known)  # type: ignore[arg-type]
     try:
         budget: Budget = error_budget(hexapod, hexapod.home, day.readings[at], plates=plates,
                                       air_degC=float(day.truth.room[at]))  # fmt: skip

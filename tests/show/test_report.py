@@ -16,7 +16,7 @@ import hexathermal as ht
 from hexathermal.errors import ArgumentError, FileFormatError, UnknownNameError
 from hexathermal.kinematics.workspace import margins
 from hexathermal.learn.leg_law_files import write_leg_law
-from hexathermal.machine.thermal import LegLaw
+from hexathermal.machine.thermal import LegLaw, PlateLaw, ThermalModel
 from hexathermal.machine.writing import write_hexapod
 from hexathermal.show.diagnosis_tables import diagnosis_facts
 from hexathermal.show.report import report_of, subject_of
@@ -296,3 +296,15 @@ def test_the_drawing_is_the_machine(tmp_path: Path) -> None:
                     for panel in drawing_chart(hexapod).panels)  # fmt: skip
     ends = np.stack([above.x, above.y, front.y], axis=1).reshape(6, 3, 3)
     assert np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1) == pytest.approx(hexapod.home_lengths * 1e3)
+
+
+@pytest.mark.parametrize("platform", [PlateLaw(1.6e-6, "top"), None])
+def test_a_budget_is_told_whatever_the_plates_carry(platform: PlateLaw | None, tmp_path: Path) -> None:
+    """A machine with a thermometer on its platform, or without a law for it, has the budget on its page."""
+    machine = ht.load_hexapod("reference")
+    assert machine.thermal is not None
+    warm = ThermalModel(machine.thermal.legs, platform, PlateLaw(1.6e-6))
+    file = write_hexapod(replace(machine, thermal=warm), tmp_path / "own")
+    report = report_of(subject_of(str(file)), None, silent)
+    assert "budget" in report.facts
+    assert not [note for note in report.notes if "budget" in note]

@@ -49,6 +49,7 @@ def add(commands: Any) -> None:
 
 def run(arguments: argparse.Namespace, progress: Progress) -> Answer:
     """A machine warms through a working day."""
+    from hexathermal.predict.budget_plates import blind_plates
     from hexathermal.predict.table_writing import written_folder
     from hexathermal.show.figures import day_figure, draw
     from hexathermal.show.tables import day_table, percent
@@ -74,7 +75,7 @@ def run(arguments: argparse.Namespace, progress: Progress) -> Answer:
             f"Largest {what} of the platform: {pair['without']:.2f} {unit} without correction, "
             f"{pair['with']:.2f} {unit} with it: {percent(change)} % {'less' if change >= 0.0 else 'more'}."
         )
-    blind = _plates_without_sensor(hexapod)
+    blind = blind_plates(hexapod)
     if blind:
         lines.append(f"No thermometer on: {', '.join(blind)}. Their expansion is part of the error in both columns.")
     lines.append(_demo_bounds(hexapod, numbers["day"]["law_uncertainty"]))
@@ -99,13 +100,6 @@ def _demo_bounds(hexapod: hexathermal.Hexapod, uncertainty: float) -> str:
     if unmeasured:
         lines.append("  - the base has no thermometer: it expands about the centre of its joints")
     return "\n".join(lines)
-
-
-def _plates_without_sensor(hexapod: hexathermal.Hexapod) -> list[str]:
-    """Return the plates that expand but carry no thermometer."""
-    model = hexapod.thermal
-    plates = () if model is None else (("platform", model.platform), ("base", model.base))
-    return [part for part, plate in plates if plate is not None and plate.sensor is None]
 
 
 def _demo_folder(folder: Path, force: bool) -> Path:
