@@ -171,12 +171,13 @@ def _with_positions(campaign: Campaign, data: Any) -> Any:
 
 def refuse_netcdf(out: Path, overwrite: bool) -> None:
     """Refuse a NetCDF file that must not or cannot be written, before any work is done."""
+    from hexathermal.predict.table_writing import refuse_no_folder
+
     if out.suffix != ".nc":
         raise ArgumentError(f"cannot write {out}: the name of a NetCDF file ends in .nc")
     if out.exists() and not overwrite:
         raise ArgumentError(f"{out} exists already; give another name, or ask for it to be overwritten (--force)")
-    if not out.parent.is_dir():
-        raise ArgumentError(f"cannot write {out}: there is no folder {out.parent}; create it first")
+    refuse_no_folder(out)
 
 
 def save_campaign_netcdf(

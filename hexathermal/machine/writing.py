@@ -30,6 +30,17 @@ def _on_one_line(row: re.Match[str]) -> str:
     return "[" + " ".join(row.group(1).split()) + "]"
 
 
+def machine_file(path: Path) -> Path:
+    """Return the file of a machine: a path that ends in ``.toml`` is it, any other the folder of ``hexapod.toml``.
+
+    Examples
+    --------
+    >>> machine_file(Path("my-machine")).as_posix()
+    'my-machine/hexapod.toml'
+    """
+    return path if path.suffix == ".toml" and not os.path.isdir(path) else path / "hexapod.toml"
+
+
 def write_hexapod(hexapod: Hexapod, path: str | Path) -> Path:
     """Write a machine as hexapod.toml; returns the file's path.
 
@@ -45,8 +56,7 @@ def write_hexapod(hexapod: Hexapod, path: str | Path) -> Path:
         raise ArgumentError(f"hexapod must be a Hexapod, not {type(hexapod).__name__}")
     if not isinstance(path, str | os.PathLike):
         raise ArgumentError(f"a machine file is named by a text or a path, not by {type(path).__name__}")
-    file = Path(path)
-    file = file / "hexapod.toml" if file.suffix != ".toml" or os.path.isdir(file) else file
+    file = machine_file(Path(path))
     try:
         text = _ROW.sub(_on_one_line, tomli_w.dumps(_document(hexapod), indent=2)).encode("utf-8")
     except UnicodeEncodeError as error:
@@ -60,7 +70,8 @@ def write_hexapod(hexapod: Hexapod, path: str | Path) -> Path:
         finally:
             part.unlink(missing_ok=True)
     except (OSError, ValueError) as error:
-        raise ArgumentError(f"cannot write the machine file {str(file)!r}: {error}; choose another place") from error
+        why = getattr(error, "strerror", None) or error
+        raise ArgumentError(f"cannot write the machine file {str(file)!r}: {why}; choose another place") from error
     return file
 
 

@@ -7,6 +7,7 @@ import io
 import os
 import shutil
 import stat
+import tempfile
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager, suppress
 from pathlib import Path
@@ -41,10 +42,11 @@ def check_out(out: Path, sources: tuple[Path, ...], overwrite: bool) -> None:
 
 
 def refuse_no_folder(out: Path) -> None:
-    """Refuse a result file whose folder is not there, before any work is done."""
-    folder = target_of(out).parent
-    if not folder.is_dir():
-        raise ArgumentError(f"cannot write {out}: there is no folder {folder}; create it first")
+    """Refuse a result file whose folder is not there, or where it cannot be written, before any work is done."""
+    target = target_of(out)
+    if not target.parent.is_dir():
+        raise ArgumentError(f"cannot write {out}: there is no folder {target.parent}; create it first")
+    _part_of(target).unlink()  # tried: not every place tells by its permissions
 
 
 def target_of(out: Path) -> Path:
@@ -133,9 +135,18 @@ def written_folder(folder: Path) -> Iterator[Path]:
 
 
 def refuse_no_place(folder: Path) -> None:
-    """Refuse a folder for results that is none, before any work is done."""
+    """Refuse a folder for results that is none, or where nothing can be made, before any work is done."""
     if folder.exists() and not folder.is_dir():
         raise ArgumentError(f"cannot write into {folder}: it is no folder; give another name")
+    target = Path(os.path.realpath(folder))
+    there = next(one for one in (target, *target.parents) if os.path.exists(one))
+    try:
+        os.rmdir(tempfile.mkdtemp(".part", dir=there))
+    except OSError as error:
+        raise ArgumentError(
+            f"cannot write into {folder}: nothing can be made in {there} ({error.strerror or error}); give another "
+            "place"
+        ) from None
 
 
 def _part_of(target: Path) -> Path:
@@ -149,7 +160,9 @@ def _part_of(target: Path) -> Path:
             f"{part} exists: another run is writing it, or was killed; remove it if none is, and try again"
         ) from None
     except OSError as error:
-        raise ArgumentError(f"cannot write into the folder {target.parent}: {error.strerror or error}") from None
+        raise ArgumentError(
+            f"cannot write into the folder {target.parent}: {error.strerror or error}; give another place"
+        ) from None
     return part
 
 

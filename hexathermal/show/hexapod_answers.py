@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any
 from hexathermal.errors import ArgumentError
 from hexathermal.show.commands import Answer, Progress
 from hexathermal.show.options import machine, number, path, sensor_names, whole
+from hexathermal.show.outputs import machine_place
 
 if TYPE_CHECKING:
     from hexathermal.learn.campaign import Campaign
@@ -130,6 +131,8 @@ def identify_answer(arguments: argparse.Namespace, progress: Progress) -> Answer
 
 def _check_options(arguments: argparse.Namespace) -> None:
     """Refuse options that contradict, and a folder that would be overwritten, before any work."""
+    from hexathermal.machine.writing import machine_file
+
     if arguments.triples or arguments.quads or arguments.common or arguments.material:
         raise ArgumentError(
             "--triples, --quads, --material and --common are for campaigns of one leg; for a hexapod give --sensors"
@@ -141,13 +144,10 @@ def _check_options(arguments: argparse.Namespace) -> None:
     if arguments.noise_um is not None and not (arguments.noise_um > 0.0 and arguments.noise_urad > 0.0):
         raise ArgumentError("--noise-um and --noise-urad must be above 0")
     if arguments.out is not None:
-        file = arguments.out if arguments.out.suffix == ".toml" else arguments.out / "hexapod.toml"
-        if arguments.out.suffix != ".toml" and arguments.out.exists() and not arguments.out.is_dir():
-            raise ArgumentError(f"{arguments.out} is no folder; --out names the folder of the machine that is written")
+        file = machine_file(arguments.out)
         if file.resolve() == own_machine(arguments.campaign):
             raise ArgumentError(f"{file} is the campaign's own machine; give another folder for the identified one")
-        if file.exists() and not arguments.force:
-            raise ArgumentError(f"{file} exists already; give another folder, or --force to replace it")
+        machine_place(arguments.out, "--out", arguments.force)
 
 
 def own_machine(place: Path) -> Path | None:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import argparse
-import os
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -11,6 +10,7 @@ from hexathermal.errors import ArgumentError
 from hexathermal.show.commands import Answer, Progress
 from hexathermal.show.hexapod_answers import LARGEST_PROPOSAL, own_machine
 from hexathermal.show.options import machine, whole
+from hexathermal.show.outputs import machine_place
 
 if TYPE_CHECKING:
     from hexathermal.learn.campaign import Campaign
@@ -113,22 +113,16 @@ def diagnose_answer(arguments: argparse.Namespace, progress: Progress) -> Answer
 
 def _refuse_own_machine(arguments: argparse.Namespace) -> None:
     """Refuse to write over the machine that is read, or one that exists."""
-    place: Path = arguments.extend
-    file = place if place.suffix == ".toml" and not place.is_dir() else place / "hexapod.toml"
+    from hexathermal.machine.writing import machine_file
+
+    file = machine_file(arguments.extend)
     read = {own_machine(arguments.campaign)}
     if arguments.machine is not None and Path(arguments.machine).exists():
         other = Path(arguments.machine)
         read.add((other / "hexapod.toml" if other.is_dir() else other).resolve())
     if file.resolve() in read:
         raise ArgumentError(f"--extend {file} is the machine that is read; give another place for the extended one")
-    if file.exists() and not arguments.force:
-        raise ArgumentError(f"{file} exists already; give another place for --extend, or --force to replace it")
-    if place.suffix != ".toml" and place.exists() and not place.is_dir():
-        raise ArgumentError(f"{place} is no folder; --extend names a hexapod.toml, or the folder that gets it")
-    # the folder is made at the end; whether it can be is known now
-    there = next((one for one in file.absolute().parents if one.exists()), None)
-    if there is None or not there.is_dir() or not os.access(there, os.W_OK | os.X_OK):
-        raise ArgumentError(f"cannot write {file}: nothing can be made in {there}; give another place for --extend")
+    machine_place(arguments.extend, "--extend", arguments.force)
 
 
 def _planned(

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 import json
+import tomllib
 from collections.abc import Iterator
 from fnmatch import fnmatchcase
 from pathlib import Path
@@ -39,6 +40,9 @@ WRITTEN: dict[str, dict[str, tuple[str, ...]]] = {
     "validate": {"report": ("validation.json", *PICTURES)},
 }  # fmt: skip
 """Names of the files that a command writes into the folder of an option; one not known here may hold any name."""
+
+LAWS = {"hexathermal-leg": "law (leg.toml)", "hexathermal-hexapod": "machine (hexapod.toml)"}
+"""Formats of laws, without their version, and what they are called."""
 
 BESIDE = {"identify": "origin.toml"}
 """Ending of a second file that a command writes beside the ``NAME.toml`` of --out."""
@@ -143,3 +147,60 @@ def _check_answer(path: Path) -> None:
         known = False
     if not known:
         raise ArgumentError(f"--json {path} exists and is no earlier answer; give another name")
+
+
+def law_place(place: Path, option: str, force: bool) -> None:
+    """Refuse the file of a law that is none, that exists, or that cannot be written, before any work is done.
+
+    Parameters
+    ----------
+    place : Path
+    option : str
+        That names it.
+    force : bool
+        An earlier law may be replaced, nothing else.
+    """
+    if place.exists() and not place.is_file():
+        raise ArgumentError(f"{place} is a folder or a device; give the name of a file for {option}")
+    _refuse_there(place, option, force, "hexathermal-leg")
+
+
+def machine_place(place: Path, option: str, force: bool) -> Path:
+    """Return the file of a machine that goes to a ``.toml`` file or a folder; refuse it as `law_place` does.
+
+    Parameters
+    ----------
+    place : Path
+    option : str
+        That names it.
+    force : bool
+        An earlier machine may be replaced, nothing else.
+    """
+    from hexathermal.machine.writing import machine_file
+    from hexathermal.predict.table_writing import refuse_no_folder, refuse_no_place
+
+    file = machine_file(place)
+    if file.parent == place and place.exists() and not place.is_dir():
+        raise ArgumentError(f"{place} is no folder; {option} names a hexapod.toml, or the folder that gets it")
+    _refuse_there(file, option, force, "hexathermal-hexapod")
+    if file.parent.is_dir():
+        refuse_no_folder(file)
+    else:
+        refuse_no_place(file.parent)  # it is made at the end
+    return file
+
+
+def _refuse_there(file: Path, option: str, force: bool, kind: str) -> None:
+    """Refuse a file that exists, unless it is of the kind that is written and may be replaced."""
+    if not file.exists():
+        return
+    if not force:
+        raise ArgumentError(f"{file} exists already; give another place for {option}, or --force to replace it")
+    try:
+        found = str(tomllib.loads(file.read_text(encoding="utf-8-sig")).get("format", ""))
+    except (OSError, ValueError):
+        found = ""
+    if found.partition("/")[0] != kind:
+        raise ArgumentError(
+            f"{file} is no {LAWS[kind]}, and --force replaces nothing else; give another name for {option}"
+        )

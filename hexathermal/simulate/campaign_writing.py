@@ -18,6 +18,7 @@ import pyarrow.parquet
 import tomli_w
 
 from hexathermal.errors import ArgumentError
+from hexathermal.predict.table_writing import refuse_no_place
 
 FORMAT = "hexathermal-campaign/1"
 CAMPAIGN, RUNS = "campaign.toml", "runs"
@@ -166,8 +167,7 @@ def check_folder(folder: Path, force: bool, kind: str = "leg") -> None:
     parent = folder.absolute().parent
     if not parent.is_dir():
         raise ArgumentError(f"cannot write {folder}: there is no folder {parent}; create it first")
-    if not os.access(parent, os.W_OK | os.X_OK):
-        raise ArgumentError(f"cannot write {folder}: permission denied in {parent}")
+    refuse_no_place(folder)
     if not folder.is_dir() or not any(folder.iterdir()):
         return
     foreign = sorted(set(_files(folder)) - _campaign_files(folder, kind))

@@ -11,6 +11,8 @@ import pytest
 
 from hexathermal.cli import main
 from hexathermal.errors import ArgumentError
+from hexathermal.machine.library import load_hexapod
+from hexathermal.machine.writing import write_hexapod
 from hexathermal.show.outputs import protect
 from tests.learn.campaign_folders import leg_campaign
 
@@ -144,3 +146,75 @@ def test_all_names_that_a_command_writes_are_known(
     for file in files:
         with pytest.raises(ArgumentError, match="writes itself"):
             protect(Namespace(command=words.split()[0], **{option: Path("o")}, json=str(tmp_path / file)))
+
+
+@pytest.mark.parametrize(
+    "words",
+    [
+        "identify leg --out notes.txt",
+        "diagnose leg --extend notes.txt",
+        "identify machine --out notes.toml",
+        "diagnose machine --extend notes.toml",
+        "apply leg.toml --machine reference --out notes.toml",
+        "apply leg.toml --machine reference --out law.toml",
+        "identify leg --out own/hexapod.toml",
+    ],
+)
+def test_force_replaces_laws_only(
+    words: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Notes, and a law of another kind, are kept with --force too; the message says what alone it replaces."""
+    monkeypatch.chdir(tmp_path)
+    for kind in ("leg", "hexapod"):
+        folder = tmp_path / {"hexapod": "machine"}.get(kind, kind)
+        folder.mkdir()
+        (folder / "campaign.toml").write_text(f'kind = "{kind}"')
+    for name in ("notes.txt", "notes.toml"):
+        (tmp_path / name).write_text("my notes")
+    (tmp_path / "law.toml").write_text('format = "hexathermal-leg/1"')
+    write_hexapod(load_hexapod("reference"), tmp_path / "own")
+    before = {file: file.read_bytes() for file in tmp_path.rglob("*") if file.is_file()}
+    assert main([*words.split(), "--force"]) == 2
+    said = capsys.readouterr().err
+    assert re.search(r"is no (law|machine) .*--force replaces nothing else; give another name for --(out|extend)", said)
+    assert {file: file.read_bytes() for file in tmp_path.rglob("*") if file.is_file()} == before
+
+
+@pytest.mark.skipif(not Path("/proc/self").exists(), reason="there is no place here where nothing can be made")
+@pytest.mark.parametrize(
+    "words",
+    [
+        "report reference --out /proc/r.html",
+        "report reference --figures /proc/r",
+        "view --save /proc/v.html",
+        "simulate bench --out /proc/x",
+        "simulate machine --out /proc/x",
+        "apply leg.toml --machine reference --out /proc/m",
+        "apply leg.toml --machine reference --out notes.txt",
+        "apply leg.toml --machine reference --out notes.txt/deep",
+        "identify c --out /proc/leg.toml",
+        "identify c --report /proc/r",
+        "diagnose c --report /proc/r",
+        "check c --netcdf /proc/c.nc",
+        "demo --out /proc/d",
+        "machines --json /proc/m.json",
+    ],
+)
+def test_a_place_that_cannot_be_written_is_told_in_words_before_any_work(
+    words: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Where nothing can be made, wrong usage: the place, why, and to give another; nothing is computed or left."""
+
+    def work(*_arguments: object) -> None:
+        raise AssertionError("work was begun")
+
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr("hexathermal.show.report.report_of", work)
+    monkeypatch.setattr("hexathermal.show.commands.view._course", work)
+    (tmp_path / "notes.txt").write_text("my notes")
+    assert main(words.split()) == 2
+    said = capsys.readouterr().err
+    assert "/proc" in said or "notes.txt" in said
+    assert re.search(r"give another (place|name)|names a hexapod.toml, or the folder", said)
+    assert "Errno" not in said
+    assert [file.name for file in tmp_path.iterdir()] == ["notes.txt"]

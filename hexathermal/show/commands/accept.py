@@ -100,6 +100,7 @@ def run(arguments: argparse.Namespace, progress: Progress) -> Answer:
 
 def _check_targets(arguments: argparse.Namespace) -> None:
     """Refuse result files that are read, that are one and the same, or that are no earlier results."""
+    from hexathermal.predict.table_writing import refuse_no_folder
     from hexathermal.show.junit import is_junit
 
     targets = {"--junit": arguments.junit, "--json": None if arguments.json in (None, "-") else Path(arguments.json)}
@@ -111,6 +112,8 @@ def _check_targets(arguments: argparse.Namespace) -> None:
             raise ArgumentError(f"will not write {target} ({name}): it is one of the files that are read")
     if len(named) == 2 and len({target.resolve() for target in named.values()}) == 1:
         raise ArgumentError("--junit and --json name the same file; give two names")
+    if arguments.junit is not None:
+        refuse_no_folder(arguments.junit)
     if (there := arguments.junit) is not None and there.is_file() and not arguments.force and not is_junit(there):
         raise ArgumentError(
             f"--junit {there} exists and is no earlier JUnit XML; give another name, or --force to replace it"

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 from hexathermal.errors import ArgumentError
 from hexathermal.show.commands import Answer, Progress
 from hexathermal.show.options import EXIT_CODES, MACHINE, STYLE, machine, number, path
+from hexathermal.show.outputs import machine_place
 
 if TYPE_CHECKING:
     from hexathermal.learn.law import IdentifiedLaw
@@ -64,7 +65,6 @@ def run(arguments: argparse.Namespace, progress: Progress) -> Answer:
     from hexathermal.machine.thermal import DEFAULT_RANGE_DEGC
     from hexathermal.machine.writing import write_hexapod
     from hexathermal.predict.temperatures import fault
-    from hexathermal.show.commands.identify import free
 
     if len(arguments.laws) not in (1, 6):
         raise ArgumentError(f"found {len(arguments.laws)} laws; give one for all legs, or six in the order of the legs")
@@ -72,8 +72,7 @@ def run(arguments: argparse.Namespace, progress: Progress) -> Answer:
         raise ArgumentError(f"--margin must be 0 or more, found {arguments.margin:g} K")
     if arguments.reference is not None and (said := fault(arguments.reference, *DEFAULT_RANGE_DEGC, "what is usual")):
         raise ArgumentError(f"--reference, the temperature at which the geometry was calibrated, {said}")
-    out = arguments.out if arguments.out.suffix == ".toml" else arguments.out / "hexapod.toml"
-    free(out, arguments.force)
+    out = machine_place(arguments.out, "--out", arguments.force)
     progress(0, 0, "reading the laws")
     laws = [read_leg_law(file) for file in arguments.laws]
     for name, law in zip(arguments.laws, laws, strict=True):

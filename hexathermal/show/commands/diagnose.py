@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING, Any
 
 from hexathermal.errors import ArgumentError
 from hexathermal.show.commands import Answer, Progress
-from hexathermal.show.commands.identify import free
 from hexathermal.show.hexapod_answers import is_hexapod_campaign
 from hexathermal.show.machine_answers import (
     DIAGNOSE_HEXAPOD,
@@ -18,6 +17,7 @@ from hexathermal.show.machine_answers import (
     refuse_other_kind,
 )
 from hexathermal.show.options import CAMPAIGN, EXIT_CODES, STYLE, path, sensor_names
+from hexathermal.show.outputs import law_place
 
 if TYPE_CHECKING:
     from hexathermal.learn.campaign import Campaign
@@ -153,10 +153,7 @@ def _refuse_extended(arguments: argparse.Namespace) -> None:
 
     if str(arguments.extend) == "-":
         raise ArgumentError("--extend needs the name of a file, as extended.toml; only --json writes to stdout with -")
-    try:
-        free(arguments.extend, arguments.force)
-    except ArgumentError as error:
-        raise ArgumentError(str(error).replace("--out", "--extend")) from None
+    law_place(arguments.extend, "--extend", arguments.force)
     if arguments.report is not None:
         report = arguments.report.resolve()
         if target_of(arguments.extend).parent in (report, *report.parents):

@@ -17,6 +17,7 @@ from hexathermal.show.hexapod_answers import (
     is_hexapod_campaign,
 )
 from hexathermal.show.options import CAMPAIGN, EXIT_CODES, LETTERS, STYLE, path, sensor_names
+from hexathermal.show.outputs import law_place
 
 if TYPE_CHECKING:
     from hexathermal.learn.campaign import Campaign
@@ -100,14 +101,14 @@ def run(arguments: argparse.Namespace, progress: Progress) -> Answer:
     from hexathermal.show.identification_tables import identification_facts, law_table, sets_table
 
     names = sensor_names(arguments.sensors)
+    if arguments.report is not None:
+        refuse_no_place(arguments.report)
     if is_hexapod_campaign(arguments.campaign):
         return identify_answer(arguments, progress)
     _refuse_of_hexapods(arguments)
     if arguments.out is not None:
-        free(arguments.out, arguments.force)
+        law_place(arguments.out, "--out", arguments.force)
         refuse_no_folder(arguments.out)
-    if arguments.report is not None:
-        refuse_no_place(arguments.report)
     campaign = load_campaign(arguments.campaign, needed=("identification",), progress=progress)
     sizes = (1, 2, 3, 4) if arguments.quads else (1, 2, 3) if arguments.triples else (1, 2)
     wanted = AUTO if names == (AUTO,) else names
@@ -143,14 +144,6 @@ def _refuse_of_hexapods(arguments: argparse.Namespace) -> None:
         raise ArgumentError(
             f"{' and '.join(given)}: for a campaign of kind 'hexapod' only; this one is of a leg or a component"
         )
-
-
-def free(file: Path, force: bool) -> None:
-    """Refuse a result file that exists, or is none."""
-    if file.exists() and not file.is_file():
-        raise ArgumentError(f"{file} is a folder or a device; give the name of a file for --out")
-    if file.exists() and not force:
-        raise ArgumentError(f"{file} exists already; give another name, or --force to replace it")
 
 
 def _common(

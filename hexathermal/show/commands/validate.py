@@ -71,6 +71,8 @@ def run(arguments: argparse.Namespace, progress: Progress) -> Answer:
     from hexathermal.predict.table_writing import refuse_no_place
     from hexathermal.show.identification_tables import gain_facts, gain_table, validation_facts, validation_table
 
+    if arguments.report is not None:
+        refuse_no_place(arguments.report)
     if is_hexapod_campaign(arguments.campaign):
         if arguments.before is not None:
             raise ArgumentError("--before compares laws of a leg or a component; this campaign is of a whole hexapod")
@@ -87,8 +89,6 @@ def run(arguments: argparse.Namespace, progress: Progress) -> Answer:
         )
     law = read_leg_law(arguments.law)
     before = None if arguments.before is None else read_leg_law(arguments.before)
-    if arguments.report is not None:
-        refuse_no_place(arguments.report)
     campaign = load_campaign(arguments.campaign, needed=("validation",), progress=progress)
     found = validate_campaign(law, campaign, progress)
     warnings = [*_fitted(found), *_doubts(law, campaign)]
