@@ -12,6 +12,7 @@
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
+from hexathermal import loading as _loading  # noqa: F401 (first: it watches while the others load)
 from hexathermal.errors import HexathermalError
 from hexathermal.kinematics.forward import ForwardResult, ForwardStatus
 from hexathermal.machine import ports as _ports

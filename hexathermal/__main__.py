@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import sys
 
-INTERRUPTED = 130
+from hexathermal.loading import INTERRUPTED, WORDS, release
 
 
 def main() -> int:
@@ -15,9 +15,10 @@ def main() -> int:
     try:
         from hexathermal.cli import main as command_line
 
+        release()
         return command_line()
     except KeyboardInterrupt:
-        sys.stderr.write("interrupted; nothing half-written is left\n")
+        sys.stderr.write(f"{WORDS}\n")
         return INTERRUPTED
 
 

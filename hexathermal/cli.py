@@ -33,13 +33,14 @@ from hexathermal.errors import (
     TemperatureError,
     UnknownNameError,
 )
+from hexathermal.loading import INTERRUPTED, WORDS
 from hexathermal.predict.table_writing import refuse_no_folder
 from hexathermal.show.commands import Answer, envelope, error_code, found
 from hexathermal.show.outputs import protect
 from hexathermal.show.parsing import parsed, suggestion
 from hexathermal.show.usage import parser
 
-DONE, UNFINISHED, USAGE, BAD_INPUT, UNREACHABLE, INTERRUPTED = 0, 1, 2, 3, 4, 130
+DONE, UNFINISHED, USAGE, BAD_INPUT, UNREACHABLE = 0, 1, 2, 3, 4
 
 PLAIN_WIDTH = 100_000
 """Columns of a table that goes to a file or a pipe: lines are never folded there."""
@@ -81,7 +82,7 @@ def main(argv: list[str] | None = None) -> int:
         _drop(sys.stdout)
         return DONE
     except KeyboardInterrupt:
-        _say("interrupted; nothing half-written is left")
+        _say(WORDS)
         return INTERRUPTED
     except SystemExit as error:
         return error_code(words, error.code if isinstance(error.code, int) else USAGE)

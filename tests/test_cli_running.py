@@ -145,6 +145,35 @@ def test_an_interrupt_while_loading_is_quiet() -> None:
     assert "Traceback" not in done.stderr
 
 
+@pytest.mark.skipif(sys.platform == "win32", reason="signals")
+@pytest.mark.parametrize("start", ["module", "script"])
+@pytest.mark.parametrize("loaded", ["numpy", "hexathermal.machine.hexapod", "hexathermal.cli", "rich.console"])
+def test_an_interrupt_while_anything_loads_is_quiet(start: str, loaded: str, tmp_path: Path) -> None:
+    """Ctrl-C at any of the imports ends `python -m hexathermal` and the script with 130 and one line."""
+    (tmp_path / "sitecustomize.py").write_text(
+        "import os, signal, sys\n"
+        "class Stop:\n"
+        "    def find_spec(self, name, path=None, target=None):\n"
+        f"        if name == {loaded!r}: os.kill(os.getpid(), signal.SIGINT)\n"
+        "sys.meta_path.insert(0, Stop())\n"
+    )
+    script = tmp_path / "hexathermal"
+    script.write_text("import sys\nfrom hexathermal.__main__ import main\nsys.exit(main())\n")
+    started = ["-m", "hexathermal"] if start == "module" else [str(script)]
+    path = os.pathsep.join([str(tmp_path), str(Path(ht.__file__).parents[1])])
+    done = subprocess.run([sys.executable, *started, "machines"], capture_output=True, text=True, check=False,
+                          env=os.environ | {"PYTHONPATH": path}, cwd=tmp_path.parent)  # fmt: skip
+    assert (done.returncode, done.stdout) == (130, "")
+    assert done.stderr == "interrupted; nothing half-written is left\n"
+
+
+def test_another_program_that_imports_the_package_keeps_its_signals() -> None:
+    """Only the command line watches for signals; what imports hexathermal is interrupted as ever."""
+    code = "import signal, hexathermal; print(signal.getsignal(signal.SIGINT) is signal.default_int_handler)"
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert done.stdout == "True\n"
+
+
 def test_fonts_find_a_place_without_a_home(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Where the home folder cannot be written matplotlib gets a folder for the demo; else it keeps its own."""
     for name in ("MPLCONFIGDIR", "XDG_CONFIG_HOME", "XDG_CACHE_HOME"):

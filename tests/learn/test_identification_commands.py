@@ -282,8 +282,10 @@ def test_a_machine_is_never_written_into_measurements(
         ([str(campaign), "--force"], "measurements stay as they are"),
         ([str(tmp_path / "m"), "--margin", "1e9"], "--margin 1e+09 K"),
         ([str(tmp_path / "m"), "--reference", "1e9"], "is 1e+09 degC, outside what is usual [-60, 120] degC"),
-        ([str(tmp_path / "m"), "--reference", "300"], "is 300 degC, outside what is usual [-60, 120] degC; was it "
-         "given in kelvin?"),
+        (
+            [str(tmp_path / "m"), "--reference", "300"],
+            "is 300 degC, outside what is usual [-60, 120] degC; was it given in kelvin?",
+        ),
     ]
     capsys.readouterr()
     for last, said in cases:
