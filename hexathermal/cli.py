@@ -36,6 +36,7 @@ from hexathermal.errors import (
 from hexathermal.loading import INTERRUPTED, WORDS
 from hexathermal.predict.table_writing import refuse_no_folder
 from hexathermal.show.commands import Answer, envelope, error_code, found
+from hexathermal.show.options import in_millimetres
 from hexathermal.show.outputs import protect
 from hexathermal.show.parsing import parsed, suggestion
 from hexathermal.show.usage import parser
@@ -106,7 +107,7 @@ def _explain(error: Exception) -> int:
         _say(f"error: {error}{suggestion(word, error.available)}")
         return USAGE
     if isinstance(error, HexathermalError):
-        _say(f"error: {error}")
+        _say(f"error: {in_millimetres(str(error))}")
         if isinstance(error, FileFormatError | TemperatureError):
             return BAD_INPUT
         return UNREACHABLE if isinstance(error, KinematicsError) else USAGE

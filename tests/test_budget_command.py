@@ -183,6 +183,8 @@ def test_wrong_input_is_explained(words: list[str], code: int, message: str, cap
         given += words
     assert cli.main(given) == code
     said = capsys.readouterr()
+        (["--at-tool", "0", "0", "1e9"], 2, "--at-tool 0 0 1e9 is more than 1000 m from the platform's origin"),
+        (["--object-frame", "0", "0", "1e9", "0", "0", "0"], 2, "the origin of the object frame holds 1e+06 m"),
     assert message in said.err
     assert "Traceback" not in said.err
     assert said.out == ""

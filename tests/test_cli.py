@@ -78,6 +78,9 @@ def test_help_of_correct_names_columns_units_and_conventions(capsys: Said) -> No
         (["demo", "--machine", "rubin-m2", "--out", "{tmp}/d"], "not active"),
         (["demo", "--out", "{tmp}/p.csv"], "no folder"),
         (["demo", "--out", ""], "empty"),
+        (["show-machine", ""], "argument NAME: the name is empty"),
+        (["demo", "--machine", ""], "argument --machine: the name is empty"),
+        (["report", ""], "argument DIR: the name is empty"),
     ],
 )
 def test_wrong_usage_is_2_and_is_explained(

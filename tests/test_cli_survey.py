@@ -155,6 +155,11 @@ def test_a_pose_out_of_reach_is_4_and_in_the_units_of_the_command_line(tmp_path:
         said = capsys.readouterr().err
         assert "--pose 0 0 9999 0 0 0 (mm and deg)" in said
         assert "were millimetres given" not in said
+    home = ["budget", "--machine", "reference", "--temps", "25", "--pose", "0", "0"]
+    assert cli.main([*home, "1200", "0", "0", "0"]) == 4
+    assert "mm too long; choose a pose closer to home" in capsys.readouterr().err
+    assert cli.main([*home, "0", "0", "0", "0", "--map", "x=-5000:5000:3", "--out", str(tmp_path / "o")]) == 0
+    assert "were millimetres given" not in capsys.readouterr().out + (tmp_path / "o" / "map.csv").read_text()
 
 
 JSON = [

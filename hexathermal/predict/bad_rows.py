@@ -134,9 +134,18 @@ def _missing(missing: list[str], names: tuple[str, ...], wanted: tuple[str, ...]
         hint = "; a header line has no # before it, and there are no comments: remove it"
     elif all(_NUMBER.fullmatch(name) or _NOT_FINITE.fullmatch(name) for name in names):
         hint = "; this line holds numbers: is the header line missing?"
+    elif kelvin := next((name for name in names if name.lower() in _in_kelvin(missing)), ""):
+        own = _in_kelvin(missing)[kelvin.lower()]
+        hint = f"; {kelvin!r} seems to hold kelvin: give degrees Celsius (K - 273.15) and name the column {own}"
     elif len(missing) == len(wanted) and _of_heat(wanted) != _of_heat(names) and not meant:
         hint = "; were the two files swapped?"
     return f"{which} missing{meant}; the header names: {shown}{hint}"
+
+
+def _in_kelvin(names: list[str]) -> dict[str, str]:
+    """Return columns of temperatures by the names, in small letters, that they may have where they hold kelvin."""
+    stems = {name: name.removesuffix("_degC").lower() for name in names if name.endswith("_degC")}
+    return {f"{stem}_{unit}": name for name, stem in stems.items() for unit in ("k", "kelvin", "degk")}
 
 
 def _of_heat(names: tuple[str, ...]) -> bool:

@@ -14,6 +14,9 @@ from hexathermal.predict.budget_plates import Plates
 
 FRAMES = ("machine", "user", "object")
 
+LONGEST_ARM = 1e3
+"""From the platform's origin to the point of a tool [m]: above it a unit is taken for wrong."""
+
 
 class View(TypedDict, total=False):
     """How a machine is driven and looked at: keywords that all budgets share, see `error_budget`."""
@@ -62,8 +65,11 @@ def look(frame: str = "machine", frames: Frames | None = None, at_tool: npt.Arra
     arm = T_platform_object[:3, 3] if at_tool is None else finite_array(at_tool, (3,), "at_tool")
     if arm.shape != (3,):
         raise ArgumentError(f"at_tool has shape {arm.shape}; expected (3,), metres from the platform's origin")
-    if np.abs(arm).max() > 1e3:
-        raise ArgumentError(f"at_tool holds {np.abs(arm).max():g} m; metres are meant, were millimetres given?")
+    if np.abs(arm).max() > LONGEST_ARM:
+        what = "the origin of the object frame" if at_tool is None else "at_tool"
+        raise ArgumentError(
+            f"{what} holds {np.abs(arm).max():g} m, above {LONGEST_ARM:g} m; metres are meant, were millimetres given?"
+        )
     turns = {"machine": np.eye(3), "user": T_machine_user[:3, :3], "object": T_platform_object[:3, :3]}
     return Look(frame, np.array(arm), turns[frame])
 

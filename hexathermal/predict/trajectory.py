@@ -167,12 +167,9 @@ class _Job:
         except ArgumentError:
             k = next(k for k in range(len(rows)) if self._is_far(T[k]))
             line = self.poses.line(rows.first + k)
-            six = ", ".join(f"{name} = {value:g}" for name, value in zip(POSE_COLUMNS, rows.numbers[k], strict=True))
             through = "" if self.frames is None else ", and pass through the user and object frames: check these too"
-            raise KinematicsError(
-                f"{self.poses.path}, line {line}: the pose is far outside the machine ({six}); coordinates count from "
-                f"home in mm and degrees{through}", index=(rows.first + k,)
-            ) from None  # fmt: skip
+            said = f"{self.poses.path}, line {line}: {far_words(rows.numbers[k])}{through}"
+            raise KinematicsError(said, index=(rows.first + k,)) from None
 
     def _within_travel(self, rows: Rows, T: FloatArray) -> None:
         """Refuse the first pose outside the maker's travel, which counts from home in its own convention."""
@@ -237,6 +234,12 @@ class _Job:
             f"leg {leg} out of stroke: length {value * 1e3:.6f} mm (q {q:.6f} mm), allowed q [{low:g}, {high:g}] mm: "
             f"{side}; choose a pose closer to home{through}"
         )
+
+
+def far_words(six: FloatArray) -> str:
+    """Return what is said of coordinates [mm, deg] that are no pose of the machine at all."""
+    said = ", ".join(f"{name} = {value:g}" for name, value in zip(POSE_COLUMNS, six, strict=True))
+    return f"the pose is far outside the machine ({said}); coordinates count from home in mm and degrees"
 
 
 def _named(names: tuple[str, ...], array: FloatArray) -> dict[str, FloatArray]:

@@ -30,6 +30,7 @@ from hexathermal.show.budget_tables import (
 )
 from hexathermal.show.commands import Answer, Progress
 from hexathermal.show.figures import save_figure
+from hexathermal.show.options import in_millimetres
 
 RULING = 0.5
 """Part of an axis' variance above which one bounded value gives its distribution away."""
@@ -217,7 +218,10 @@ class Report:
                 f"worst_case_{unit}": worst.value * 1e6, "reason": worst.reason, "source": worst.source,
             }  # fmt: skip
         if found.refused:
-            lines.append(f"Out of reach: {len(found.refused)} of {len(found.poses)}; the first: {found.refused[0][1]}.")
+            lines.append(
+                f"Out of reach: {len(found.refused)} of {len(found.poses)}; the first: "
+                f"{in_millimetres(found.refused[0][1])}."
+            )
         self.shown.append("\n".join(lines))
         header, rows = map_rows(found, coordinates, time_s, self.request.hexapod.sensor_names)
         self._save_rows(f"{kind}.csv", header, rows)

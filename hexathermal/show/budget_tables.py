@@ -11,6 +11,7 @@ from hexathermal.poses import FloatArray, coordinates_from_pose
 from hexathermal.predict.budget import AXES, Budget
 from hexathermal.predict.budget_map import BudgetMap
 from hexathermal.predict.montecarlo import Simulation
+from hexathermal.show.options import in_millimetres
 from hexathermal.show.tables import framed
 
 UNITS = ("um", "um", "um", "urad", "urad", "urad")
@@ -129,7 +130,7 @@ def map_rows(
              ("worst_case", found.worst_case))  # fmt: skip
     header += [f"{name}_{axis}_{unit}" for name, _ in named for axis, unit in zip(AXES, UNITS, strict=True)]
     header.append("refused")
-    reasons = dict(found.refused)
+    reasons = {k: in_millimetres(why) for k, why in found.refused}
     rows = []
     for k in range(len(found.poses)):
         cells: list[Any] = [] if time_s is None else [float(time_s[k])]

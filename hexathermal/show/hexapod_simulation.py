@@ -9,7 +9,7 @@ from contextlib import nullcontext
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from hexathermal.errors import ArgumentError, FileFormatError, Problem
+from hexathermal.errors import ArgumentError, FileFormatError, KinematicsError, OutOfStrokeError, Problem
 from hexathermal.show.commands import Answer, Progress
 from hexathermal.show.options import EXIT_CODES, MACHINE, SEED, STYLE, machine, number, path, whole
 
@@ -111,7 +111,7 @@ def answer(arguments: argparse.Namespace, progress: Progress) -> Answer:
     made = asked_machine(arguments)
     if arguments.runs + arguments.validation < 1:
         raise ArgumentError("nothing to simulate: --runs and --validation are both 0; give at least one run")
-    given = None if arguments.poses is None else read_poses(arguments.poses)
+    given = None if arguments.poses is None else read_poses(arguments.poses, made.hexapod)
     progress(0, 0, "planning")
     plans = planned_machine_runs(made, arguments.seed, identification=arguments.runs, validation=arguments.validation,
                                  poses=arguments.rows, given=given)  # fmt: skip
@@ -180,13 +180,15 @@ def asked_machine(arguments: argparse.Namespace) -> VirtualMachine:
     )  # fmt: skip
 
 
-def read_poses(file: Path) -> FloatArray:
+def read_poses(file: Path, hexapod: Hexapod) -> FloatArray:
     """Return the poses of a table, shape (n, 6) [mm, deg].
 
     Raises
     ------
     FileFormatError
         A column is missing, or a value is no number; says the line.
+    KinematicsError
+        The machine cannot reach a pose; says the line.
     """
     import numpy as np
 
@@ -201,7 +203,27 @@ def read_poses(file: Path) -> FloatArray:
     if len(found) > LARGEST_POSES:
         problem = Problem(stream.line(LARGEST_POSES), 1, f"{len(found)} poses, at most {LARGEST_POSES} are taken")
         raise FileFormatError(str(file), (problem,))
+    for row, six in enumerate(found):
+        _refuse_unreachable(hexapod, six, f"{file}, line {stream.line(row)}: ", row)
     return found
+
+
+def _refuse_unreachable(hexapod: Hexapod, six: FloatArray, where: str, row: int) -> None:
+    """Refuse a pose out of reach, told by its place in a file."""
+    from hexathermal.kinematics.refusals import refuse_stroke
+    from hexathermal.poses import pose_from_coordinates
+    from hexathermal.predict.trajectory import far_words
+
+    try:
+        lengths = hexapod.inverse_kinematics(pose_from_coordinates(six, hexapod=hexapod))
+        low, high = hexapod.length_limits
+        if ((lengths < low) | (lengths > high)).any():
+            refuse_stroke(hexapod, lengths)
+    except OutOfStrokeError as error:
+        raise OutOfStrokeError(f"{where}{error}", leg=error.leg, value=error.value, lower=error.lower,
+                               upper=error.upper, index=(row,)) from None  # fmt: skip
+    except ArgumentError:
+        raise KinematicsError(f"{where}{far_words(six)}", index=(row,)) from None
 
 
 def _drawn(folder: Path, made: VirtualMachine, run: MachineRun) -> Path:

@@ -82,6 +82,13 @@ def whole(low: int, high: int) -> Callable[[str], int]:
     return read
 
 
+def named(text: str) -> str:
+    """Return a name that is not empty: that of the folder one is in would be taken for it."""
+    if not text:
+        raise argparse.ArgumentTypeError("the name is empty")
+    return text
+
+
 def path(text: str) -> Path:
     """Return a path that is not empty."""
     if not text:
@@ -105,6 +112,35 @@ def numbers(words: list[str], count: int, option: str, what: str) -> tuple[float
 def three(words: list[str] | None, option: str, unit: str) -> tuple[float, ...] | None:
     """Return three numbers, or None where there are none."""
     return None if words is None else numbers(words, 3, option, f"x y z, {unit}")
+
+
+def tool_given(words: list[str] | None) -> tuple[float, ...] | None:
+    """Return the point of ``--at-tool`` [mm], None where it is not given.
+
+    Raises
+    ------
+    ArgumentError
+        The words are no three numbers, or no point of a tool.
+    """
+    from hexathermal.predict.budget_view import LONGEST_ARM
+
+    point = three(words, "--at-tool", "mm")
+    if point is not None and max(map(abs, point)) > LONGEST_ARM * 1e3:
+        raise ArgumentError(
+            f"--at-tool {' '.join(words or ())} is more than {LONGEST_ARM:g} m from the platform's origin; it is in mm"
+        )
+    return point
+
+
+def in_millimetres(text: str) -> str:
+    """Return a message of the library without its question for the units of metres: people give mm and deg here.
+
+    Examples
+    --------
+    >>> in_millimetres("9 m; poses are in metres, were millimetres given?; choose a pose closer to home")
+    '9 m; choose a pose closer to home'
+    """
+    return re.sub(r"; [^;]*\bwere millimetres given\?", "", text)
 
 
 def add_frames(
@@ -142,8 +178,7 @@ def pose_given(words: list[str], hexapod: Hexapod, convention: str = "fixed-xyz"
     except ArgumentError as error:
         if "far outside" not in str(error):
             raise
-        said = str(error).split(";")[0]
-        raise KinematicsError(f"--pose {' '.join(words)} (mm and deg): {said}") from None
+        raise KinematicsError(f"--pose {' '.join(words)} (mm and deg): {in_millimetres(str(error))}") from None
     return pose
 
 
@@ -167,6 +202,7 @@ STYLE: dict[str, Any] = {"formatter_class": formatter, "allow_abbrev": False}
 
 MACHINE: dict[str, Any] = {
     "metavar": "NAME",
+    "type": named,
     "help": "a bundled machine, or the path of a hexapod.toml or of its folder",
 }
 """What every option for a machine takes."""

@@ -18,6 +18,7 @@ from hexathermal.errors import ArgumentError, HexathermalError, ThermalModelErro
 from hexathermal.machine.hexapod import Hexapod
 from hexathermal.machine.thermal import frozen
 from hexathermal.poses import FloatArray
+from hexathermal.show.options import in_millimetres
 
 if TYPE_CHECKING:
     from hexathermal.predict.budget_plates import Plates
@@ -210,7 +211,9 @@ def budget_regions(
             refused.append(str(error))
     progress(n, n, "error budget")
     if refused:
-        notes.append(f"{len(refused)} of {n} frames have no error budget, and no ellipsoid: {refused[0]}")
+        notes.append(
+            f"{len(refused)} of {n} frames have no error budget, and no ellipsoid: {in_millimetres(refused[0])}"
+        )
     return centres, regions, notes
 
 

@@ -98,6 +98,8 @@ def test_wrong_input_is_one_message(place: Path, tmp_path: Path, capsys: pytest.
     """What cannot be is said in one message with what to try, no traceback."""
     campaign = str(place / "campaign")
     (tmp_path / "poses.csv").write_text("x_mm,y_mm,z_mm,rx_deg,ry_deg,rz_deg\n0,0,900,0,0,0\n", encoding="utf-8")
+    far = "x_mm,y_mm,z_mm,rx_deg,ry_deg,rz_deg\n0,0,0,0,0,0\n\n0,0,3e9,0,0,0\n"
+    (tmp_path / "far.csv").write_text(far, encoding="utf-8")
     (tmp_path / "bad.csv").write_text("x_mm,y_mm,z_mm,rx_deg,ry_deg,rz_deg\n0,0,zero,0,0,0\n", encoding="utf-8")
     new = str(tmp_path / "new")
     cases = [
@@ -111,7 +113,11 @@ def test_wrong_input_is_one_message(place: Path, tmp_path: Path, capsys: pytest.
         (["validate", "nothing", campaign], "neither a bundled machine"),
         (["simulate", "machine", "--out", campaign], "holds a campaign already"),
         (["simulate", "machine", "--out", new, "--spread", "2"], "--spread must be 0 to 0.3"),
-        (["simulate", "machine", "--out", new, "--poses", str(tmp_path / "poses.csv")], "pose 1: leg"),
+        (["simulate", "machine", "--out", new, "--poses", str(tmp_path / "poses.csv")], "poses.csv, line 2: leg"),
+        (
+            ["simulate", "machine", "--out", new, "--poses", str(tmp_path / "far.csv")],
+            "far.csv, line 4: the pose is far outside the machine (x_mm = 0, y_mm = 0, z_mm = 3e+09",
+        ),
         (["simulate", "machine", "--out", new, "--poses", str(tmp_path / "bad.csv")], "line 2, column 3"),
         (["simulate", "machine", "--out", new, "--truth", new + "/t.json"], "inside the campaign's folder"),
         (["simulate", "machine", "--out", new, "--runs", "0", "--validation", "0"], "nothing to simulate"),

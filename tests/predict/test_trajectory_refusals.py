@@ -112,6 +112,18 @@ def test_all_bad_fields_of_the_row_are_told(run: Run) -> None:
     assert [(problem.line, problem.column) for problem in caught.value.problems] == [(3, 2), (3, 3), (3, 5)]
 
 
+@pytest.mark.parametrize("unit", ["K", "kelvin", "k"])
+def test_temperatures_in_kelvin_are_known_by_their_columns(run: Run, tmp_path: Path, unit: str) -> None:
+    """A column in kelvin is told as such, with what to give in its place; it is no hint at files that were swapped."""
+    with pytest.raises(FileFormatError) as caught:
+        run(f"{POSES}\n{POSE}\n", SENSORS.replace("degC", unit) + "\n293,293,293,293,293,293\n")
+    said = str(caught.value)
+    assert f"'leg1_T1_{unit}' seems to hold kelvin: give degrees Celsius (K - 273.15)" in said
+    assert "name the column leg1_T1_degC" in said
+    assert "swapped" not in said
+    assert left(tmp_path) == []
+
+
 @pytest.mark.parametrize(
     ("header", "words"),
     [

@@ -338,6 +338,7 @@ def test_the_command_writes_a_page_and_says_what_it_shows(
         (["--machine", "rubin-m2", "--temps", "{hot}"], 2, "has no thermal law"),
         (["--pose", "500", "0", "0", "0", "0", "0"], 4, "out of stroke"),
         (["--pose", "5", "0"], 2, "--pose takes 6"),
+        (["--at-tool", "1e9", "0", "0"], 2, "--at-tool 1e9 0 0 is more than 1000 m from the platform's origin"),
         (["--magnify", "0"], 2, "from 1 to 1e7"),
         (["--no-browser"], 2, "leave them out with --save"),
     ],

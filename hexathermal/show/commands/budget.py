@@ -24,6 +24,7 @@ from hexathermal.show.options import (
     path,
     pose_given,
     three,
+    tool_given,
 )
 
 TOLERANCE, DRAWS = 5.0, 4_000_000
@@ -123,7 +124,7 @@ def run(arguments: argparse.Namespace, progress: Progress) -> Answer:
     frames = frames_of(arguments) or Frames(convention=arguments.convention)
     if arguments.frame == "user" and not arguments.user_frame:
         raise ArgumentError("--frame user needs --user-frame")
-    tool = three(arguments.at_tool, "--at-tool", "mm")
+    tool = tool_given(arguments.at_tool)
     gradients = {part: three(getattr(arguments, f"{part}_gradient"), f"--{part}-gradient", "K/m")
                  for part in ("leg", "platform", "base")}  # fmt: skip
     grids: list[Grid] = arguments.map or []

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 from hexathermal.errors import ArgumentError
 from hexathermal.show.commands import Answer, Progress
-from hexathermal.show.options import EXIT_CODES, STYLE, path
+from hexathermal.show.options import EXIT_CODES, STYLE, named, path
 
 if TYPE_CHECKING:
     from hexathermal.show.report_page import Report
@@ -51,12 +51,18 @@ def add(commands: Any) -> None:
     one = commands.add_parser("report", help="a campaign, budget, diagnosis or machine as one page",
                               description=REPORT, epilog=EPILOG, **STYLE)  # fmt: skip
     one.add_argument(
-        "subject", metavar="DIR", help="what the report is of: a folder, a file, or a bundled machine; see below"
+        "subject",
+        type=named,
+        metavar="DIR",
+        help="what the report is of: a folder, a file, or a bundled machine; see below",
     )
     one.add_argument("--out", type=path, metavar="FILE", help="the page (default: NAME-report.html in this folder)")
     one.add_argument("--figures", type=path, metavar="DIR", help="write each figure into this folder, which is created")
     one.add_argument(
-        "--law", metavar="LAW", help="of a campaign: leg.toml of 'identify', or a machine for a whole hexapod"
+        "--law",
+        type=named,
+        metavar="LAW",
+        help="of a campaign: leg.toml of 'identify', or a machine for a whole hexapod",
     )
     one.add_argument("--force", action="store_true", help="overwrite an existing page and existing figures")
 

@@ -8,7 +8,18 @@ from typing import TYPE_CHECKING, Any
 
 from hexathermal.errors import ArgumentError, TemperatureError
 from hexathermal.show.commands import Answer, Progress
-from hexathermal.show.options import EXIT_CODES, MACHINE, SEED, STYLE, machine, number, path, pose_given, three, whole
+from hexathermal.show.options import (
+    EXIT_CODES,
+    MACHINE,
+    SEED,
+    STYLE,
+    machine,
+    number,
+    path,
+    pose_given,
+    tool_given,
+    whole,
+)
 
 if TYPE_CHECKING:
     from hexathermal.machine.hexapod import Hexapod
@@ -121,7 +132,7 @@ def _course(arguments: argparse.Namespace, progress: Progress) -> tuple[Course, 
     from hexathermal.show.viewer import tool_point
     from hexathermal.show.viewer_course import still_course, temperatures_course
 
-    tool = tool_point(three(arguments.at_tool, "--at-tool", "mm"))
+    tool = tool_point(tool_given(arguments.at_tool))
     if arguments.campaign is not None:
         return _campaign(arguments, tool, progress)
     name = arguments.machine or "reference"
