@@ -100,6 +100,28 @@ def test_a_path_from_a_file(capsys: Said, tmp_path: Path) -> None:
     assert "--path FILE" in capsys.readouterr().err
 
 
+def test_temperatures_of_a_path_pair_up_as_in_correct(capsys: Said, tmp_path: Path) -> None:
+    """Where both files have time_s, `correct` and `budget` interpolate alike; files that do not fit are refused."""
+    poses, temps, out = tmp_path / "p.csv", tmp_path / "t.csv", tmp_path / "out"
+    poses.write_text(
+        "time_s,x_mm,y_mm,z_mm,rx_deg,ry_deg,rz_deg\n" + "".join(f"{30 * k},0,0,0,0,0,0\n" for k in range(6))
+    )
+    names = ",".join(f"leg{i}_T1_degC" for i in range(1, 7))
+    temps.write_text(f"time_s,{names}\n0,20,20,20,20,20,20\n60,22,22,22,22,22,23\n150,25,25,25,25,25,25\n")
+    words = ["--machine", "reference", "--temps", str(temps)]
+    assert cli.main(["budget", *words, "--path", str(poses), "--out", str(out)]) == 0
+    assert "interpolated linearly at the poses' time_s" in capsys.readouterr().out
+    with (out / "path.csv").open() as file:
+        rows = list(csv.DictReader(file))
+    assert [float(row["leg1_T1_degC"]) for row in rows] == pytest.approx([20, 21, 22, 23, 24, 25])
+    assert [float(row["leg6_T1_degC"]) for row in rows] == pytest.approx([20, 21.5, 23, 71 / 3, 73 / 3, 25])
+    assert cli.main(["correct", *words, "--poses", str(poses), "--out", str(tmp_path / "c.csv")]) == 0
+    temps.write_text(f"{names}\n" + "20,20,20,20,20,20\n" * 3)
+    capsys.readouterr()
+    assert cli.main(["budget", *words, "--path", str(poses)]) == 3
+    assert "give as many, or one row of temperatures for all, or time_s in both files" in capsys.readouterr().err
+
+
 def test_a_bounded_value_that_rules_is_hinted_at(capsys: Said, tmp_path: Path) -> None:
     """Where one uniform value rules an axis, Monte Carlo is advised; few degrees of freedom are warned of."""
     file = tmp_path / "s.toml"
@@ -161,6 +183,8 @@ def test_gradients_and_plates(capsys: Said) -> None:
         (["--without", "backlsh"], 2, "did you mean 'backlash'?"),
         (["--frame", "user"], 2, "needs --user-frame"),
         (["--at-tool", "1"], 2, "3 finite numbers"),
+        (["--at-tool", "0", "0", "1e9"], 2, "--at-tool 0 0 1e9 is more than 1000 m from the platform's origin"),
+        (["--object-frame", "0", "0", "1e9", "0", "0", "0"], 2, "the origin of the object frame holds 1e+06 m"),
         (["--temps", "nan"], 2, "one finite number"),
         (["--path", "none.csv"], 2, "not there"),
         (["--path", "none.csv", "--map", "x=0:1:2"], 2, "different questions"),
@@ -183,8 +207,6 @@ def test_wrong_input_is_explained(words: list[str], code: int, message: str, cap
         given += words
     assert cli.main(given) == code
     said = capsys.readouterr()
-        (["--at-tool", "0", "0", "1e9"], 2, "--at-tool 0 0 1e9 is more than 1000 m from the platform's origin"),
-        (["--object-frame", "0", "0", "1e9", "0", "0", "0"], 2, "the origin of the object frame holds 1e+06 m"),
     assert message in said.err
     assert "Traceback" not in said.err
     assert said.out == ""

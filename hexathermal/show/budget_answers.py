@@ -17,7 +17,7 @@ from hexathermal.predict.sources import HALF_WIDTH
 from hexathermal.predict.table_writing import written_whole
 from hexathermal.predict.trajectory import POSE_COLUMNS
 from hexathermal.show.budget_figures import contributions_figure, day_figure, map_figure
-from hexathermal.show.budget_options import Grid, Request, table
+from hexathermal.show.budget_options import Grid, Request, path_with_temperatures, table
 from hexathermal.show.budget_tables import (
     bias_table,
     contribution_rows,
@@ -160,16 +160,19 @@ class Report:
         self._worst_budget(found, plates, air)
 
     def add_path(self, file: Path, progress: Progress) -> None:
-        """Add budgets along the poses of a file; temperatures are one set for all, or one a pose."""
+        """Add budgets along the poses of a file; those of a file of temperatures belong to them as in `correct`."""
         request = self.request
-        coordinates, time_s = table(file, POSE_COLUMNS, "poses")
+        temps = request.temps[0]
+        if request.heat is None:
+            coordinates, time_s = table(file, POSE_COLUMNS, "poses")
+        else:
+            coordinates, time_s, temps, pairing = path_with_temperatures(request.hexapod, file, request.heat)
+            self.shown.append(f"Temperatures of {request.heat}: {pairing}.")
+            self.data["pairing"] = pairing
         poses = pose_from_coordinates(coordinates, request.convention, request.hexapod)
-        paired = len(request.temps) == len(poses)
-        if request.many and not paired:
-            self.warnings.append(f"the path takes the first of {len(request.temps)} rows of temperatures")
         plates, air = self._here(0)
         found = budget_map(
-            request.hexapod, poses, request.temps if paired else request.temps[0], request.sources,
+            request.hexapod, poses, temps, request.sources,
             probability=request.probability, plates=plates, air_degC=air,
             progress=lambda done, total: progress(done, total, "path"), **request.settings,
         )  # fmt: skip

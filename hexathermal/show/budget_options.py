@@ -19,6 +19,9 @@ if TYPE_CHECKING:
 
 COORDINATES = {"x": "x_mm", "y": "y_mm", "z": "z_mm", "rx": "rx_deg", "ry": "ry_deg", "rz": "rz_deg"}
 
+LARGEST_ROWS = 100_000
+"""Of a table."""
+
 
 @dataclass(frozen=True)
 class Grid:
@@ -84,6 +87,10 @@ class Request:
     plates : Plates, or list of them, one a row of `temps`
     settings : dict
         Further keywords of `error_budget`.
+    scenario : str
+        What the temperatures are, where they were not given.
+    heat : Path or None
+        The file of the temperatures.
     """
 
     hexapod: Hexapod
@@ -98,6 +105,7 @@ class Request:
     probability: float
     settings: dict[str, Any]
     scenario: str = ""
+    heat: Path | None = None
 
     @property
     def many(self) -> bool:
@@ -154,7 +162,7 @@ def requested(
     settings = {"frame": frame, "frames": frames, "at_tool": at_tool, "correction": correction}
     return Request(
         hexapod, six, convention, pose_from_coordinates(six, convention, hexapod), temps, time_s, plates, air_degC,
-        chosen, probability, settings, scenario,
+        chosen, probability, settings, scenario, None if day else _file_in(words or []),
     )  # fmt: skip
 
 
@@ -163,10 +171,10 @@ def _temperatures(
 ) -> tuple[FloatArray, FloatArray | None]:
     """Return temperatures (N, n) and times from words or a file."""
     names = hexapod.sensor_names
-    if len(words) == 1 and _is_file(words[0]):
+    if (file := _file_in(words)) is not None:
         if slope is not None:
             raise ArgumentError("--leg-gradient goes with one temperature, not with a file")
-        return table(Path(words[0]), tuple(f"{name}_degC" for name in names), "temperatures")
+        return table(file, tuple(f"{name}_degC" for name in names), "temperatures")
     count = len([part for word in words for part in word.split(",") if part])
     if count not in (1, len(names)):
         raise ArgumentError(
@@ -182,12 +190,48 @@ def _temperatures(
     return graded_temperatures(hexapod, values[0], slope)[None], None
 
 
-def _is_file(word: str) -> bool:
-    """Whether a word names a file rather than numbers."""
+def _file_in(words: list[str]) -> Path | None:
+    """Return the file that a single word names, None where words are numbers."""
+    if len(words) != 1:
+        return None
     try:
-        return not [float(part) for part in word.split(",") if part]
+        return None if [float(part) for part in words[0].split(",") if part] else Path(words[0])
     except ValueError:
-        return True
+        return Path(words[0])
+
+
+def path_with_temperatures(
+    hexapod: Hexapod, poses: Path, temps: Path
+) -> tuple[FloatArray, FloatArray | None, FloatArray, str]:
+    """Return coordinates (n, 6) [mm, deg] of a path, its times, its temperatures (n, s) [degC], and how they pair up.
+
+    Temperatures belong to poses as `hexathermal.predict.pairing` says, as in a trajectory that is corrected.
+    """
+    from hexathermal.predict.pairing import paired
+    from hexathermal.predict.table_streams import open_table
+    from hexathermal.predict.trajectory import POSE_COLUMNS
+
+    source = open_table(poses, POSE_COLUMNS, "poses")
+    heat = open_table(temps, tuple(f"{name}_degC" for name in hexapod.sensor_names), "temperatures")
+    coordinates, times, found = list[FloatArray](), list[FloatArray](), list[FloatArray]()
+    try:
+        followed, _checked = paired(hexapod, source, heat)
+        while (rows := source.next_rows()) is not None:
+            refuse_many(poses, source.count)
+            hot, time = followed.of(rows)
+            coordinates.append(rows.numbers)
+            found.append(np.broadcast_to(hot, (len(rows), hot.shape[-1])))
+            times += [one for one in (rows.time, time) if one is not None]
+        followed.finish()
+    finally:
+        source.close()
+        heat.close()
+    return (
+        np.concatenate(coordinates),
+        np.concatenate(times) if times else None,
+        np.concatenate(found),
+        followed.pairing,
+    )
 
 
 def table(file: Path, columns: tuple[str, ...], what: str) -> tuple[FloatArray, FloatArray | None]:
@@ -201,11 +245,16 @@ def table(file: Path, columns: tuple[str, ...], what: str) -> tuple[FloatArray, 
             blocks.append(rows.numbers)
             if rows.time is not None:
                 times.append(rows.time)
-            if sum(map(len, blocks)) > 100_000:
-                raise ArgumentError(f"{file} has more than 100000 rows; give every tenth")
+            refuse_many(file, stream.count)
     finally:
         stream.close()
     return np.concatenate(blocks), np.concatenate(times) if times else None
+
+
+def refuse_many(file: Path, count: int) -> None:
+    """Refuse more rows than a budget is made of in a sensible time."""
+    if count > LARGEST_ROWS:
+        raise ArgumentError(f"{file} has more than {LARGEST_ROWS} rows; give every tenth")
 
 
 def _simulated_day(

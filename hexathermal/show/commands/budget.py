@@ -43,7 +43,8 @@ numbers may be parted by blanks or commas: --pose 5 0 12 0 1.5 0, --at-tool 0,0,
 --day      the day that 'hexathermal demo' simulates, with its plates' temperatures
 --map      a grid of poses about --pose: 'x=-50:50:11 y=-50:50:11' (low:high:count, mm and deg; counted from home)
 --path     a CSV or Parquet file with columns x_mm, y_mm, z_mm, rx_deg, ry_deg, rz_deg, counted from home (time_s is
-           optional); a file of temperatures with as many rows is taken row by row
+           optional); a file of temperatures belongs to it as in 'hexathermal correct': one row for all, interpolated
+           by time_s where both have it, else row by row
 --sources  a TOML file of own sources; 'docs/budget.md' shows one. Without it the machine gets default sources:
            documented values, most of them engineering values that should be replaced by what is known of the machine
 
