@@ -9,7 +9,7 @@ import numpy as np
 from hexathermal.learn.campaign import Thermocouple
 from hexathermal.learn.check import CampaignCheck, RunCheck
 from hexathermal.poses import FloatArray
-from hexathermal.show.figures import BLACK, BLUE, GREEN, GREY, PURPLE, STYLE, VERMILION, spaced
+from hexathermal.show.figures import BLACK, BLUE, GREEN, GREY, PURPLE, STYLE, VERMILION, gaps_in, spaced
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -23,9 +23,6 @@ MOST_LABELS = 26
 
 NARROWEST_MM = 1.0
 """A rod that stood still is drawn on an axis at least so long: its last digits are noise of the scale."""
-
-GAP_STEPS = 5.0
-"""A curve is broken where the step in time is more than so many usual ones."""
 
 
 def run_figure(check: CampaignCheck, run: RunCheck) -> Figure:
@@ -153,10 +150,7 @@ def _mark(axes: Axes, spikes: list[FloatArray]) -> None:
 
 def broken(hours: Any, values: Any) -> tuple[Any, Any]:
     """Return a curve that is broken at gaps in time."""
-    step = np.diff(hours)
-    if not len(step):
-        return hours, values
-    gaps = np.flatnonzero(step > GAP_STEPS * np.median(step)) + 1
+    gaps = gaps_in(hours)
     return np.insert(hours, gaps, np.nan), np.insert(values, gaps, np.nan)
 
 

@@ -10,7 +10,7 @@ import numpy as np
 
 from hexathermal.compare.bench_runs import CONTACT_ERROR
 from hexathermal.poses import FloatArray
-from hexathermal.show.figures import BLACK, BLUE, GREEN, GREY, PURPLE, STYLE, VERMILION
+from hexathermal.show.figures import BLACK, BLUE, GREEN, GREY, PURPLE, STYLE, VERMILION, gaps_in
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -24,9 +24,6 @@ if TYPE_CHECKING:
 COLUMNS = 3
 SHOWN_ROWS = 1500
 """Rows of a run that are drawn."""
-
-GAP_H, GAP_STEPS = 0.2, 2.5
-"""Lines are not drawn across so many hours without settled rows, nor across less than so many usual steps."""
 
 MEANS = 120
 """Residuals are drawn as so many means of rows."""
@@ -86,7 +83,8 @@ def _channel(curves: RunCurves, k: int) -> Any:
 def _pair(axes: Axes, hours: Any, run: ComparedRun, k: int, thin: slice, changed: bool) -> None:
     """Draw one channel."""
     shown = hours[thin]
-    starts = piece_starts(shown)
+    piece = np.searchsorted(piece_starts(hours), np.arange(len(hours))[thin], side="right")
+    starts = [0, *(np.flatnonzero(np.diff(piece)) + 1).tolist()]
     axes.plot(shown, _channel(run.measured, k)[thin], ".", color=BLACK, ms=1.2, label="measured")
     _pieces(
         axes, shown, _channel(run.before, k)[thin], starts, color=VERMILION, lw=1.1, ls="--", label="bench as it is"
@@ -102,9 +100,7 @@ def piece_starts(hours: FloatArray) -> list[int]:
     ----------
     hours : array, shape (n,) [h]
     """
-    step = np.diff(hours)
-    gap = max(GAP_H, GAP_STEPS * float(np.median(step))) if len(step) else GAP_H
-    return [0, *(np.flatnonzero(step > gap) + 1).tolist()]
+    return [0, *gaps_in(hours).tolist()]
 
 
 def _pieces(axes: Axes, hours: Any, values: Any, starts: list[int], **look: Any) -> None:

@@ -10,8 +10,10 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+import numpy.typing as npt
 
 from hexathermal.errors import ArgumentError
+from hexathermal.poses import FloatArray
 from hexathermal.predict.table_writing import written_whole
 from hexathermal.simulate.day import HOUR_S
 from hexathermal.simulate.demonstration import Demonstration, largest
@@ -22,6 +24,9 @@ if TYPE_CHECKING:
 
 VERMILION, BLUE, GREEN, PURPLE, BLACK, GREY = "#D55E00", "#0072B2", "#009E73", "#A6427E", "#1A1A1A", "#6E6E6E"
 FORMATS = (".png", ".svg", ".pdf")
+
+GAP_STEPS = 5.0
+"""A curve is broken where the step in time is more than so many usual ones."""
 
 STYLE: Any = {
     "font.size": 9.0,
@@ -107,6 +112,22 @@ def _temperatures(axes: Axes, hours: Any, result: Demonstration) -> None:
         )  # fmt: skip
     axes.set_ylabel("temperature (°C)")
     axes.set_title(f"Machine {result.hexapod.name or 'without a name'}: true temperatures (shaded: the machine works)")
+
+
+def gaps_in(time: FloatArray) -> npt.NDArray[np.intp]:
+    """Return the rows before which time passed without one: more than `GAP_STEPS` usual steps.
+
+    Parameters
+    ----------
+    time : array, shape (n,)
+
+    Examples
+    --------
+    >>> gaps_in(np.array([0.0, 1.0, 2.0, 9.0, 10.0])).tolist()
+    [3]
+    """
+    step = np.diff(time)
+    return np.flatnonzero(step > GAP_STEPS * np.median(step)) + 1 if len(step) else np.array([], dtype=np.intp)
 
 
 def spaced(values: list[float], gap: float) -> list[float]:

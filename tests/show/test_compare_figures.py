@@ -20,6 +20,9 @@ COUNT = 9
 GAP_H = (1.0, 1.6)
 """Hours between which no row is settled."""
 
+MOVE_H = 0.07
+"""Hours of a move, in which no row is settled."""
+
 
 def number(name: str, value: float, low: float, high: float, named: bool, target: str = "") -> ParameterFound:
     """Return a number that was looked for."""
@@ -35,8 +38,9 @@ PARAMETERS = (
 
 
 def run_of(rms_before: FloatArray, rms_after: FloatArray) -> ComparedRun:
-    """Return a run with a gap, and a row alone behind another one, whose residuals are as large as told."""
-    time = np.concatenate([np.arange(0.0, GAP_H[0], 0.01), [GAP_H[1]], np.arange(2.0, 4.0, 0.01)]) * 3600.0
+    """Return a run with long gaps, a row alone between them, and a move of some minutes; its residuals are as told."""
+    time = np.concatenate([np.arange(0.0, GAP_H[0], 0.01), [GAP_H[1]], np.arange(2.0, 2.5, 0.01),
+                           np.arange(2.5 + MOVE_H, 4.0, 0.01)]) * 3600.0  # fmt: skip
     nothing = RunCurves(np.zeros((len(time), COUNT)), np.zeros(len(time)))
     before, after = (RunCurves(np.tile(size, (len(time), 1)), np.full(len(time), 1e-6))
                      for size in (rms_before, rms_after))  # fmt: skip
@@ -73,7 +77,7 @@ def test_no_line_bridges_a_gap(draw: Any, run: ComparedRun) -> None:
             curves += 1
             ends = np.column_stack([x[:-1], x[1:]])
             longest = np.nanmax(np.diff(ends, axis=1))
-            assert longest < 0.2
+            assert longest < MOVE_H
         dots = [line for line in axes.lines if line.get_linestyle() == "None" and len(line.get_xdata()) == 1]
         assert all(line.get_xdata()[0] == pytest.approx(GAP_H[1]) for line in dots)
         assert dots or not axes.get_visible()
