@@ -49,7 +49,7 @@ def reference() -> ht.Hexapod:
         ),
         name="reference",
         source="A machine of the class of Robert et al., Model-based thermal drift compensation for high-precision "
-        "hexapod robot actuators: stroke 250 mm, eq. (8) on every leg. Geometry chosen here, see README.md",
+        "hexapod robot actuators: stroke 250 mm, eq. (8) on every leg. Geometry chosen here",
         grade="C",
         bodies=ht.Bodies(0.080, 0.040, 6.0, 3.0, 25.0, 0.030, 0.040),
     )

@@ -156,7 +156,7 @@ def _shown(found: MachineDiagnosis, plan: MachineExperiment | None, poses: bool)
         shown.append(lambda pretty, _: tables.gain_table(found, pretty))
     shown.append(gain_words(found))
     if found.limits:
-        shown.append(lambda pretty, _: tables.limits_table(found, pretty))
+        shown += [lambda pretty, _: tables.limits_table(found, pretty), tables.LIMITS_WORDS]
     if found.alike:
         shown.append("These poses and temperatures cannot tell apart:\n" + "\n".join(f"  {one}" for one in found.alike))
     if found.advice:

@@ -10,7 +10,7 @@ from hexathermal.show.diagnosis_page import facts, paragraph, section, table, te
 from hexathermal.show.diagnosis_tables import probability
 from hexathermal.show.diagnosis_words import VERDICTS
 from hexathermal.show.hexapod_tables import unit_of
-from hexathermal.show.machine_tables import apart, limits_rows, ranking_rows
+from hexathermal.show.machine_tables import LIMITS_WORDS, apart, limits_rows, ranking_rows
 from hexathermal.show.machine_words import (
     UM,
     amplitude,
@@ -235,4 +235,5 @@ def _limits(found: MachineDiagnosis, drawn: dict[str, str]) -> str:
         paragraph(noise_words(found))
         + drawn["limits"]
         + table("Smallest effect on the platform that would be named, RMS", head, rows)
+        + paragraph(LIMITS_WORDS.replace("um", "µm").replace("urad", "µrad"))
     )

@@ -72,6 +72,13 @@ def gain_table(found: MachineDiagnosis, pretty: bool) -> Table:
     return table
 
 
+LIMITS_WORDS = (
+    "Ranked by size over the noise, all axes together, not by um or urad alone; rows by the worst place. um, urad: RMS "
+    "shift and turn of the platform."
+)
+"""By what limits are ranked."""
+
+
 def limits_table(found: MachineDiagnosis, pretty: bool) -> Table:
     """Return how large each effect must be in this campaign to be named, at its best and its worst place."""
     table = framed(pretty, "would be named from", "best at", "um>", "urad>", "worst at", "um>", "urad>")

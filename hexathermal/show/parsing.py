@@ -117,7 +117,7 @@ def _add_common(parser: argparse.ArgumentParser) -> None:
     group = parser.add_argument_group("options of every command")
     group.add_argument(
         "--json", nargs="?", const="-", type=_target, metavar="FILE",
-        help="write the answer as JSON into FILE too; without FILE to stdout, and nothing else there",
+        help="write the answer as JSON into FILE too; without FILE, or with -, to stdout, and nothing else there",
     )  # fmt: skip
     voice = group.add_mutually_exclusive_group()
     voice.add_argument("--quiet", action="store_true", help="say nothing but warnings and errors, on stderr")

@@ -30,6 +30,10 @@ UNITS = {"µm": "um", "µrad": "urad", "°C": "degC", "µm/m/K": "um_per_m_K", "
 
 LOOKS = ("line", "dashed", "dashdot", "dotted", "steps", "dots", "rings", "squares")
 
+SIDES = ("middle right", "top right", "top center", "top left", "middle left", "bottom left", "bottom center",
+         "bottom right")  # fmt: skip
+"""Round a point by eighths of a turn, from the right over the top."""
+
 
 @dataclass(frozen=True, eq=False)
 class Curve:
@@ -47,6 +51,8 @@ class Curve:
         An interval about `y`.
     labels : tuple of str
         Names of the points, where they have any.
+    places : tuple of str
+        Where each name stands from its point, one of `SIDES`; without them all stand at the top right.
     written : bool
         Whether names of a few points stand beside them, not only in what is told of a point.
     right : bool
@@ -61,6 +67,7 @@ class Curve:
     low: FloatArray | None = None
     high: FloatArray | None = None
     labels: tuple[str, ...] = ()
+    places: tuple[str, ...] = ()
     written: bool = True
     right: bool = False
 

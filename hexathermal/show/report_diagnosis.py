@@ -273,7 +273,9 @@ def _limits(told: Facts) -> Section:
         places = [(one["cause"], one["target"] or "-", f"{one['translation_um']:.2g}", f"{one['rotation_urad']:.2g}")
                 for one in seen[:MOST_LIMITS]]  # fmt: skip
         some = f", the first {MOST_LIMITS} of {len(seen)}" if len(seen) > MOST_LIMITS else ""
-        listed = table(f"Smallest effect that would be named{some}", ("cause", "where", "um>", "urad>"), places)
+        listed = table(
+            f"Smallest effect that would be named, by its shift{some}", ("cause", "where", "um>", "urad>"), places
+        )
     alike = _alike(told)
     return Section("limits", "Detection limits", "How small an effect would have been named", (drawn, listed, *alike))
 

@@ -204,8 +204,8 @@ def _curve(mark: Curve, panel: Panel, named: set[tuple[float, float]]) -> list[d
             points = list(zip(mark.x.tolist(), mark.y.tolist(), strict=True))
             once = ["" if point in named else label for point, label in zip(points, labels, strict=True)]
             named.update(points)
-            one |= {"mode": f"{one['mode']}+text", "textposition": "top right", "textfont": {"color": mark.colour},
-                    "text": once}  # fmt: skip
+            one |= {"mode": f"{one['mode']}+text", "text": once, "textfont": {"color": mark.colour},
+                    "textposition": list(mark.places) or "top right", "cliponaxis": False}  # fmt: skip
         one |= {"hovertext": labels, "hovertemplate": "%{hovertext}: " + hover}
     if mark.low is None or mark.high is None or mark.look in SYMBOLS:
         return [one]

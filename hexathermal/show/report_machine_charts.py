@@ -10,7 +10,7 @@ from hexathermal.machine.hexapod import Hexapod
 from hexathermal.poses import FloatArray, pose_from_coordinates
 from hexathermal.predict.budget import AXES
 from hexathermal.show.figures import BLACK, BLUE, GREEN, GREY, PURPLE, VERMILION, day_figure
-from hexathermal.show.report_chart import Chart, Curve, Panel
+from hexathermal.show.report_chart import SIDES, Chart, Curve, Panel
 from hexathermal.show.report_thinning import MOST_POINTS, kept_of, thinned_words
 from hexathermal.simulate.day import HOUR_S
 from hexathermal.simulate.demonstration import Demonstration, largest
@@ -24,6 +24,9 @@ STEPS = 1000
 LARGEST_TURN_DEG = 90.0
 """To which turns are looked at."""
 
+SAME = 0.01
+"""Joints nearer to each other than this part of the plate are seen at one place."""
+
 LOOKS = ("line", "dashed", "dashdot", "dotted")
 LEGS = (BLACK, BLUE, VERMILION, GREEN, PURPLE, GREY)
 
@@ -36,11 +39,13 @@ def drawing_chart(hexapod: Hexapod) -> Chart:
     for title, (right, up) in (("From above", (0, 1)), ("From the front", (0, 2))):
         marks: list[Curve] = []
         for joints, name, colour in ((base, "base joints", GREY), (platform, "platform joints", BLUE)):
-            ring = joints[_around(joints)]
-            ring = np.concatenate([ring, ring[:1]])
+            order = _around(joints)
+            ring = joints[[*order, order[0]]]
+            others = platform if joints is base else base
             marks.append(Curve(f"{name.split()[0]} plate", ring[:, right], ring[:, up], colour, "dotted"))
             marks.append(Curve(name, joints[:, right], joints[:, up], colour, "dots",
-                               labels=_numbers(joints[:, [right, up]])))  # fmt: skip
+                               labels=_numbers(joints[:, [right, up]]),
+                               places=_sides(joints[:, [right, up]], others[:, [right, up]], order)))  # fmt: skip
         gap = np.full((6, 1, 3), np.nan)
         legs = np.concatenate([base[:, None], platform[:, None], gap], axis=1).reshape(-1, 3)
         marks.append(Curve("legs", legs[:, right], legs[:, up], BLACK))
@@ -64,9 +69,38 @@ def _numbers(seen: FloatArray) -> tuple[str, ...]:
     >>> _numbers(np.array([[0.0, 0], [1, 0], [0, 0], [2, 0], [3, 0], [1, 0]]))
     ('1, 3', '2, 6', '', '4', '5', '')
     """
-    near = np.hypot(*(seen[:, None] - seen).transpose(2, 0, 1)) < 0.01 * np.ptp(seen, axis=0).max()
+    near = np.hypot(*(seen[:, None] - seen).transpose(2, 0, 1)) < SAME * np.ptp(seen, axis=0).max()
     first = near.argmax(axis=1)
     return tuple(", ".join(str(j + 1) for j in np.flatnonzero(first == k)) for k in range(len(seen)))
+
+
+def _sides(joints: FloatArray, others: FloatArray, order: npt.NDArray[np.int64]) -> tuple[str, ...]:
+    """Return where the numbers of six joints stand, as they are seen: farthest from the legs and edges that end there.
+
+    Parameters
+    ----------
+    joints, others : array, shape (6, 2)
+        Of this plate, and of the other one at the same legs.
+    order : array, shape (6,)
+        Joints round the plate.
+    """
+    turns = np.arange(len(SIDES)) * np.pi / 4.0
+    sides = np.stack([np.cos(turns), np.sin(turns)], axis=1)
+    neighbours = np.empty((6, 2), dtype=np.int64)
+    neighbours[order] = np.stack([np.roll(order, 1), np.roll(order, -1)], axis=1)
+    near = np.hypot(*(joints[:, None] - joints).transpose(2, 0, 1)) < SAME * np.ptp(joints, axis=0).max()
+    found = []
+    for k in range(len(joints)):
+        here = np.flatnonzero(near[k])
+        ends = np.concatenate([others[here], joints[neighbours[here].ravel()]]) - joints[k]
+        length = np.hypot(*ends.T)
+        seen = length > SAME * length.max()
+        ends, outward = ends[seen] / length[seen, None], joints[k] - joints.mean(axis=0)
+        free = -(sides @ ends.T).max(axis=1, initial=-1.0)
+        # where two sides are as free, the one away from the middle
+        free += 1e-3 * (sides @ outward) / max(float(np.hypot(*outward)), 1e-9)
+        found.append(SIDES[int(free.argmax())])
+    return tuple(found)
 
 
 def _around(joints: FloatArray) -> npt.NDArray[np.int64]:

@@ -29,6 +29,10 @@ STYLES: dict[str, dict[str, Any]] = {
 }
 """How matplotlib draws each look of a curve."""
 
+OFFSETS = {"left": -4, "right": 4, "top": 3, "middle": 0, "bottom": -3, "center": 0}
+ALIGNED = {"left": "right", "right": "left", "top": "bottom", "middle": "center", "bottom": "top", "center": "center"}
+"""Where a name stands from its point [points], and how it is aligned there, by the words of its side."""
+
 
 def still_figure(chart: Chart) -> Figure:
     """Return the still picture of a chart.
@@ -96,6 +100,7 @@ def _draw(figure: Figure, axes: Axes, panel: Panel) -> None:
         (axes.set_xscale if panel.across else axes.set_yscale)("log")
     if panel.equal:
         axes.set_aspect("equal")
+        axes.margins(0.1)  # room for names at the edges
     for limits, set_limits in ((panel.x_range, axes.set_xlim), (panel.y_range, axes.set_ylim)):
         if limits is not None:
             set_limits(*limits)
@@ -124,8 +129,11 @@ def _curve(axes: Axes, mark: Curve) -> None:
         else:
             axes.fill_between(mark.x, mark.low, mark.high, color=mark.colour, alpha=0.15, lw=0.0)
     axes.plot(mark.x, mark.y, color=mark.colour, label=mark.name, **style)
-    for name, x, y in zip(mark.labels, mark.x, mark.y, strict=False):
-        axes.annotate(name, (x, y), (4, 3), textcoords="offset points", fontsize=7.5, color=mark.colour)
+    sides = mark.places or ("top right",) * len(mark.labels)
+    for name, side, x, y in zip(mark.labels, sides, mark.x, mark.y, strict=False):
+        up, right = side.split()
+        axes.annotate(name, (x, y), (OFFSETS[right], OFFSETS[up]), textcoords="offset points", fontsize=7.5,
+                      color=mark.colour, ha=ALIGNED[right], va=ALIGNED[up])  # fmt: skip
 
 
 def _bars(axes: Axes, panel: Panel, bars: list[Bars]) -> None:

@@ -62,7 +62,15 @@ def test_the_finding_is_the_first_line(ran: Ran) -> None:
     assert first == ran.facts["effects"][0]["sentence"]
     assert first.startswith("The residual is leg-coefficient")
     assert (ran.facts["cause"], ran.facts["target"]) == ("leg-coefficient", "leg3")
-    for words in ("95 % interval", "evidence log", "would be named from", "RMSE before", "Planned:", "next:"):
+    for words in (
+        "95 % interval",
+        "evidence log",
+        "would be named from",
+        "RMSE before",
+        "Planned:",
+        "next:",
+        "Ranked by size over the noise",
+    ):
         assert words in ran.out
     assert ran.err == ""
 

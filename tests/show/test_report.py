@@ -298,6 +298,29 @@ def test_the_drawing_is_the_machine(tmp_path: Path) -> None:
     assert np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1) == pytest.approx(hexapod.home_lengths * 1e3)
 
 
+@pytest.mark.parametrize("name", ["reference", "rubin-camera"])
+def test_the_numbers_of_the_legs_stand_beside_them(name: str) -> None:
+    """No number in the drawing of a machine lies on a leg, on an edge of its plate or on the frame of the panel."""
+    figure = still_figure(drawing_chart(ht.load_hexapod(name)))
+    figure.draw_without_rendering()
+    for axes in figure.axes:
+        frame = axes.get_window_extent()
+        texts = [text for text in axes.texts if text.get_text()]
+        assert texts
+        for text in texts:
+            box = text.get_window_extent()
+            assert frame.x0 < box.x0 < box.x1 < frame.x1
+            for line in axes.lines:
+                near = line.get_label() == "legs" or line.get_color() == text.get_color()
+                if line.get_linestyle() == "None" or not near:
+                    continue
+                x, y = axes.transData.transform(np.column_stack([line.get_xdata(), line.get_ydata()])).T
+                way = np.interp(np.arange(0.0, len(x) - 1.0, 1e-3), np.arange(len(x)), x)
+                high = np.interp(np.arange(0.0, len(x) - 1.0, 1e-3), np.arange(len(x)), y)
+                over = (way > box.x0) & (way < box.x1) & (high > box.y0) & (high < box.y1)
+                assert not over.any(), (text.get_text(), line.get_label())
+
+
 @pytest.mark.parametrize("platform", [PlateLaw(1.6e-6, "top"), None])
 def test_a_budget_is_told_whatever_the_plates_carry(platform: PlateLaw | None, tmp_path: Path) -> None:
     """A machine with a thermometer on its platform, or without a law for it, has the budget on its page."""
