@@ -189,6 +189,8 @@ def test_force_replaces_laws_only(
         "view --save /proc/v.html",
         "simulate bench --out /proc/x",
         "simulate machine --out /proc/x",
+        "simulate bench --out c --truth /proc/t.json",
+        "simulate bench --out c --plots /proc/p",
         "apply leg.toml --machine reference --out /proc/m",
         "apply leg.toml --machine reference --out notes.txt",
         "apply leg.toml --machine reference --out notes.txt/deep",

@@ -165,7 +165,7 @@ def _asked(arguments: argparse.Namespace) -> Bench:
 
 def check_outside(arguments: argparse.Namespace) -> None:
     """Refuse truth, plots and answer inside the campaign's folder, and those that exist, before any work."""
-    from hexathermal.predict.table_writing import target_of
+    from hexathermal.predict.table_writing import refuse_no_folder, refuse_no_place
 
     folder = arguments.out.resolve()
     answer = None if arguments.json in (None, "-") else Path(arguments.json)
@@ -176,14 +176,11 @@ def check_outside(arguments: argparse.Namespace) -> None:
                 "simulated; give a place outside"
             )
     if arguments.truth is not None:
-        target = target_of(arguments.truth)
-        if not target.parent.is_dir():
-            raise ArgumentError(f"cannot write {arguments.truth}: there is no folder {target.parent}; create it first")
-        if target.exists() and not arguments.force:
+        refuse_no_folder(arguments.truth)
+        if arguments.truth.exists() and not arguments.force:
             raise ArgumentError(f"{arguments.truth} exists already; give another name, or --force to replace it")
     if arguments.plots is not None:
-        if arguments.plots.exists() and not arguments.plots.is_dir():
-            raise ArgumentError(f"cannot draw into {arguments.plots}: it is no folder")
+        refuse_no_place(arguments.plots)
         old = sorted(arguments.plots.glob("run-*.png"))
         if old and not arguments.force:
             raise ArgumentError(f"{arguments.plots} holds {old[0].name} already; give another folder, or --force")
