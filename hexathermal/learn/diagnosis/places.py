@@ -8,8 +8,10 @@ At places ``q = o + n g``, n whole, waves of ``f`` and of ``k / g ± f`` waves p
 from __future__ import annotations
 
 import numpy as np
+import numpy.typing as npt
 
 from hexathermal.learn.diagnosis.view import View
+from hexathermal.poses import FloatArray
 
 APART_M = 1e-4
 """Places nearer than this are one."""
@@ -35,20 +37,34 @@ def common_step(view: View) -> tuple[float, float] | None:
 def _common_step(view: View) -> tuple[float, float] | None:
     """Return what `common_step` keeps."""
     q = np.sort(view.q)
-    ways = np.diff(q)
-    ways = ways[ways > APART_M]
+    places = _usual(q)
+    ways, first = np.diff(places), float(places[0])
     if not len(ways):
         return None
     for share in range(1, SHARES + 1):
         step = float(ways.min()) / share
         if step < LEAST_STEP_M:
             break
-        count = np.round((q - q[0]) / step)
-        step = float(count @ (q - q[0]) / (count @ count))  # the step by all places
-        off = np.abs(q - q[0] - step * count)
-        if (off < max(OFF * step, OFF_M)).mean() >= MOST_ON:
-            return step, float(q[0])
+        count = np.round((places - first) / step)
+        step = float(count @ (places - first) / (count @ count))  # the step by all places
+        if _on(q, step, first).mean() >= MOST_ON:
+            return step, first
     return None
+
+
+def _on(q: FloatArray, step: float, first: float) -> npt.NDArray[np.bool_]:
+    """Return which places are a whole number of steps from the first."""
+    off = np.abs(q - first - step * np.round((q - first) / step))
+    return np.asarray(off < max(OFF * step, OFF_M))
+
+
+def _usual(q: FloatArray) -> FloatArray:
+    """Return places, one of each, without the rarest of them: so many windows may be off a common step."""
+    groups = np.split(q, np.flatnonzero(np.diff(q) > APART_M) + 1)
+    rare = sorted(groups, key=len)
+    windows = np.cumsum([len(group) for group in rare])
+    kept = rare[int(np.searchsorted(windows, (1.0 - MOST_ON) * len(q), side="right")) :]
+    return np.sort([group.mean() for group in kept])
 
 
 def alias_words(view: View, pitch: float | None) -> str | None:
@@ -57,8 +73,9 @@ def alias_words(view: View, pitch: float | None) -> str | None:
     if found is None:
         return None
     step, told = found[0], f"{found[0] * 1e3:.3g} mm"
+    which = "all places" if _on(view.q, *found).all() else "all places but rare ones"
     words = (
-        f"all places are multiples of {told} apart: a periodic error whose pitch is {told} over a whole number (also "
+        f"{which} are multiples of {told} apart: a periodic error whose pitch is {told} over a whole number (also "
         f"{step / 2 * 1e3:.3g}, {step / 4 * 1e3:.3g} mm) does not show here, and others look like one of a longer pitch"
     )
     if pitch is not None:

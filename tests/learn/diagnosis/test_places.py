@@ -62,6 +62,23 @@ def test_the_common_step_of_places_is_found(step: float, first: float) -> None:
     assert found[0] == pytest.approx(step, rel=1e-6)
 
 
+def test_a_rare_place_between_the_steps_hides_no_common_step() -> None:
+    """A rod that once stood between the steps, for less than a fiftieth of the windows, has their step all the same."""
+    view, _ = viewed("quiet", 12, (), 1.0)
+    grid = on_a_grid(view, STEP, 0.0037)
+    q = grid.runs[0].signals.q.copy()
+    q[len(q) // 2 : len(q) // 2 + 12] += 0.0033
+    rare = replace(grid.runs[0], signals=replace(grid.runs[0].signals, q=q))
+    odd = replace(grid, runs=(rare, *grid.runs[1:]))
+    off = np.abs((odd.q - 0.0037) / STEP - np.round((odd.q - 0.0037) / STEP)) > 0.01
+    assert 0.0 < off.mean() < 0.02
+    found = common_step(odd)
+    assert found is not None
+    assert found[0] == pytest.approx(STEP, rel=1e-6)
+    assert str(alias_words(odd, None)).startswith("all places but rare ones are multiples of 10 mm apart")
+    assert str(alias_words(grid, None)).startswith("all places are multiples of 10 mm apart")
+
+
 def test_trials_differ_at_the_places_that_were_visited() -> None:
     """Of waves that look alike the longest is tried, down to two steps; its columns are no rounding."""
     view, answer = viewed("quiet", 12, (), 1.0)
