@@ -177,7 +177,13 @@ HIDDEN = ("sensor", "sensors", "ratio", "source", "path_m", "stroke_share", "fir
 """Settings that say nothing beside the target."""
 
 
-PLACES = {"run": "in", "time_s": "at", "from_run": "from", "from_share": "from this part of the running time on:"}
+PLACES = {
+    "run": "in",
+    "time_s": "at",
+    "from_run": "from",
+    "since": "since",
+    "from_share": "from this part of the running time on:",
+}
 """Words before settings that tell where and when."""
 
 

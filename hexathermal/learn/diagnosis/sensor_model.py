@@ -36,11 +36,14 @@ WIDER = 1.2
 BIAS_K = 0.05
 """Slow bias of a thermometer that weights are learnt beside [K]."""
 
-AIR_SHARE = 0.3
-"""Prior size of the air's share in a sound thermometer."""
+AIR_SHARE, TIGHT_SHARE = 0.3, 0.1
+"""Prior size of the air's share in a sound thermometer; and where one that was never on its part is the other case."""
 
 Parity = Callable[["SensorModel"], tuple[FloatArray, FloatArray]]
 """From the model of a sensor to columns in its parity, shape (m, k), and their sizes, shape (k,)."""
+
+ROUNDING_K = 1e-7
+"""Readings that differ by less are one: they are recorded in coarser steps."""
 
 FEWEST_ROWS = 10
 SLOW_PARITY_S = 1800.0
@@ -77,11 +80,24 @@ class SensorModel:
     sensor : str
     unasked : tuple of str
         Others that are not asked, since what is wrong with them would be found in this one.
+    contact : float
+        Prior size of the air's share in what it reads.
     """
 
     view: View
     sensor: str
     unasked: tuple[str, ...] = ()
+    contact: float = AIR_SHARE
+
+    @cached_property
+    def tight(self) -> SensorModel:
+        """The same thermometer, thought to let in less of the air."""
+        return replace(self, contact=TIGHT_SHARE)
+
+    @property
+    def placed(self) -> bool:
+        """Whether places along the part foretell the others' weights before anything is learnt."""
+        return bool(self._placed)
 
     @property
     def others(self) -> tuple[str, ...]:
@@ -97,6 +113,13 @@ class SensorModel:
     def own(self) -> list[FloatArray]:
         """The sensor's smoothed temperature in all rows of each run [K]."""
         return [signals.dT[self.sensor] for signals in self.view.signals]
+
+    @cached_property
+    def spoken_for(self) -> bool:
+        """Whether it reads what the others tell and nothing besides, as where they were put in its place."""
+        own, told = self.means(self.own), self.means(self.profiles)
+        left = own - told @ np.linalg.lstsq(told, own, rcond=None)[0]
+        return bool(np.abs(left).max() < ROUNDING_K)
 
     @cached_property
     def basis(self) -> FloatArray:
@@ -159,6 +182,19 @@ class SensorModel:
             M += own[0]
             z += own[1]
         return self._solved(M, z, centre, spread)
+
+    def weights_beside_air(self, share: float) -> FloatArray:
+        """Return the weights of the leading profiles where the sensor reads a share of the air, always, shape (k,).
+
+        ``T = (1 - share) P c + share T_air``: the more of the air, the less its readings tell of c.
+        """
+        airs = self.view.airs
+        assert airs is not None  # looked at before
+        centre, spread = self.expected
+        left = (own - share * air for own, air in zip(self.own, airs, strict=True))
+        products = [_products(P, y) for P, y in zip(self.profiles, left, strict=True)]
+        M, z = (np.sum(each, axis=0) for each in zip(*products, strict=True))
+        return self._solved((1.0 - share) ** 2 * M, (1.0 - share) * z, centre, spread)
 
     def _solved(self, M: FloatArray, z: FloatArray, centre: FloatArray, spread: FloatArray) -> FloatArray:
         """Return weights, by products of rows, that are expected about `centre` with a spread, shape (k,) each."""
@@ -242,7 +278,7 @@ class SensorModel:
     def sd(self) -> FloatArray:
         """Priors of the coefficients of `X`: of the profiles as expected, of the air loose."""
         spread = self.expected[1]
-        return np.concatenate([spread, np.full(self.X.shape[1] - len(spread), AIR_SHARE)])
+        return np.concatenate([spread, np.full(self.X.shape[1] - len(spread), self.contact)])
 
     @cached_property
     def null(self) -> tuple[Levels, float]:
@@ -278,7 +314,7 @@ class SensorModel:
     def shown_of(self, parity: Parity) -> Shown:
         """Return `shown` of the columns that a trial makes of this model; trials of other stages make the same."""
         return self.view.once(
-            ("shown", self.sensor, self.unasked, _sameness(parity)), lambda: self.shown(*parity(self))
+            ("shown", self.sensor, self.unasked, self.contact, _sameness(parity)), lambda: self.shown(*parity(self))
         )
 
     def shown(self, columns: FloatArray, sizes: FloatArray) -> Shown:

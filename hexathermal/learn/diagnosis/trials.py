@@ -43,8 +43,7 @@ FEIGNED_NOISE, MOST_FEIGNED = 2.0, 1.5
 as much as the drift does, anything that scatters less and goes alike is preferred."""
 
 QUICKLY = 0.5
-"""Errors of readings, noise and steps, over what smoothing takes from means over windows, below which that is
-warming."""
+"""Errors of readings, noise and steps, over what smoothing takes from windows, below which that is warming."""
 
 
 @dataclass(frozen=True)
@@ -150,6 +149,8 @@ class Trial:
         Whether the amplitude in the parity's last column is about 1 where the fault is there at all.
     partly : bool
         Whether that amplitude is a part of something, 0 to 1, where the fault is there.
+    tight : bool
+        Whether the parity is asked beside a contact that lets in little of the air.
     wanders : bool
         Whether the parity is asked how far it wanders, beside that of any other thermometer, since the fault has no
         shape; the drift's last column is the fault as the others tell it, and has the law's own A where it is there.
@@ -190,6 +191,7 @@ class Trial:
     in_parity: float = 0.0
     whole: bool = False
     partly: bool = False
+    tight: bool = False
     wanders: bool = False
     anew: bool = False
     delay: Delay | None = None

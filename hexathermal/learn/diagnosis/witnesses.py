@@ -11,7 +11,7 @@ import numpy as np
 from hexathermal.learn.diagnosis.channels import Channel, Levels
 from hexathermal.learn.diagnosis.evidence import Base, Scored
 from hexathermal.learn.diagnosis.ranking import Ranked
-from hexathermal.learn.diagnosis.sensor_model import Shown
+from hexathermal.learn.diagnosis.sensor_model import SensorModel, Shown
 from hexathermal.learn.diagnosis.trials import Trial, Workbench
 
 BYSTANDERS = 8
@@ -109,7 +109,8 @@ class Witnesses:
         as far as the drift says it, up to `SECOND_LATE` times what they say for all of it, or as far as the thermometer
         is late with all that it reads. Of one that wanders they say how far it does, as much as the drift at most; an
         error that they could not show counts without them. What they say of a loss of contact counts as far as the
-        drift may show that reading, with the law's own A.
+        drift may show that reading, with the law's own A; of a thermometer that was never on its part all of the drift
+        counts as far as the error there has the law's own A.
         """
         trial, most = ranked.best.trial, min(ranked.value, ranked.best.trial.most)
         drift, agreed = most, self._agreed(ranked.best, ranked.levels)
@@ -128,7 +129,8 @@ class Witnesses:
             if trial.partly and parity > 0.0:
                 shown = self._in_drift(trial)
                 parity, sure = shown * parity, shown * max(sure, 0.0)
-            drift = min(drift, FOLLOWED * max(parity - LEAST_WITNESS, 0.0))
+            whole = self._own(ranked.best, ranked.levels) if trial.tight and parity > LEAST_WITNESS else 0.0
+            drift = min(drift, max(FOLLOWED * max(parity - LEAST_WITNESS, 0.0), whole * drift))
         besides = trial.advantage + parity
         return replace(ranked, value=drift + besides, besides=besides, witness=sure, agreed=agreed,
                        both=min(drift, sure) * trial.fault, seconded=self._seconded(trial),
@@ -186,8 +188,13 @@ class Witnesses:
 
     def _shown(self, trial: Trial, sensor: str | None) -> Shown | None:
         """Return what one sensor's parity shows of a trial."""
-        model = None if sensor is None else self.bench.model(sensor)
+        model = self._model(trial, sensor)
         return None if model is None or trial.parity is None else model.shown_of(trial.parity)
+
+    def _model(self, trial: Trial, sensor: str | None) -> SensorModel | None:
+        """Return the model of a sensor that a trial asks; None where nobody foretells it."""
+        model = None if sensor is None else self.bench.model(sensor)
+        return model.tight if model is not None and trial.tight else model
 
     def _agreed(self, best: Scored, levels: Levels) -> float:
         """Return the log evidence of the parity for as large an error of a sensor as the drift says, against none.
@@ -322,7 +329,7 @@ class Witnesses:
 
     def _wandered(self, trial: Trial) -> float:
         """Return the variance of a fault's amplitude where the parity's slow noise goes as the fault in all runs."""
-        model = None if trial.target is None else self.bench.model(trial.target)
+        model = self._model(trial, trial.target)
         if model is None or trial.parity is None:
             return 0.0
         column = trial.parity(model)[0][:, -1]

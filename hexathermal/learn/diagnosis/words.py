@@ -197,6 +197,8 @@ def _sentence(
     parts = [f"{spoken[name]} {told(one)}" for name, one in parameters.items() if name in spoken]
     if "run" in settings and settings["run"] != target:
         parts.insert(0, f"in {settings['run']}")
+    if "since" in settings:
+        parts.insert(0, f"since {settings['since']}")
     if "from_run" in settings:
         parts.insert(0, f"from {settings['from_run']} on")
     inside = f" ({'; '.join(parts)})" if parts else ""

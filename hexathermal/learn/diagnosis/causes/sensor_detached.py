@@ -6,6 +6,7 @@ import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
+from typing import Any
 
 import numpy as np
 
@@ -24,7 +25,7 @@ CAUSE = Cause(
         " the neighbours."
     ),
     parameters=(
-        Parameter("time_s", "s", "any moment of any run"),
+        Parameter("time_s", "s", "any moment of any run, or from the beginning"),
         Parameter("fixed_again", "1", "0: it stays off; 1: before the next run"),
         Parameter("share", "1", "of the air in the reading after that"),
     ),
@@ -50,6 +51,9 @@ LEARNT_S = 600.0
 KINDS = 2
 """It stays, or is mended before the next run."""
 
+MOST_SHARE = 0.95
+"""Of the air, with which something of the part is left in the reading."""
+
 SCANNED, CLOSER, PROMISING = 360, 3, 10
 """Moments at which the parity is asked where it breaks, the best of them that are looked at more closely, and so many
 of the best that are tried besides."""
@@ -57,11 +61,17 @@ of the best that are tried besides."""
 
 @dataclass(frozen=True)
 class Loss:
-    """A loss of contact: in which run, when [s], and whether it stays or is mended before the next run."""
+    """A loss of contact: in which run, when [s], and whether it stays or is mended before the next run.
+
+    Or whether it was there before the first row of all (`begun`); `teaches` then tells whether what the thermometer
+    reads besides the air is asked what the others foretell.
+    """
 
     run: int
     moment: float
     stays: bool = True
+    begun: bool = False
+    teaches: bool = False
 
     def first_row(self, run: int, time: FloatArray) -> int:
         """Return the first row of a run that shows it, of rows at `time`; as many as there are where none does."""
@@ -82,17 +92,37 @@ def trials(bench: Workbench) -> Iterator[Trial]:
         span, own = bench.slopes_span(sensor), view.temperatures(sensor)
         even = _even_moments(model, min(7, MOST_MOMENTS // len(view.runs)))
         promising = set(view.once((CAUSE.name, sensor), partial(_promising, model)))
-        for loss in sorted({*even, *promising}, key=lambda one: (not one.stays, one.run, one.moment)):
+        for loss in sorted({*even, *promising, *_from_the_beginning(model)}, key=_order):
             told = view.once((CAUSE.name, sensor, loss), partial(_told, model, loss))
             off = (view.channel.run == loss.run) & (view.time >= loss.moment)
             off |= (view.channel.run > loss.run) & loss.stays
             lost = off * (told - own)
-            where = {"run": view.runs[loss.run].run.name, "time_s": round(loss.moment, 1)}
+            where: dict[str, Any] = {"run": view.runs[loss.run].run.name, "time_s": round(loss.moment, 1)}
             where |= {} if loss.stays else {"fixed_again": 1}
+            where = {"since": "the beginning"} if loss.begun else where
             asked = loss in promising
-            yield Trial(CAUSE.name, (span * lost)[:, None], sensor, "", where, parity=partial(_parity, loss),
-                        repair=partial(_repair, model, loss), asked=asked, partly=True,
-                        advantage=-math.log(KINDS * SCANNED / len(even)) if asked else 0.0)  # fmt: skip
+            # of a thermometer that never sat on the part the law's own B over A says nothing
+            apart = loss.begun and view.kind == "leg" and view.moves
+            columns = np.column_stack([view.q, np.full(len(lost), view.length)]) if apart else span[:, None]
+            shown, price = partial(_parity, replace(loss, teaches=False)), math.log(KINDS * SCANNED / len(even))
+            yield Trial(CAUSE.name, columns * lost[:, None], sensor, "", where, parity=shown, partly=True,
+                        repair=partial(_repair, model, loss), asked=asked or loss.begun, tight=loss.begun,
+                        advantage=-price if asked else 0.0)  # fmt: skip
+
+
+def _from_the_beginning(model: SensorModel) -> list[Loss]:
+    """Return losses before the first row: where places along the part tell what the others foretell."""
+    begin = float(model.view.signals[0].time[0])
+    return [
+        Loss(0, begin, begun=True, teaches=teaches)
+        for teaches in (False, True)
+        if model.placed and not model.spoken_for
+    ]
+
+
+def _order(loss: Loss) -> tuple[bool, int, float, bool]:
+    """Return what losses are sorted by."""
+    return not loss.stays, loss.run, loss.moment, loss.teaches
 
 
 def _even_moments(model: SensorModel, each: int, *, stays: bool = True) -> list[Loss]:
@@ -148,19 +178,33 @@ def _promising_moments(model: SensorModel, *, stays: bool) -> list[Loss]:
 
 
 def _repair(model: SensorModel, loss: Loss) -> SensorRepair:
-    """Return the repair: from the moment on the others speak for the sensor, in all later runs too if it stays."""
+    """Return the repair: from the moment on the others speak for the sensor, in all later runs too if it stays.
+
+    They speak for it in whatever run where it was off from the beginning.
+    """
+    parameters = {"sensor": model.sensor, "weights": model.sensor_weights(_weights(model, loss))}
+    if loss.begun:
+        return SensorRepair(CAUSE.name, "detached", parameters)
     runs = model.view.order
     at = runs.index(model.view.runs[loss.run].run.name)
     later = runs[at + 1 :]
     begins = {runs[at]: loss.moment} | (dict.fromkeys(later, 0.0) if loss.stays else {})
-    weights = model.sensor_weights(model.weights(_sound(model, loss)))
     again = {} if loss.stays else {"again_in": list(later)}
-    return SensorRepair(CAUSE.name, "detached", {"sensor": model.sensor, "weights": weights, "from_s": begins} | again)
+    return SensorRepair(CAUSE.name, "detached", parameters | {"from_s": begins} | again)
 
 
 def _told(model: SensorModel, loss: Loss) -> FloatArray:
     """Return what the other sensors foretell in windows, learnt while it sat on the part."""
-    return model.view.windows_zeroed(model.foretold(_sound(model, loss)))[:, 0]
+    weights = _weights(model, loss)
+    return model.view.windows_zeroed([profiles @ weights for profiles in model.profiles])[:, 0]
+
+
+def _weights(model: SensorModel, loss: Loss) -> FloatArray:
+    """Return the weights of the profiles that foretell the sensor, learnt while it sat on the part."""
+    if not loss.teaches:
+        return model.weights(_sound(model, loss))
+    share = model.tight.shown_of(partial(_parity, replace(loss, teaches=False))).amplitude
+    return model.weights_beside_air(float(np.clip(share, 0.0, MOST_SHARE)))
 
 
 def _sound(model: SensorModel, loss: Loss) -> list[slice]:
@@ -178,7 +222,7 @@ def _parity(loss: Loss, model: SensorModel) -> tuple[FloatArray, FloatArray]:
     for i, (signals, air, profiles) in enumerate(zip(model.view.signals, airs, model.profiles, strict=True)):
         gap, first = np.zeros(len(profiles)), loss.first_row(i, signals.time)
         gap[first:] = air[first:] - profiles[first:] @ weights
-        if first or not model.view.zeroed_by_run:  # else the zero was read in the air, too
+        if (first or not model.view.zeroed_by_run) and not loss.begun:  # else the zero was read in the air, too
             gap[first:] += _air_above_at_zero(model, i)
         gaps.append(gap)
     return model.means(gaps)[:, None], np.array([0.7])

@@ -1,0 +1,143 @@
+"""A thermometer of the law that was off its part before the first row: it reads mostly air in every run."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from functools import cache
+from pathlib import Path
+from tempfile import TemporaryDirectory
+
+import numpy as np
+import pytest
+
+from hexathermal.learn.campaign_files import load_campaign
+from hexathermal.learn.diagnosis import Diagnosis, diagnose
+from hexathermal.learn.diagnosis.causes import sensor_detached
+from hexathermal.learn.diagnosis.stage import Stage, view_of
+from hexathermal.learn.diagnosis.trials import Trial
+from hexathermal.learn.diagnosis.view import View
+from hexathermal.learn.signals import campaign_rows
+from hexathermal.simulate.hidden.drawing import campaign_of
+from hexathermal.simulate.hidden.effects import named
+from hexathermal.simulate.hidden.writing import write_campaign
+from tests.learn.diagnosis.campaigns import first_name, viewed
+
+SHARE, LONG_AGO_S = 0.85, -1e9
+
+
+def write_loose(folder: Path, bench: str, seed: int) -> tuple[str, ...]:
+    """Write a campaign in which the last of the law's thermometers reads air in all runs; return the law's."""
+    truth, answer = campaign_of(bench, seed, causes=())
+    first = next(run for run in truth.runs if run.role == "identification")
+    loose = {"target": max(answer.base), "run": first.name, "moment": LONG_AGO_S, "time": 60.0, "share": SHARE,
+             "fixed": False}  # fmt: skip
+    write_campaign(folder, named("sensor-detached").hide(truth, loose), answer)
+    return answer.base
+
+
+@cache
+def loosened(bench: str, seed: int) -> View:
+    """The runs for identification of such a campaign, from its files."""
+    with TemporaryDirectory() as place:
+        base = write_loose(Path(place) / "campaign", bench, seed)
+        campaign = load_campaign(Path(place) / "campaign")
+        return view_of(campaign, campaign_rows(campaign, "identification"), base)
+
+
+@cache
+def found(bench: str, seed: int) -> Diagnosis:
+    """The diagnosis of such a campaign."""
+    with TemporaryDirectory() as place:
+        base = write_loose(Path(place) / "campaign", bench, seed)
+        return diagnose(load_campaign(Path(place) / "campaign"), base)
+
+
+def begun(view: View) -> list[Trial]:
+    """The trials of losses before the first row."""
+    return [trial for trial in sensor_detached.trials(Stage(view).bench) if trial.tight]
+
+
+@pytest.mark.parametrize(
+    ("bench", "seed"),
+    [
+        ("finite_volume", 1),
+        ("finite_volume", 3),
+        ("rough", 4),
+        ("free_convection", 1),
+        ("free_convection", 3),
+        ("quiet", 5),
+    ],
+)
+def test_it_is_named(bench: str, seed: int) -> None:
+    """No row ever showed it on the part, but places along the leg tell what it should read, and the drift agrees."""
+    assert first_name(loosened(bench, seed)) == "sensor-detached"
+
+
+def test_the_others_speak_for_it_in_whatever_run() -> None:
+    """The repair has no moment and no run: a controller leaves out its readings; the share is told, and it pays."""
+    said = found("finite_volume", 1)
+    (repair,) = said.extended.repairs
+    assert repair.replaced == said.effects[0].target
+    assert "from_s" not in repair.parameters
+    assert "since the beginning" in said.effects[0].sentence
+    share = said.effects[0].parameters["share"]
+    assert abs(share.value - SHARE) < 3.0 * share.std < 0.3
+    assert said.gain is not None
+    assert said.gain.total.rmse_after.value < 0.3 * said.gain.total.rmse_before
+
+
+def test_what_others_speak_for_is_not_asked_again() -> None:
+    """Where the others stand for a thermometer its parity is empty: no loss of contact is looked for there."""
+    view = loosened("finite_volume", 1)
+    stage = Stage(view)
+    after = stage.with_effect(stage.search.scored(stage.levels, begun(view))[0])
+    model = after.bench.model(view.base[-1])
+    assert model is not None
+    assert model.spoken_for
+    assert not begun(after.view)
+
+
+def test_without_places_nobody_knows() -> None:
+    """What was never on the part taught nobody what the others foretell: places must tell it."""
+    view = loosened("finite_volume", 1)
+    assert begun(view)
+    assert not begun(replace(view, positions={}))
+
+
+@pytest.mark.parametrize("bench", ["finite_volume", "free_convection", "rough", "quiet"])
+def test_a_sound_thermometer_shows_no_share_of_the_air(bench: str) -> None:
+    """The parity of thermometers on their part speaks against it, for all that the air goes as they do."""
+    view, _ = viewed(bench, 3, (), 1.0)
+    stage = Stage(view)
+    for trial in begun(view):
+        shown = stage.search.witnesses.shown(trial)
+        assert shown is not None
+        assert shown.gain < 0.0
+        assert abs(shown.amplitude) < 0.3
+
+
+def test_what_it_reads_besides_the_air_is_asked_for_the_part() -> None:
+    """Where places foretell roughly, its own readings less the air tell the drift better what it should have read."""
+    view = loosened("free_convection", 1)
+    stage = Stage(view)
+    plain, taught = stage.search.scored(stage.levels, begun(view))
+    assert taught.value > plain.value + 10.0
+
+
+def test_the_zero_of_a_campaign_was_read_in_the_air_too() -> None:
+    """Nothing stands off from the first row on: the parity holds the air less what is foretold, and no constant."""
+    view = replace(loosened("finite_volume", 1), zeroed_by_run=False)
+    (model,) = [Stage(view).bench.model(sensor) for sensor in view.base]
+    assert model is not None
+    assert view.airs is not None
+    trial = begun(view)[0]
+    assert trial.parity is not None
+    gaps = [air - profiles @ model.expected[0] for air, profiles in zip(view.airs, model.profiles, strict=True)]
+    assert trial.parity(model)[0][:, 0] == pytest.approx(model.means(gaps), abs=1e-12)
+
+
+def test_no_row_of_all_runs_is_left_out_of_what_it_reads() -> None:
+    """The trial explains the whole of each run: the drift's columns are those of all windows."""
+    view = loosened("finite_volume", 1)
+    for trial in begun(view):
+        assert (np.abs(trial.columns).max(axis=1) > 0.0).mean() > 0.9
