@@ -100,7 +100,8 @@ def _check_each_other(results: dict[str, Path]) -> None:
     taken: dict[Path, str] = {}
     for option, path in results.items():
         other = taken.setdefault(path.resolve(), option)
-        if other != option and not {option, other} <= MAY_BE_FOLDERS:
+        folders = {option, other} <= MAY_BE_FOLDERS and path.suffix != ".toml"  # that is the file of a law or a machine
+        if other != option and not folders:
             raise ArgumentError(f"{option} and {other} both name {path}; give each a name of its own")
 
 

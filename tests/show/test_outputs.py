@@ -71,6 +71,9 @@ def test_two_results_have_two_names(tmp_path: Path) -> None:
     one = tmp_path / "one"
     with pytest.raises(ArgumentError, match=r"--extend and --json both name .*give each a name of its own"):
         protect(Namespace(extend=one, json=str(tmp_path / "x" / ".." / "one")))
+    law = tmp_path / "leg.toml"
+    with pytest.raises(ArgumentError, match="both name"):
+        protect(Namespace(out=law, report=law))
     with pytest.raises(ArgumentError, match="both name"):
         protect(Namespace(report=one, extend=one))
     protect(Namespace(report=one, plots=one, json="-"))
