@@ -10,6 +10,7 @@ import tarfile
 import tomllib
 import zipfile
 from pathlib import Path
+from typing import Any
 
 import pytest
 
@@ -36,7 +37,9 @@ def built(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Path]:
             wheel = folder / backend.build_wheel(str(folder))
             sdist = folder / backend.build_sdist(str(folder))
             with tarfile.open(sdist) as archive:
-                archive.extractall(folder / "source", filter="data")
+                # Python 3.11.0 to 3.11.3 know no filters
+                safely: dict[str, Any] = {"filter": "data"} if hasattr(tarfile, "data_filter") else {}
+                archive.extractall(folder / "source", **safely)
             os.chdir(next((folder / "source").iterdir()))
             again = folder / "again"
             again.mkdir()
