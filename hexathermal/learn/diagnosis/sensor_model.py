@@ -223,10 +223,10 @@ class SensorModel:
         """Return what weights of the profiles are for each other sensor."""
         return dict(zip(self.others, (self.basis @ weights).tolist(), strict=True))
 
-    def foretold(self, rows: list[slice] | None = None) -> list[FloatArray]:
-        """Return what the others foretell in all rows of each run; learnt from some rows of each, or from all."""
-        weights = self.weights(rows)
-        return [p @ weights for p in self.profiles]
+    def foretold(self, weights: FloatArray | None = None) -> list[FloatArray]:
+        """Return what the others foretell in all rows of each run, by some weights, or those learnt from all rows."""
+        own = self.weights() if weights is None else weights
+        return [p @ own for p in self.profiles]
 
     @cached_property
     def innovation(self) -> FloatArray:

@@ -195,8 +195,7 @@ def _repair(model: SensorModel, loss: Loss) -> SensorRepair:
 
 def _told(model: SensorModel, loss: Loss) -> FloatArray:
     """Return what the other sensors foretell in windows, learnt while it sat on the part."""
-    weights = _weights(model, loss)
-    return model.view.windows_zeroed([profiles @ weights for profiles in model.profiles])[:, 0]
+    return model.view.windows_zeroed(model.foretold(_weights(model, loss)))[:, 0]
 
 
 def _weights(model: SensorModel, loss: Loss) -> FloatArray:
