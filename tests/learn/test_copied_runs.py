@@ -13,7 +13,7 @@ from hexathermal.learn.campaign import Campaign
 from hexathermal.learn.campaign_files import load_campaign
 from hexathermal.learn.check import check_campaign
 from hexathermal.learn.check_words import warnings_of
-from hexathermal.learn.copied_runs import copied_runs, copy_words, without_copies
+from hexathermal.learn.copied_runs import copied_runs, copy_words, twin_words, without_copies
 from hexathermal.learn.diagnosis import diagnose
 from hexathermal.simulate.hidden.drawing import campaign_of
 from hexathermal.simulate.hidden.writing import write_campaign
@@ -69,6 +69,18 @@ def test_no_gain_is_told_on_copies_alone() -> None:
         found = diagnose(campaign, answer.base)
     assert found.gain is None
     assert sum("holds the same table as" in note for note in found.notes) == len(campaign.runs_of("validation"))
+
+
+def test_fitted_twins_are_told_and_stay(tmp_path: Path) -> None:
+    """A run that is fitted twice is told of by `check` and beside a diagnosis; which one to give up people decide."""
+    campaign = load_campaign(leg_campaign(tmp_path))
+    first, second = campaign.runs_of("identification")[:2]
+    assert twin_words(campaign) == []
+    shutil.copy(first.path, second.path)
+    (said,) = twin_words(campaign)
+    assert said.startswith(f"{second.name} holds the same table as {first.name}")
+    assert said in warnings_of(check_campaign(campaign))
+    assert without_copies(campaign) == (campaign, [said])
 
 
 @pytest.mark.parametrize("role", ["identification", "validation"])
