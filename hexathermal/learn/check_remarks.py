@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from hexathermal.learn.campaign import Campaign
-from hexathermal.learn.copied_runs import copy_words, twin_words
+from hexathermal.learn.copied_runs import repeated_words
 from hexathermal.poses import FloatArray
 
 LARGEST_INFLATION = 30.0
@@ -63,7 +63,7 @@ def of_roles(campaign: Campaign) -> list[str]:
         found.append('no validation run: what is identified cannot be validated; give a run role = "validation"')
     if not campaign.runs_of("identification"):
         found.append('no identification run: nothing can be identified; give a run role = "identification"')
-    return [*found, *copy_words(campaign).values(), *twin_words(campaign)]
+    return found + repeated_words(campaign)
 
 
 def of_clock(clocks: list[Clock]) -> list[str]:

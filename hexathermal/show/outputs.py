@@ -167,16 +167,7 @@ def law_place(place: Path, option: str, force: bool) -> None:
 
 
 def machine_place(place: Path, option: str, force: bool) -> Path:
-    """Return the file of a machine that goes to a ``.toml`` file or a folder; refuse it as `law_place` does.
-
-    Parameters
-    ----------
-    place : Path
-    option : str
-        That names it.
-    force : bool
-        An earlier machine may be replaced, nothing else.
-    """
+    """Return the file of a machine, which goes to a ``.toml`` file or a folder; refuse it as `law_place` does."""
     from hexathermal.machine.writing import machine_file
     from hexathermal.predict.table_writing import refuse_no_folder, refuse_no_place
 

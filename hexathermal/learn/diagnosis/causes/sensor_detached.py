@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from hexathermal.learn.diagnosis.sensor_model import BIAS_K, SensorModel
+from hexathermal.learn.diagnosis.sensor_model import BIAS_K, Parity, SensorModel
 from hexathermal.learn.diagnosis.trials import Cause, Parameter, Trial, Workbench
 from hexathermal.machine.leg_repairs import SensorRepair
 from hexathermal.poses import FloatArray
@@ -97,27 +97,30 @@ def trials(bench: Workbench) -> Iterator[Trial]:
             off = (view.channel.run == loss.run) & (view.time >= loss.moment)
             off |= (view.channel.run > loss.run) & loss.stays
             lost = off * (told - own)
-            where: dict[str, Any] = {"run": view.runs[loss.run].run.name, "time_s": round(loss.moment, 1)}
-            where |= {} if loss.stays else {"fixed_again": 1}
-            where = {"since": "the beginning"} if loss.begun else where
             asked = loss in promising
             # of a thermometer that never sat on the part the law's own B over A says nothing
             apart = loss.begun and view.kind == "leg" and view.moves
             columns = np.column_stack([view.q, np.full(len(lost), view.length)]) if apart else span[:, None]
-            shown, price = partial(_parity, replace(loss, teaches=False)), math.log(KINDS * SCANNED / len(even))
-            yield Trial(CAUSE.name, columns * lost[:, None], sensor, "", where, parity=shown, partly=True,
-                        repair=partial(_repair, model, loss), asked=asked or loss.begun, tight=loss.begun,
-                        advantage=-price if asked else 0.0)  # fmt: skip
+            price = math.log(KINDS * SCANNED / len(even))
+            yield Trial(CAUSE.name, columns * lost[:, None], sensor, "", _where(model, loss), partly=True,
+                        parity=_parity_of(loss), repair=partial(_repair, model, loss), asked=asked or loss.begun,
+                        tight=loss.begun, advantage=-price if asked else 0.0)  # fmt: skip
 
 
 def _from_the_beginning(model: SensorModel) -> list[Loss]:
     """Return losses before the first row: where places along the part tell what the others foretell."""
+    if not model.placed or model.spoken_for:
+        return []
     begin = float(model.view.signals[0].time[0])
-    return [
-        Loss(0, begin, begun=True, teaches=teaches)
-        for teaches in (False, True)
-        if model.placed and not model.spoken_for
-    ]
+    return [Loss(0, begin, begun=True, teaches=teaches) for teaches in (False, True)]
+
+
+def _where(model: SensorModel, loss: Loss) -> dict[str, Any]:
+    """Return where and when a loss is, as a trial tells it."""
+    if loss.begun:
+        return {"since": "the beginning"}
+    where = {"run": model.view.runs[loss.run].run.name, "time_s": round(loss.moment, 1)}
+    return where if loss.stays else where | {"fixed_again": 1}
 
 
 def _order(loss: Loss) -> tuple[bool, int, float, bool]:
@@ -202,7 +205,7 @@ def _weights(model: SensorModel, loss: Loss) -> FloatArray:
     """Return the weights of the profiles that foretell the sensor, learnt while it sat on the part."""
     if not loss.teaches:
         return model.weights(_sound(model, loss))
-    share = model.tight.shown_of(partial(_parity, replace(loss, teaches=False))).amplitude
+    share = model.tight.shown_of(_parity_of(loss)).amplitude
     return model.weights_beside_air(float(np.clip(share, 0.0, MOST_SHARE)))
 
 
@@ -211,6 +214,11 @@ def _sound(model: SensorModel, loss: Loss) -> list[slice]:
     firsts = [loss.first_row(i, signals.time) for i, signals in enumerate(model.view.signals)]
     return [slice(None) if first == len(signals) else slice(0, first)
             for first, signals in zip(firsts, model.view.signals, strict=True)]  # fmt: skip
+
+
+def _parity_of(loss: Loss) -> Parity:
+    """Return what the parity is asked of a loss, the same whatever its readings teach: models keep what it shows."""
+    return partial(_parity, replace(loss, teaches=False))
 
 
 def _parity(loss: Loss, model: SensorModel) -> tuple[FloatArray, FloatArray]:
