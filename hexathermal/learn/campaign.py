@@ -21,6 +21,10 @@ ACCEPTED = ("missing-blocks", "clock-disorder", "unusual-weather")
 """Faults that `[cleaning] accept` of `campaign.toml` takes as they are; what is lost is left out and counted."""
 
 
+AIR_PARTS = ("air", "room", "ambient")
+"""Parts of thermocouples that hang in the room: one stands for the station's air where no column records that."""
+
+
 @dataclass(frozen=True)
 class Thermocouple:
     """One thermocouple of a campaign.
@@ -30,7 +34,7 @@ class Thermocouple:
     name : str
         Its column is ``<name>_degC``.
     part : str
-        Part it sits on, empty where the campaign does not say.
+        Part it sits on, empty where the campaign does not say; of `AIR_PARTS` it hangs in the room's air.
     position : float or None [m]
         Along the leg from the lower joint's centre, rod retracted.
     """
@@ -135,6 +139,12 @@ class Campaign:
     def sensors(self) -> tuple[str, ...]:
         """Names of the thermocouples."""
         return tuple(item.name for item in self.thermocouples)
+
+    @property
+    def air_thermometer(self) -> str | None:
+        """The first thermocouple whose part, or whose name, says that it hangs in the room's air."""
+        hanging = (item.name for item in self.thermocouples if {item.part.lower(), item.name.lower()} & set(AIR_PARTS))
+        return next(hanging, None)
 
     def runs_of(self, role: str) -> tuple[RunFile, ...]:
         """Return the runs of a role."""

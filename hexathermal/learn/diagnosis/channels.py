@@ -79,6 +79,8 @@ class Channel:
         Whether each run counts from its own first row.
     shown : array, shape (n,), optional
         How much of what wanders, the slow process and offsets, each window shows; by default 1.
+    floor : array, shape (n,), optional
+        Noise of each window that no level makes smaller; by default 0.
     """
 
     y: FloatArray
@@ -91,6 +93,7 @@ class Channel:
     tied_offsets: bool = True
     zeroed_by_run: bool = True
     shown: FloatArray | None = None
+    floor: FloatArray | None = None
 
     def __len__(self) -> int:
         return len(self.y)
@@ -99,6 +102,15 @@ class Channel:
     def wander(self) -> FloatArray:
         """How much of what wanders each window shows, shape (n,)."""
         return np.ones(len(self)) if self.shown is None else self.shown
+
+    @cached_property
+    def _least(self) -> FloatArray:
+        """Least variance of each window, shape (n,)."""
+        return np.zeros(len(self)) if self.floor is None else self.floor**2
+
+    def _white(self, levels: Levels) -> FloatArray:
+        """Return the variance of each window by itself, shape (n,)."""
+        return np.asarray(levels.white**2 / self.rows + self._least)
 
     @cached_property
     def scale(self) -> float:
@@ -116,7 +128,7 @@ class Channel:
 
         table = np.ascontiguousarray(columns, dtype=np.float64)
         out = np.empty_like(table)
-        white, landing = levels.white**2 / self.rows, levels.landing**2
+        white, landing = self._white(levels), levels.landing**2
         logdet = whiten(table, self.start, self.fresh, self.step, self.wander, white, landing, levels.slow**2,
                         levels.slow_time, levels.offset**2, out)  # fmt: skip
         return out, float(logdet)
@@ -131,7 +143,7 @@ class Channel:
             V = levels.slow**2 * np.exp(-np.abs(time[:, None] - time) / levels.slow_time) + levels.offset**2
             V *= self.wander[own][:, None] * self.wander[own]
             V += levels.landing**2 * (landing[own][:, None] == landing[own])
-            V[np.diag_indices_from(V)] += levels.white**2 / self.rows[own]
+            V[np.diag_indices_from(V)] += self._white(levels)[own]
             total += G[own].T @ V @ G[own]
         return total
 
@@ -164,7 +176,7 @@ class Channel:
         """Return `evidence` of a table as `_scaled` gives it."""
         from hexathermal.learn.diagnosis.whitening_loops import log_evidence
 
-        white, landing = levels.white**2 / self.rows, levels.landing**2
+        white, landing = self._white(levels), levels.landing**2
         value = log_evidence(table, self.start, self.fresh, self.step, self.wander, white, landing,
                              levels.slow**2, levels.slow_time, levels.offset**2)  # fmt: skip
         return float(value) + self.prior(levels)
@@ -273,7 +285,7 @@ class Channel:
             whole[free] = point
             try:
                 value = log_posterior(whole, slow_time, table, self.start, self.fresh, self.step, self.wander, share,
-                                      self.scale, self.has_landings, self.tied_offsets)  # fmt: skip
+                                      self._least, self.scale, self.has_landings, self.tied_offsets)  # fmt: skip
             except np.linalg.LinAlgError:  # so little noise beside such columns is lost in rounding
                 return math.inf
             return -float(value)

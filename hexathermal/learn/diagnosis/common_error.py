@@ -89,15 +89,9 @@ class CommonError:
         With C the products of what the recorded causes leave of each, ``w' C w`` is least (bounded least squares,
         the sum as a heavy row: Lawson and Hanson, Solving Least Squares Problems, 1974, 23).
         """
-        windows = parity_windows(self.view)
-        X, T = windows.means(self._causes), windows.means(self.view.tables(self.sensors))
-        count, channel = T.shape[1], windows.channel(T.mean(axis=1))
-        broadly = replace(BROADLY, white=BROADLY.white * channel.scale, slow=BROADLY.slow * channel.scale,
-                          offset=BROADLY.offset * channel.scale)  # fmt: skip
-        size = LARGEST_PART * float(np.sqrt((T**2).mean()))
-        both, _logdet = channel.whitened(np.column_stack([T, size * X]), broadly)
-        table, Z = both[:, :count], both[:, count:]
-        left = table - Z @ linalg.solve(Z.T @ Z + np.eye(Z.shape[1]), Z.T @ table, assume_a="pos")
+        table, Z, _size = self._whitened
+        count = table.shape[1]
+        left = table - Z @ _ridge(Z, table)
         C = left.T @ left
         C[np.diag_indices(count)] += OWN_ERROR * np.trace(C) / count
         if not np.trace(C) > 0.0:  # nothing is left of any
@@ -106,6 +100,25 @@ class CommonError:
         rows, wanted = np.vstack([linalg.cholesky(C), np.full(count, heavy)]), np.append(np.zeros(count), heavy)
         weights = optimize.lsq_linear(rows, wanted, (0.0, MOST_WEIGHT), method="bvls").x
         return np.asarray(weights / weights.sum())
+
+    @cached_property
+    def warmed(self) -> list[FloatArray]:
+        """What the recorded causes foretell of each thermometer in all rows of each run, shape (n, s) [K]."""
+        table, Z, size = self._whitened
+        weights = size * _ridge(Z, table)
+        return [causes @ weights for causes in self._causes]
+
+    @cached_property
+    def _whitened(self) -> tuple[FloatArray, FloatArray, float]:
+        """The thermometers, shape (m, s), and what warms them times its prior size, (m, k), whitened; that size."""
+        windows = parity_windows(self.view)
+        X, T = windows.means(self._causes), windows.means(self.view.tables(self.sensors))
+        channel = windows.channel(T.mean(axis=1))
+        broadly = replace(BROADLY, white=BROADLY.white * channel.scale, slow=BROADLY.slow * channel.scale,
+                          offset=BROADLY.offset * channel.scale)  # fmt: skip
+        size = LARGEST_PART * float(np.sqrt((T**2).mean()))
+        both, _logdet = channel.whitened(np.column_stack([T, size * X]), broadly)
+        return both[:, : T.shape[1]], both[:, T.shape[1] :], size
 
     @cached_property
     def _own(self) -> list[FloatArray]:
@@ -168,6 +181,11 @@ class CommonError:
             slower = [smoothed(signals.time, left, over) for over in SLOWER_S]
             found.append(part * np.column_stack([left, *slower, causes @ uncertain]))
         return found
+
+
+def _ridge(Z: FloatArray, table: FloatArray) -> FloatArray:
+    """Return the coefficients of columns, of prior N(0, 1), that foretell those of a table, whitened both."""
+    return np.asarray(linalg.solve(Z.T @ Z + np.eye(Z.shape[1]), Z.T @ table, assume_a="pos"))
 
 
 def _warmed(signals: LegSignals, memory: Memory, *, airy: bool) -> Iterator[FloatArray]:

@@ -20,8 +20,9 @@ from hexathermal.learn.diagnosis.exchange import rival_beside
 from hexathermal.learn.diagnosis.foresight import LEAST_SHARE, denied, part_saved, tells_of_one_run, worth
 from hexathermal.learn.diagnosis.pruning import pruned
 from hexathermal.learn.diagnosis.ranking import Ranked, Step
+from hexathermal.learn.diagnosis.reading_noise import with_reading_noise
 from hexathermal.learn.diagnosis.rivals import SHAPE_ERROR
-from hexathermal.learn.diagnosis.search import REPEATED
+from hexathermal.learn.diagnosis.search import REPEATED, as_joined
 from hexathermal.learn.diagnosis.stage import Stage, view_of
 from hexathermal.learn.diagnosis.tolerating import tolerant
 from hexathermal.learn.diagnosis.trials import Trial
@@ -156,7 +157,7 @@ def searched(
         Called as ``progress(done, total, label)``.
     """
     said = progress if progress is not None else (lambda _done, _total, _label: None)
-    first = stage = Stage(with_wandering(view_of(campaign, rows, law.sensors)))
+    first = stage = Stage(with_wandering(with_reading_noise(view_of(campaign, rows, law.sensors))))
     _refuse_too_little(first)
     said(1, MOST_EFFECTS + 2, "trying causes")
     threshold = _threshold(first)
@@ -284,10 +285,10 @@ def _next(before: Stage, after: Stage, found: Sequence[Found], threshold: float)
 
 
 def _kin(stage: Stage, leader: Ranked) -> list[Trial]:
-    """Return the trials of a stage that tell of the same cause on the same target by a term."""
+    """Return the trials of a stage that tell of the same cause on the same target by columns, or are compared so."""
     own = leader.best.trial
     return [trial for trial in stage.search.trials
-            if own.shape and trial.shape and not trial.starts
+            if own.shape and (trial.shape or (trial.term is not None and trial.carried)) and not trial.starts
             and (trial.cause, trial.target) == (own.cause, own.target)]  # fmt: skip
 
 
@@ -296,7 +297,7 @@ def _refined(before: Stage, after: Stage, leader: Ranked, threshold: float) -> S
 
     Nature's creep is no single exponential, nor is a lag of one time: a second of the same cause is no other cause.
     """
-    kin = [] if leader.best.trial.shape == "direction" else _kin(before, leader)  # a nut has one play
+    kin = [trial for trial in _kin(before, leader) if trial.shape and trial.shape != "direction"]  # a nut has one play
     for _more in range(MOST_REFINED):
         # a shape with temperatures as recorded is the same term of a law as with smoothed ones
         joined = [(item.trial.shape, item.trial.parameters) for item in after.joined]
@@ -346,13 +347,11 @@ def _leader(stage: Stage, decision: Decision, threshold: float, *, first: bool) 
     if leader is None or leader.cause != REPEATED:
         return leader
     again = [trial for trial in stage.trials_left if trial.cause == REPEATED]
-    scored = [
-        item for item in stage.search.scored(stage.step.levels, again)
-        if item.gated >= threshold and item.value >= STANDING * leader.value
-    ]  # fmt: skip
+    scored = stage.search.scored(stage.step.levels, again)
+    standing = [item for item in scored if item.gated >= threshold and item.value >= STANDING * leader.value]
     targets: dict[str | None, Scored] = {leader.best.trial.target: leader.best}
-    for item in sorted(scored, key=lambda item: -item.value):
-        targets.setdefault(item.trial.target, item)
+    for item in sorted(standing, key=lambda item: -item.value):
+        targets.setdefault(item.trial.target, replace(as_joined(item, scored), value=item.value))
     shares = {name: part_saved(stage, stage.with_effect(item), leader) for name, item in targets.items()}
     best = max(shares, key=lambda name: shares[name])
     if shares[best] - shares[leader.best.trial.target] < CLEARLY:

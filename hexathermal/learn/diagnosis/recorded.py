@@ -36,6 +36,23 @@ def row_noise(runs: Iterable[RunRows], sensor: str) -> float:
     return float(np.sqrt(np.mean(np.concatenate([np.diff(one) for one in values]) ** 2) / 2.0))
 
 
+def reading(runs: Sequence[RunRows], sensor: str) -> tuple[float, float]:
+    """Return a thermometer's resolution, as far as its noise does not make up for it, and its noise [K].
+
+    Noise of standard deviation s leaves ``exp(-2 pi^2 (s / step)^2)`` of what steps hide of a mean, and all of them
+    where it is as large as they are (Widrow and Kollar, Quantization Noise, 2008, chapter 19). What is seen of it from
+    row to row has the steps' own, step^2 / 12, in it.
+    """
+    noise = row_noise(runs, sensor)
+    raw = np.concatenate([rows.signals.dT[sensor] for rows in runs])
+    steps = np.diff(np.unique(np.round(raw, 6)))
+    step = float(np.quantile(steps, 0.1)) if len(steps) else 0.0
+    if step <= noise:
+        return 0.0, noise
+    dither = max((noise / step) ** 2 - 1.0 / 12.0, 0.0)
+    return step * float(np.exp(-2.0 * np.pi**2 * dither)), noise
+
+
 def noisy_sensors(runs: Sequence[RunRows], sensors: Sequence[str]) -> dict[str, tuple[float, float]]:
     """Return the thermometers that are far noisier than the others: their noise [K], and its ratio to the middle one.
 

@@ -172,7 +172,7 @@ class Search:
                     ranked[name] = max(each, key=lambda item: item.gated)
                 else:
                     value = min(value, 0.0) if name not in ranked else ranked[name].value
-                    ranked[name] = Ranked(name, value, _joining(best, scored), levels)
+                    ranked[name] = Ranked(name, value, as_joined(best, scored), levels)
             gained = nulls[better] - null
             levels, null = pool[better], nulls[better]
             if gained < TRIFLE:
@@ -190,7 +190,7 @@ class Search:
         """Return a trial as it stands beside the null, every noise open to both."""
         own, at = max(((self._at(best, item), item) for item in pool), key=lambda pair: pair[0])
         drift = min(own - max(nulls), believing(best)) + grid - np.log(len(RHO)) * bool(best.rho)
-        joining = self._doubted(_joining(best, scored), pool, max(nulls))
+        joining = self._doubted(as_joined(best, scored), pool, max(nulls))
         return self.witnesses.heard(Ranked(best.trial.cause, drift, self._unsure(joining, drift, at), at))
 
     def _all_believed(self, pool: list[Levels]) -> Callable[[Scored], float]:
@@ -348,7 +348,7 @@ def _at_rest(best: Scored, scored: list[Scored]) -> list[Scored]:
     return [max(own, key=lambda item: item.value)] if own else []
 
 
-def _joining(best: Scored, scored: list[Scored]) -> Scored:
+def as_joined(best: Scored, scored: list[Scored]) -> Scored:
     """Return what joins the law for a trial: itself, or another one that it is compared for."""
     term = best.trial.term
     return best if term is None else next(item for item in scored if item.trial.columns is term.columns)

@@ -11,7 +11,8 @@ from hexathermal.learn.diagnosis.channels import Channel
 from hexathermal.poses import FloatArray
 
 BUMPS = (-3, -2, -1, 1, 2, 3)
-"""So many windows before or behind a step are asked; besides them a landing there, or the first one of the run."""
+"""So many windows before or behind a step are asked; besides them a landing there, a part of it, or the first one of
+the run."""
 
 PAIRS = 3
 """Pairs of landings after a step, one behind the other, that are asked so."""
@@ -20,8 +21,9 @@ PAIRS = 3
 def stand_offs(step: FloatArray, channel: Channel) -> tuple[list[FloatArray], list[FloatArray]]:
     """Return what may stand off in place of a step, each shape (n, 1), and pairs of landings after it, shape (n, 2).
 
-    A few windows or a landing about its moment; or the first landing of its run, and with it, where the run counts from
-    it, all the others. Two landings, the last of a run say, may stand off each by itself.
+    A few windows, a landing about its moment, or what of it comes before or behind that; or the first landing of its
+    run, and with it, where the run counts from it, all the others. Two landings, the last of a run say, may stand off
+    each by itself.
     """
     index = np.arange(len(step))[:, None]
     first = int(np.argmax(step[:, 0] > 0.0))
@@ -29,7 +31,7 @@ def stand_offs(step: FloatArray, channel: Channel) -> tuple[list[FloatArray], li
     at = int(np.searchsorted(landings, first, "right")) - 1
     begin = int(np.flatnonzero(channel.start[: first + 1])[-1])
     spans = [(first + min(width, 0), first + max(width, 0)) for width in BUMPS]
-    spans.append((begin, landings[landings > begin][0]))
+    spans += [(landings[at], first), (first, landings[at + 1]), (begin, landings[landings > begin][0])]
     bumps = [((low <= index) & (index < high)).astype(float) for low, high in spans]
     if channel.zeroed_by_run:
         bumps[-1] = (channel.run == channel.run[first])[:, None] - bumps[-1]

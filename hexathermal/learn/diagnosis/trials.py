@@ -11,7 +11,7 @@ import numpy as np
 
 from hexathermal.learn.diagnosis.channels import Levels
 from hexathermal.learn.diagnosis.common_error import common_error
-from hexathermal.learn.diagnosis.recorded import noisy_sensors, row_noise
+from hexathermal.learn.diagnosis.recorded import noisy_sensors, reading
 from hexathermal.learn.diagnosis.sensor_model import Parity, SensorModel, sensor_model
 from hexathermal.learn.diagnosis.view import View
 from hexathermal.poses import FloatArray
@@ -348,7 +348,7 @@ class Workbench:
 
     def reading(self, sensor: str) -> tuple[float, float]:
         """Return a thermometer's resolution, where it is coarser than its noise, and its noise from row to row [K]."""
-        return self.view.once(("reading", sensor), partial(_reading, self.view, sensor), [sensor])
+        return self.view.once(("reading", sensor), partial(reading, self.view.runs, sensor), [sensor])
 
     def slopes_span(self, sensor: str) -> FloatArray:
         """Return ``q0 + ratio q`` of a sensor of the law in windows [m]."""
@@ -370,21 +370,6 @@ class Workbench:
 def evenly(items: Sequence[Item], most: int) -> list[Item]:
     """Return at most so many items, evenly chosen, first and last among them."""
     return [items[k] for k in np.unique(np.linspace(0, len(items) - 1, min(most, len(items))).astype(int))]
-
-
-def _reading(view: View, sensor: str) -> tuple[float, float]:
-    """Return a thermometer's resolution and its noise from row to row [K]."""
-    return resolution(view, sensor), row_noise(view.runs, sensor)
-
-
-def resolution(view: View, sensor: str) -> float:
-    """Return the step in which a thermometer is recorded, where it is coarser than its noise; else 0 [K]."""
-    raw = np.concatenate([rows.signals.dT[sensor] for rows in view.runs])
-    steps = np.diff(np.unique(np.round(raw, 6)))
-    if not len(steps):
-        return 0.0
-    step = float(np.quantile(steps, 0.1))
-    return step if step > row_noise(view.runs, sensor) else 0.0
 
 
 class CauseModule(Protocol):

@@ -33,25 +33,22 @@ class View:
     Attributes
     ----------
     runs : tuple of RunRows
-    sensors : tuple of str
-        All thermometers.
-    base : tuple of str
-        Those of the law.
+    sensors, base : tuple of str
+        All thermometers; those of the law.
     kind : str
         ``"leg"`` or ``"component"``.
-    zeroed_by_run : bool
-        Whether each run counts from its own first row.
+    zeroed_by_run, smooths : bool
+        Whether each run counts from its own first row; whether temperatures are smoothed.
     dead_path : float [m]
         Of the interferometer; 0 where it is not stated.
     positions : mapping of str to float [m]
         Of the thermometers whose places are stated.
     order : tuple of str
         Names of all runs of the campaign, those for validation too, in the order in which they were made.
-    smooths : bool
-        Whether temperatures are smoothed.
     erring : array, shape (2 s,), optional [1/K]
-        ``[A .. B ..]`` of the law's thermometers whose slow errors are what wanders in the drift, which then goes as
-        the length that they speak for; by default it knows no length.
+        ``[A .. B ..]`` of the law's thermometers whose slow errors are what wanders in the drift, as their length does.
+    floor : array, shape (n,), optional [m]
+        Least noise of each window; by default none.
     """
 
     runs: tuple[RunRows, ...]
@@ -64,6 +61,7 @@ class View:
     order: tuple[str, ...] = ()
     smooths: bool = True
     erring: FloatArray | None = None
+    floor: FloatArray | None = None
 
     @cached_property
     def as_recorded(self) -> View:
@@ -135,7 +133,7 @@ class View:
         y, start, fresh, step, count, run = (np.concatenate(items) for items in zip(*parts, strict=True))
         has = self.moves and bool((fresh & ~start).any())
         tied = self.zeroed_by_run and self.kind == "leg"  # of a part thermometers' first rows are most of an offset
-        return Channel(y, start, fresh, step, count, run, has, tied, self.zeroed_by_run, self._shown)
+        return Channel(y, start, fresh, step, count, run, has, tied, self.zeroed_by_run, self._shown, self.floor)
 
     @property
     def _shown(self) -> FloatArray | None:

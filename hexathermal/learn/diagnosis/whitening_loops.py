@@ -144,9 +144,12 @@ def log_prior(white, landing, slow, offset, scale, has_landings, tied):
 
 
 @loop
-def log_posterior(theta, tau, C, start, fresh, step, wander, share, scale, has_landings, tied):
-    """Return `log_evidence` and `log_prior` at the levels of logarithms; `share` (n,) is 1 / rows of windows."""
+def log_posterior(theta, tau, C, start, fresh, step, wander, share, least, scale, has_landings, tied):
+    """Return `log_evidence` and `log_prior` at the levels of logarithms.
+
+    `share` (n,) is 1 / rows of windows, `least` (n,) the variance that each has at least.
+    """
     white, landing, slow, offset = levels_at(theta, scale, has_landings)
-    variances = white**2 * share, landing**2, slow**2
+    variances = white**2 * share + least, landing**2, slow**2
     evidence = log_evidence(C, start, fresh, step, wander, *variances, tau, offset**2)
     return evidence + log_prior(white, landing, slow, offset, scale, has_landings, tied)

@@ -83,9 +83,9 @@ def trials(bench: Workbench) -> Iterator[Trial]:
 
 
 def _from_the_beginning(bench: Workbench) -> Iterator[Trial]:
-    """Give decays from the beginning of each run on, alike in all: of legs, since parts warm so when they begin."""
+    """Give decays from the beginning of each run on, alike in all; parts that never move warm so when they begin."""
     view = bench.view
-    if view.kind != "leg" or view.goes_on.count(False) < FEWEST_BEGUN:
+    if (view.kind != "leg" and not view.moves) or view.goes_on.count(False) < FEWEST_BEGUN:
         return
     for decades, times in BEGUN.items():
         for tau in times:

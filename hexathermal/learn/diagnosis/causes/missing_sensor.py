@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 
+from hexathermal.learn.diagnosis.common_error import CommonError
 from hexathermal.learn.diagnosis.sensor_model import sensor_model
 from hexathermal.learn.diagnosis.trials import Cause, Parameter, Trial, Workbench
 
@@ -33,26 +34,31 @@ def trials(bench: Workbench) -> Iterator[Trial]:
     """Give each other thermometer, acting on the retracted length, as the law's own, or with its own A and B."""
     view = bench.view
     ratios = sorted({0.0, bench.ratios[bench.main]} if view.kind == "leg" else {0.0})
-    for sensor in view.sensors:
-        if sensor not in view.base and sensor not in bench.noisy:
-            for ratio in ratios:
-                yield bench.term(CAUSE.name, "temperature", sensor, quick=True, sensor=sensor, ratio=ratio)
-                yield from _told(bench, sensor, ratio)
-            # as recorded: smoothing takes what is quicker than the noise of a good thermometer
-            for ratio in ratios:
-                raw = view.span(ratio) * view.recorded(sensor)
-                yield Trial(CAUSE.name, raw[:, None], sensor, "temperature", {"sensor": sensor, "ratio": ratio})
-            if view.kind == "leg" and view.moves:
-                yield bench.term(CAUSE.name, "expansion", sensor, quick=True, sensor=sensor)
+    asked = [sensor for sensor in view.sensors if sensor not in view.base and sensor not in bench.noisy]
+    terms = []
+    for sensor in asked:
+        for ratio in ratios:
+            own = bench.term(CAUSE.name, "temperature", sensor, quick=True, sensor=sensor, ratio=ratio)
+            told = list(_told(bench, sensor, ratio))
+            yield from (own, *told)
+            terms.append(told[0] if told else own)
+        # as recorded: smoothing takes what is quicker than the noise of a good thermometer
+        for ratio in ratios:
+            raw = view.span(ratio) * view.recorded(sensor)
+            yield Trial(CAUSE.name, raw[:, None], sensor, "temperature", {"sensor": sensor, "ratio": ratio})
+        if view.kind == "leg" and view.moves:
+            yield bench.term(CAUSE.name, "expansion", sensor, quick=True, sensor=sensor)
+    if asked and view.kind != "leg" and view.moves:
+        yield from _warmed(bench, asked, terms)
 
 
 def _told(bench: Workbench, sensor: str, ratio: float) -> Iterator[Trial]:
     """Give what a thermometer should read, as it and those outside the law besides tell; none where these are few.
 
-    In a part of many lumps the others tell it as far as they were taught, and no farther. Noisy ones are not asked:
-    a law reads row by row.
+    In a part of many lumps the others tell it as far as they were taught, and no farther: only where it moves, and
+    warms by that in many ways, are they asked. Noisy ones are not: a law reads row by row.
     """
-    if bench.view.kind != "leg":
+    if bench.view.kind != "leg" and not bench.view.moves:
         return
     noisy = tuple(name for name in bench.noisy if name not in bench.view.base)
     model = sensor_model(bench.view, sensor, (*bench.view.base, *noisy)) if noisy else bench.model(sensor)
@@ -63,3 +69,19 @@ def _told(bench: Workbench, sensor: str, ratio: float) -> Iterator[Trial]:
         weights = {name: part * weight for name, weight in told.items()}
         weights |= {sensor: 1.0 - part} if part < 1.0 else {}
         yield bench.term(CAUSE.name, "temperature", sensor, quick=True, sensor=sensor, ratio=ratio, weights=weights)
+
+
+def _warmed(bench: Workbench, sensors: Sequence[str], terms: Sequence[Trial]) -> Iterator[Trial]:
+    """Give what motion, inputs and the room foretell of each thermometer, by half and wholly, in place of a term.
+
+    A micrometre a kelvin or ten of them: the slow bias of a part's thermometer is as large as the effect, and stored
+    heat, or the room, which have none, would stand for its place. A law reads the thermometer, and the others.
+    """
+    view = bench.view
+    warmed = view.once((CAUSE.name, "warmed", tuple(sensors)), lambda: CommonError(view, tuple(sensors)).warmed)
+    own = view.tables(sensors)
+    for part in TOLD:
+        mixed = [part * foretold + (1.0 - part) * read for foretold, read in zip(warmed, own, strict=True)]
+        columns = view.windows_zeroed(mixed)
+        for k, term in enumerate(terms):
+            yield Trial(CAUSE.name, columns[:, [k]], sensors[k], "", {"sensor": sensors[k]}, term=term)

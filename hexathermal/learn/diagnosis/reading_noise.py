@@ -1,0 +1,35 @@
+"""What noise of the law's thermometers leaves in windows of the drift, where nothing else may be as small.
+
+A law moves by ``A q0 + B q`` for a kelvin that one reads. Smoothed over minutes, the noise of readings nearby is alike:
+a drift that is measured far better than its thermometers read would look as sure as it is smooth.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from functools import partial
+
+import numpy as np
+
+from hexathermal.learn.diagnosis.recorded import reading
+from hexathermal.learn.diagnosis.smoothing import SMOOTHED_S
+from hexathermal.learn.diagnosis.view import View
+
+
+def with_reading_noise(view: View) -> View:
+    """Return a view whose windows have at least the noise that smoothing leaves of the law's thermometers [m].
+
+    ``floor_w² = sum_s mean (A_s q0 + B_s q)² (noise_s² + step_s² / 12) 9 / (4 n) max(1, SMOOTHED_S / 2 t_w)``, n rows
+    in a parabola, `t_w` since the window before: those within half a parabola err alike, and tell no more than one.
+    """
+    law, channel = view.base_columns, view.channel
+    sizes = channel.loose(law)
+    mean = channel.solved(law, sizes, channel.fitted(law, sizes)[0])[1]
+    A, B = mean.reshape(2, -1) if view.kind == "leg" else (mean, np.zeros(len(mean)))
+    total = 0.0
+    for name, a, b in zip(view.base, A, B, strict=True):
+        step, noise = view.once(("reading", name), partial(reading, view.runs, name), [name])
+        total += float(((a * view.length + b * view.q) ** 2).mean()) * (noise**2 + step**2 / 12.0)
+    since = np.where(channel.start, SMOOTHED_S, np.maximum(channel.step, 1.0))
+    together = np.maximum(0.5 * SMOOTHED_S / since, 1.0)
+    return replace(view, floor=view.noise_left * np.sqrt(total * together))
