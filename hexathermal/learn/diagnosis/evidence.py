@@ -14,7 +14,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -42,6 +42,10 @@ TABLE = 500_000
 
 TOLERATED = 0.05
 """Misfit that the null tolerates in any shape, RMS over the noise: no model is exact, and many rows would tell."""
+
+WANDERING = 0.5
+"""Part of what wanders in the drift that must stay beside a trial for all of what thermometers feign to be held against
+it: they would wander in other shapes as well."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -111,6 +115,12 @@ class Scored:
     def gated(self) -> float:
         """The evidence against a null that tolerates a small misfit of the same shape."""
         return min(self.value - self.trial.doubt, relevance(self.visible, self.noise, self.trial.feigned))
+
+
+def less_feigned(scored: Scored, left: float, slow: float) -> Scored:
+    """Return a trial of which thermometers feign the less, the less wanders beside it: `left` of `slow` [m]."""
+    part = min(1.0, left / (WANDERING * slow)) if slow > 0.0 else 1.0
+    return replace(scored, trial=replace(scored.trial, feigned=part * scored.trial.feigned)) if part < 1.0 else scored
 
 
 def tolerance(noise: float, feigned: float) -> float:

@@ -16,6 +16,7 @@ from hexathermal.learn.diagnosis.evidence import (
     Scored,
     Terms,
     changed_base,
+    less_feigned,
     mean_log,
     screened,
     terms_of,
@@ -191,6 +192,7 @@ class Search:
         own, at = max(((self._at(best, item), item) for item in pool), key=lambda pair: pair[0])
         drift = min(own - max(nulls), believing(best)) + grid - np.log(len(RHO)) * bool(best.rho)
         joining = self._doubted(as_joined(best, scored), pool, max(nulls))
+        joining = less_feigned(joining, at.slow, pool[int(np.argmax(nulls))].slow)
         return self.witnesses.heard(Ranked(best.trial.cause, drift, self._unsure(joining, drift, at), at))
 
     def _all_believed(self, pool: list[Levels]) -> Callable[[Scored], float]:

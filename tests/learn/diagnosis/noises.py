@@ -15,7 +15,7 @@ def channel_like(
 ) -> Channel:
     """A channel of runs whose windows and landings are of random length; its values are zero.
 
-    With `shows` windows show half to one and a half of what wanders.
+    With `shows` windows show half to one and a half of what wanders, and have a least noise, each its own.
     """
     parts = []
     for k in range(runs):
@@ -28,7 +28,8 @@ def channel_like(
     start, fresh, step, rows, run = (np.concatenate(items) for items in zip(*parts, strict=True))
     n = len(start)
     shown = rng.uniform(0.5, 1.5, n) if shows else None
-    return Channel(np.zeros(n), start, fresh, step, rows, run, True, tied_offsets, shown=shown)
+    floor = rng.uniform(0.0, 0.3, n) if shows else None
+    return Channel(np.zeros(n), start, fresh, step, rows, run, True, tied_offsets, shown=shown, floor=floor)
 
 
 def dense(channel: Channel, levels: Levels) -> FloatArray:
@@ -38,7 +39,8 @@ def dense(channel: Channel, levels: Levels) -> FloatArray:
     same_run, same_landing = run[:, None] == run[None, :], landing[:, None] == landing[None, :]
     V = levels.slow**2 * np.exp(-np.abs(time[:, None] - time[None, :]) / levels.slow_time) * same_run
     V = (V + levels.offset**2 * same_run) * np.outer(channel.wander, channel.wander) + levels.landing**2 * same_landing
-    return np.asarray(V + np.diag(levels.white**2 / channel.rows))
+    least = 0.0 if channel.floor is None else channel.floor**2
+    return np.asarray(V + np.diag(levels.white**2 / channel.rows + least))
 
 
 def noisy(channel: Channel, levels: Levels, rng: np.random.Generator) -> Channel:

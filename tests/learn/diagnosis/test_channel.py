@@ -64,11 +64,12 @@ def test_the_filter_starts_anew_in_each_run(rng: np.random.Generator) -> None:
     channel = channel_like(rng, shows=True)
     columns = rng.standard_normal((len(channel), 2))
     whole, logdet = channel.whitened(columns, LEVELS)
+    assert channel.floor is not None
     total = 0.0
     for k in range(3):
         own = channel.run == k
-        alone = Channel(*(item[own] for item in (channel.y, channel.start, channel.fresh, channel.step, channel.rows,
-                                                 channel.run)), shown=channel.wander[own])  # fmt: skip
+        whole_run = (channel.y, channel.start, channel.fresh, channel.step, channel.rows, channel.run)
+        alone = Channel(*(item[own] for item in whole_run), shown=channel.wander[own], floor=channel.floor[own])
         part, value = alone.whitened(columns[own], LEVELS)
         np.testing.assert_array_equal(part, whole[own])
         total += value
