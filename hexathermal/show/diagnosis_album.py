@@ -12,7 +12,7 @@ from hexathermal.learn.diagnosis.result import Diagnosis, RunResidual
 from hexathermal.show import diagnosis_figures as figures
 from hexathermal.show import diagnosis_run_figures as along
 from hexathermal.show.diagnosis_pictures import Picture
-from hexathermal.show.diagnosis_words import changed, signal_words
+from hexathermal.show.diagnosis_words import changed, noise_rows, signal_words
 
 MOST_RUNS = 12
 """Runs that have a picture of their own."""
@@ -152,11 +152,7 @@ def _limits(found: Diagnosis) -> Picture:
 
 def _noise(found: Diagnosis) -> Picture:
     """Return the picture of the noise budget."""
-    noise = found.noise
-    alt = (
-        f"Noise: white {noise.white * 1e6:.3f}, landings {noise.landing * 1e6:.3f}, slow {noise.slow * 1e6:.3f}, "
-        f"zero of a run {noise.offset * 1e6:.3f} µm."
-    )
+    alt = "Noise: " + ", ".join(f"{name} {size * 1e6:.3f}" for name, size, _words in noise_rows(found)) + " µm."
     caption = "Parts of the noise, and what is left on runs for validation. A law that leaves only noise is done."
     return Picture("noise", alt, caption, partial(figures.noise_figure, found))
 

@@ -291,14 +291,20 @@ def visible_std(effect: Effect) -> float:
     return effect.visible * min(shares) if shares else math.nan
 
 
+READ = 0.05
+"""Noise of readings that is told, over all noise."""
+
+
 def noise_rows(found: Diagnosis) -> list[tuple[str, float, str]]:
     """Return the parts of the noise: name, standard deviation [m], and what makes it."""
     noise = found.noise
     lands = noise.landing > 0.0 or any("direction" in run.signals for run in found.residuals)
+    read = noise.least > READ * noise.rms
     first = ", from the noise of its first row" if found.law.zero == "run" else " against the others"
     return [
         ("white", noise.white, "differs from row to row; means of many rows hardly feel it"),
         *[("landings", noise.landing, "each stop after a move lands a little elsewhere")] * lands,
+        *[("readings", noise.least, "what noise of the law's thermometers leaves in the mean of minutes")] * read,
         ("slow", noise.slow, f"wanders within about {duration(noise.slow_time)}"),
         ("zero of a run", noise.offset, f"shifts a whole run{first}"),
     ]

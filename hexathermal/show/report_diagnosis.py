@@ -309,8 +309,9 @@ def _noise(told: Facts) -> Section:
     """Return the noise."""
     if "noise_um" in told:
         parts = told["noise_um"]
-        rows = [(name, f"{parts[key]:.3f}") for name, key in (
-            ("white", "white"), ("landings", "landing"), ("slow", "slow"), ("zero of a run", "offset"))]  # fmt: skip
+        names = {"white": "white", "landings": "landing", "readings": "readings", "slow": "slow",
+                 "zero of a run": "offset"}  # fmt: skip
+        rows = [(name, f"{parts[key]:.3f}") for name, key in names.items() if key in parts]
         return Section(
             "noise", "Noise", "Noise", (table("Parts of the noise", ("noise", "standard deviation, um>"), rows),)
         )

@@ -38,22 +38,26 @@ SILENT = 0.5
 
 @dataclass(frozen=True)
 class Levels:
-    """Standard deviations of the noise's parts, in the channel's unit, and the slow process's correlation time [s]."""
+    """Standard deviations of the noise's parts, in the channel's unit, and the slow process's correlation time [s].
+
+    `least` is what each window has at least, RMS.
+    """
 
     white: float
     landing: float
     slow: float
     offset: float
     slow_time: float = 2400.0
+    least: float = 0.0
 
     @property
     def rms(self) -> float:
         """Of a window that is the mean of many rows, offsets apart."""
-        return math.hypot(self.landing, self.slow, self.white)
+        return math.hypot(self.landing, self.slow, self.white, self.least)
 
     def variance(self, rows: Rows) -> Rows:
         """Return the variance of windows that are means of so many rows, offsets apart."""
-        return self.white**2 / rows + self.landing**2 + self.slow**2
+        return self.white**2 / rows + self.landing**2 + self.slow**2 + self.least**2
 
 
 @dataclass(frozen=True, eq=False)
@@ -160,7 +164,7 @@ class Channel:
         from hexathermal.learn.diagnosis.whitening_loops import levels_at
 
         white, landing, slow, offset = levels_at(np.asarray(theta), self.scale, self.has_landings)
-        return Levels(white, landing, slow, offset, slow_time)
+        return Levels(white, landing, slow, offset, slow_time, float(np.sqrt(self._least.mean())))
 
     def theta(self, levels: Levels) -> tuple[float, ...]:
         """Return the logarithms of levels over `scale`, and of the offset's over what the first row's should be."""

@@ -291,7 +291,7 @@ class Diagnosis(Shown):
             "confusions": [{"causes": list(one.causes), "separation": one.separation} for one in self.confusions],
             "noise_um": {"white": self.noise.white * UM, "landing": self.noise.landing * UM,
                          "slow": self.noise.slow * UM, "offset": self.noise.offset * UM,
-                         "slow_time_s": self.noise.slow_time},
+                         "readings": self.noise.least * UM, "slow_time_s": self.noise.slow_time},
             "autocorrelation": None if self.whiteness is None else {
                 "before": self.whiteness.before.tolist(), "after": self.whiteness.after.tolist(),
                 "band_95": self.whiteness.band},

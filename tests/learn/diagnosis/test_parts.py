@@ -15,9 +15,11 @@ from hexathermal.learn.diagnosing import diagnose
 from hexathermal.learn.diagnosis import course, witnesses
 from hexathermal.learn.diagnosis import stage as stages
 from hexathermal.learn.diagnosis.evidence import LEAST
+from hexathermal.learn.diagnosis.ranking import Ranked
 from hexathermal.learn.diagnosis.sensor_model import SensorModel
 from hexathermal.learn.diagnosis.stage import Stage, view_of
 from hexathermal.learn.diagnosis.trials import Trial, Workbench
+from hexathermal.learn.diagnosis.view import View
 from hexathermal.learn.signals import campaign_rows
 from hexathermal.simulate.hidden.drawing import campaign_of
 from hexathermal.simulate.hidden.strength import exact_readings
@@ -49,10 +51,16 @@ def test_thermometers_that_wander_from_run_to_run_are_no_wear(monkeypatch: pytes
     """Runs of a sound part count from one zero; its thermometers wander by a tenth of a kelvin."""
     view, _ = viewed(PART, 7873671558253397, (), 1.0)
     assert not view.zeroed_by_run
-    monkeypatch.setattr(stages, "FIRST_ROW", 1e-9)  # which would explain a part of it
     assert first_name(view) is None
+    monkeypatch.setattr(stages, "FIRST_ROW", 1e-9)  # which would explain a part of it
+    assert _wear(replace(view)).gated < LEAST
     monkeypatch.setattr(Workbench, "wandered", 0.0)
-    assert first_name(replace(view)) == "follows the way travelled"
+    assert _wear(replace(view)).gated > LEAST
+
+
+def _wear(view: View) -> Ranked:
+    """How the way travelled stands in the first ranking."""
+    return next(item for item in Stage(view).step.ranking if item.cause == "follows the way travelled")
 
 
 def test_where_each_run_has_a_zero_nothing_wanders_from_run_to_run() -> None:
