@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gc
 from collections.abc import Sequence
 from dataclasses import replace
 
@@ -63,7 +64,9 @@ def diagnose(
         A table is at fault.
     """
     with threadpool_limits(limits=1):  # matrices are small and many, and threads would wait for each other
-        return _diagnosed(campaign, sensors, law, progress)
+        found = _diagnosed(campaign, sensors, law, progress)
+    gc.collect()  # stages and their searches know each other: a hundred megabytes for each of a machine's legs
+    return found
 
 
 def _diagnosed(
