@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Container, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -21,6 +21,7 @@ ACCEPTED = ("missing-blocks", "clock-disorder", "unusual-weather")
 """Faults that `[cleaning] accept` of `campaign.toml` takes as they are; what is lost is left out and counted."""
 
 
+AIR_COLUMN = "air_temperature_degC"
 AIR_PARTS = ("air", "room", "ambient")
 """Parts of thermocouples that hang in the room: one stands for the station's air where no column records that."""
 
@@ -145,6 +146,11 @@ class Campaign:
         """The first thermocouple whose part, or whose name, says that it hangs in the room's air."""
         hanging = (item.name for item in self.thermocouples if {item.part.lower(), item.name.lower()} & set(AIR_PARTS))
         return next(hanging, None)
+
+    def air_column(self, names: Container[str]) -> str | None:
+        """Return the column of a table, of its names, that tells the air's temperature; None where none does."""
+        hanging = None if self.air_thermometer is None else f"{self.air_thermometer}_degC"
+        return next((name for name in (AIR_COLUMN, hanging) if name is not None and name in names), None)
 
     def runs_of(self, role: str) -> tuple[RunFile, ...]:
         """Return the runs of a role."""

@@ -15,7 +15,7 @@ import numpy as np
 import numpy.typing as npt
 
 from hexathermal.errors import ArgumentError, HexathermalError, Problem, UnknownNameError
-from hexathermal.learn.campaign import Block, Campaign, RunFile, joined
+from hexathermal.learn.campaign import AIR_COLUMN, Block, Campaign, RunFile, joined
 from hexathermal.learn.campaign_columns import AIR
 from hexathermal.learn.campaign_faults import CampaignError, Faults
 from hexathermal.learn.campaign_streams import RunTable
@@ -120,7 +120,7 @@ class UsableBlocks(Iterator[Block]):
         if not study:
             return
         rules = ChannelRules(self.campaign, study[0], self._ledger)
-        whole = self._watched(rules.cleaned(sheets))
+        whole = self._watched(self._aired(rules.cleaned(sheets), table))
         good = without_missing(settled_rows(whole, self._ledger), self._ledger)
         first, rest = studied(good)
         if not first:
@@ -129,6 +129,16 @@ class UsableBlocks(Iterator[Block]):
         study.clear()
         first.clear()
         yield from self._with_weather(beams.cleaned(rest))
+
+    def _aired(self, sheets: Iterator[Sheet], table: RunTable) -> Iterator[Sheet]:
+        """Fill in the air's temperature where a thermocouple that hangs in the room tells it."""
+        column = self.campaign.air_column([column.name for column in table.columns])
+        if column in (None, AIR_COLUMN):
+            yield from sheets
+            return
+        at = self.campaign.sensors.index(str(self.campaign.air_thermometer))
+        for sheet in sheets:
+            yield sheet.changed(air=np.column_stack([sheet.heat[:, at], sheet.air[:, 1:]]))
 
     def _watched(self, sheets: Iterator[Sheet]) -> Iterator[Sheet]:
         """Hand on all rows, those of movements too; who needs them looks here."""

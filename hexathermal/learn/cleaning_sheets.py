@@ -68,9 +68,6 @@ def sheets_of(campaign: Campaign, table: RunTable) -> Iterator[Sheet]:
     factors = np.array([column.si[0] for column in table.columns])
     names = [column.name for column in table.columns]
     air = {name: k for k, name in enumerate(names) if parts[k] == "air"}
-    hanging = campaign.air_thermometer
-    if hanging is not None and f"{hanging}_degC" in names:
-        air.setdefault(WEATHER_COLUMNS[0], names.index(f"{hanging}_degC"))
 
     for rows in table:
         numbers = rows.numbers * factors

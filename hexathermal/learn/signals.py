@@ -136,15 +136,16 @@ def _campaign_start(campaign: Campaign) -> tuple[float, FloatArray]:
     """Return the time [s] of a campaign's first row, and its first weather, shape (3,); NaN of what is not recorded."""
     table = RunTable(campaign, campaign.runs[0])
     places = {column.name: (k, column.si[0]) for k, column in enumerate(table.columns)}
+    stands = (campaign.air_column(places), *WEATHER_COLUMNS[1:])
     began, first = math.nan, np.full(len(WEATHER_COLUMNS), math.nan)
     for rows in table:
         if math.isnan(began):
             began = float(np.nanmin(rows.numbers[:, 0]))
         for at in np.flatnonzero(np.isnan(first)):
-            k, factor = places.get(WEATHER_COLUMNS[at], (0, math.nan))
+            k, factor = places.get(stands[at] or "", (0, math.nan))
             known = rows.numbers[np.isfinite(rows.numbers[:, k]), k]
             first[at] = factor * known[0] if len(known) else math.nan
-        if not any(math.isnan(value) for name, value in zip(WEATHER_COLUMNS, first, strict=True) if name in places):
+        if not any(math.isnan(value) for name, value in zip(stands, first, strict=True) if name in places):
             break
     return (0.0 if math.isnan(began) else began), first
 

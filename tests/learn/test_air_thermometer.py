@@ -27,6 +27,21 @@ def test_its_part_says_so(tmp_path: Path, part: str) -> None:
     np.testing.assert_allclose(rows.signals.air, rows.signals.dT["T1"], atol=1e-9)
 
 
+def test_it_counts_from_the_zero_of_the_campaign(tmp_path: Path) -> None:
+    """Of a later run it begins where that room was, not at nought; what is left out of it is counted once."""
+    folder = component_campaign(tmp_path)
+    changed(folder, 'name = "T1"', 'name = "T1"\npart = "room"')
+    rows = run_rows(load_campaign(folder), "b")
+    assert rows.signals.air is not None
+    assert rows.signals.air[0] == pytest.approx(2.0, abs=0.1)
+    np.testing.assert_allclose(rows.signals.air, rows.signals.dT["T1"], atol=1e-9)
+    table = np.genfromtxt(folder / "runs" / "b.csv", delimiter=",", names=True)
+    table["T1_degC"][40] = 60.0
+    np.savetxt(folder / "runs" / "b.csv", table, delimiter=",", comments="", header=",".join(table.dtype.names or ()))
+    record = run_rows(load_campaign(folder), "b").record
+    assert [(step.step, step.channel) for step in record.steps if step.step == "spike"] == [("spike", "T1_degC")]
+
+
 def test_a_column_of_the_air_goes_first(tmp_path: Path) -> None:
     """Where a station records the air, a thermocouple that hangs in it is one of many."""
     folder = leg_campaign(tmp_path)

@@ -40,7 +40,7 @@ SILENT = 0.5
 class Levels:
     """Standard deviations of the noise's parts, in the channel's unit, and the slow process's correlation time [s].
 
-    `least` is what each window has at least, RMS.
+    `least` is what each window has at least.
     """
 
     white: float
@@ -112,7 +112,7 @@ class Channel:
         """Least variance of each window, shape (n,)."""
         return np.zeros(len(self)) if self.floor is None else self.floor**2
 
-    def _white(self, levels: Levels) -> FloatArray:
+    def alone(self, levels: Levels) -> FloatArray:
         """Return the variance of each window by itself, shape (n,)."""
         return np.asarray(levels.white**2 / self.rows + self._least)
 
@@ -132,7 +132,7 @@ class Channel:
 
         table = np.ascontiguousarray(columns, dtype=np.float64)
         out = np.empty_like(table)
-        white, landing = self._white(levels), levels.landing**2
+        white, landing = self.alone(levels), levels.landing**2
         logdet = whiten(table, self.start, self.fresh, self.step, self.wander, white, landing, levels.slow**2,
                         levels.slow_time, levels.offset**2, out)  # fmt: skip
         return out, float(logdet)
@@ -147,7 +147,7 @@ class Channel:
             V = levels.slow**2 * np.exp(-np.abs(time[:, None] - time) / levels.slow_time) + levels.offset**2
             V *= self.wander[own][:, None] * self.wander[own]
             V += levels.landing**2 * (landing[own][:, None] == landing[own])
-            V[np.diag_indices_from(V)] += self._white(levels)[own]
+            V[np.diag_indices_from(V)] += self.alone(levels)[own]
             total += G[own].T @ V @ G[own]
         return total
 
@@ -164,7 +164,7 @@ class Channel:
         from hexathermal.learn.diagnosis.whitening_loops import levels_at
 
         white, landing, slow, offset = levels_at(np.asarray(theta), self.scale, self.has_landings)
-        return Levels(white, landing, slow, offset, slow_time, float(np.sqrt(self._least.mean())))
+        return Levels(white, landing, slow, offset, slow_time, float(np.sqrt(self._least.min())))
 
     def theta(self, levels: Levels) -> tuple[float, ...]:
         """Return the logarithms of levels over `scale`, and of the offset's over what the first row's should be."""
@@ -180,7 +180,7 @@ class Channel:
         """Return `evidence` of a table as `_scaled` gives it."""
         from hexathermal.learn.diagnosis.whitening_loops import log_evidence
 
-        white, landing = self._white(levels), levels.landing**2
+        white, landing = self.alone(levels), levels.landing**2
         value = log_evidence(table, self.start, self.fresh, self.step, self.wander, white, landing,
                              levels.slow**2, levels.slow_time, levels.offset**2)  # fmt: skip
         return float(value) + self.prior(levels)

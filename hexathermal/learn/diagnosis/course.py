@@ -157,8 +157,9 @@ def searched(
         Called as ``progress(done, total, label)``.
     """
     said = progress if progress is not None else (lambda _done, _total, _label: None)
-    first = stage = Stage(with_wandering(with_reading_noise(view_of(campaign, rows, law.sensors))))
-    _refuse_too_little(first)
+    view = view_of(campaign, rows, law.sensors)
+    _refuse_too_little(Stage(view))
+    first = stage = Stage(with_wandering(with_reading_noise(view)))
     said(1, MOST_EFFECTS + 2, "trying causes")
     threshold = _threshold(first)
     stage = tolerant(stage, threshold)
@@ -347,7 +348,8 @@ def _leader(stage: Stage, decision: Decision, threshold: float, *, first: bool) 
     if leader is None or leader.cause != REPEATED:
         return leader
     again = [trial for trial in stage.trials_left if trial.cause == REPEATED]
-    scored = stage.search.scored(stage.step.levels, again)
+    scored = [stage.search.less_feigned(item, leader.levels, stage.step.levels)
+              for item in stage.search.scored(stage.step.levels, again)]  # fmt: skip
     standing = [item for item in scored if item.gated >= threshold and item.value >= STANDING * leader.value]
     targets: dict[str | None, Scored] = {leader.best.trial.target: leader.best}
     for item in sorted(standing, key=lambda item: -item.value):

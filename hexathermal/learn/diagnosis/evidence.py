@@ -47,6 +47,9 @@ WANDERING = 0.5
 """Part of what wanders in the drift that must stay beside a trial for all of what thermometers feign to be held against
 it: they would wander in other shapes as well."""
 
+LEAST_WANDERING = 0.2
+"""What wanders, over all noise, from which on the part of it that stays is asked."""
+
 
 @dataclass(frozen=True, eq=False)
 class Base:
@@ -117,9 +120,12 @@ class Scored:
         return min(self.value - self.trial.doubt, relevance(self.visible, self.noise, self.trial.feigned))
 
 
-def less_feigned(scored: Scored, left: float, slow: float) -> Scored:
-    """Return a trial of which thermometers feign the less, the less wanders beside it: `left` of `slow` [m]."""
-    part = min(1.0, left / (WANDERING * slow)) if slow > 0.0 else 1.0
+def less_feigned(scored: Scored, left: float, slow: float, noise: float) -> Scored:
+    """Return a trial of which thermometers feign the less, the less wanders beside it: `left` of `slow` of `noise`.
+
+    Of what hardly wanders at all it tells nothing how much is left.
+    """
+    part = min(1.0, left / (WANDERING * slow)) if slow > LEAST_WANDERING * noise else 1.0
     return replace(scored, trial=replace(scored.trial, feigned=part * scored.trial.feigned)) if part < 1.0 else scored
 
 

@@ -23,6 +23,10 @@ NOISY = 5.0
 """Noise of a thermometer over the middle one of all from which on it is not trusted to say what moves a part."""
 
 
+MOST_STEPS = 6.0
+"""A reading that bends by more steps from row to row is one whose temperature jumps."""
+
+
 def row_noise(runs: Iterable[RunRows], sensor: str) -> float:
     """Return a thermometer's noise from row to row, standard deviation [K].
 
@@ -39,17 +43,18 @@ def row_noise(runs: Iterable[RunRows], sensor: str) -> float:
 def reading(runs: Sequence[RunRows], sensor: str) -> tuple[float, float]:
     """Return a thermometer's resolution, as far as its noise does not make up for it, and its noise [K].
 
-    Noise of standard deviation s leaves ``exp(-2 pi^2 (s / step)^2)`` of what steps hide of a mean, and all of them
-    where it is as large as they are (Widrow and Kollar, Quantization Noise, 2008, chapter 19). What is seen of it from
-    row to row has the steps' own, step^2 / 12, in it.
+    Noise of variance s^2 leaves ``exp(-2 pi^2 s^2 / step^2)`` of what steps hide of a mean (Widrow and Kollar,
+    Quantization Noise, 2008, chapter 19). Second differences of the reading show 6 times s^2 and what steps add to it,
+    step^2 / 12; where the reading mostly stays, they show less than that.
     """
+    values = [rows.signals.dT[sensor] for rows in runs]
+    steps = np.diff(np.unique(np.round(np.concatenate(values), 6)))
     noise = row_noise(runs, sensor)
-    raw = np.concatenate([rows.signals.dT[sensor] for rows in runs])
-    steps = np.diff(np.unique(np.round(raw, 6)))
-    step = float(np.quantile(steps, 0.1)) if len(steps) else 0.0
-    if step <= noise:
+    if not len(steps):
         return 0.0, noise
-    dither = max((noise / step) ** 2 - 1.0 / 12.0, 0.0)
+    step = float(np.quantile(steps, 0.1))
+    bends = np.clip(np.concatenate([np.diff(one, 2) for one in values]) / step, -MOST_STEPS, MOST_STEPS)
+    dither = max(float((bends**2).mean()) / 6.0 - 1.0 / 12.0, 0.0) if len(bends) else 0.0
     return step * float(np.exp(-2.0 * np.pi**2 * dither)), noise
 
 

@@ -192,8 +192,18 @@ class Search:
         own, at = max(((self._at(best, item), item) for item in pool), key=lambda pair: pair[0])
         drift = min(own - max(nulls), believing(best)) + grid - np.log(len(RHO)) * bool(best.rho)
         joining = self._doubted(as_joined(best, scored), pool, max(nulls))
-        joining = less_feigned(joining, at.slow, pool[int(np.argmax(nulls))].slow)
+        joining = self.less_feigned(joining, at, pool[int(np.argmax(nulls))])
         return self.witnesses.heard(Ranked(best.trial.cause, drift, self._unsure(joining, drift, at), at))
+
+    def less_feigned(self, scored: Scored, beside: Levels, null: Levels) -> Scored:
+        """Return a trial of which thermometers feign the less, the less of what wanders in the null is left beside it.
+
+        An offset that is no first row's noise wanders, too.
+        """
+        left, all_of_it = (
+            np.hypot(one.slow, 0.0 if self.channel.tied_offsets else one.offset) for one in (beside, null)
+        )
+        return less_feigned(scored, float(left), float(all_of_it), null.rms)
 
     def _all_believed(self, pool: list[Levels]) -> Callable[[Scored], float]:
         """Return what gives a trial's evidence where thermometers share no error, over its price: the most it may say.

@@ -318,7 +318,7 @@ class Stage:
             return best, covariance
         X, _sd = self._plain
         mean, inverse = self.fit(self.plain)
-        G = (X * (self.channel.rows / self.plain.white**2)[:, None]) @ inverse
+        G = (X / self.channel.alone(self.plain)[:, None]) @ inverse
         # sandwich: estimated by least squares under the noise as it is
         other = self.channel.spread(G, self.levels)
         return w * best + (1.0 - w) * mean, (1.0 - (1.0 - w) ** 2) * covariance + (1.0 - w) ** 2 * other

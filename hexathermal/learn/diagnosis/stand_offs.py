@@ -21,9 +21,9 @@ PAIRS = 3
 def stand_offs(step: FloatArray, channel: Channel) -> tuple[list[FloatArray], list[FloatArray]]:
     """Return what may stand off in place of a step, each shape (n, 1), and pairs of landings after it, shape (n, 2).
 
-    A few windows, a landing about its moment, or what of it comes before or behind that; or the first landing of its
-    run, and with it, where the run counts from it, all the others. Two landings, the last of a run say, may stand off
-    each by itself.
+    A few windows, a landing about its moment, or what of it comes before or behind that, where landings scatter and
+    others come before and behind; or the first landing of its run, and with it, where the run counts from it, all the
+    others. Two landings, the last of a run say, may stand off each by itself.
     """
     index = np.arange(len(step))[:, None]
     first = int(np.argmax(step[:, 0] > 0.0))
@@ -31,7 +31,11 @@ def stand_offs(step: FloatArray, channel: Channel) -> tuple[list[FloatArray], li
     at = int(np.searchsorted(landings, first, "right")) - 1
     begin = int(np.flatnonzero(channel.start[: first + 1])[-1])
     spans = [(first + min(width, 0), first + max(width, 0)) for width in BUMPS]
-    spans += [(landings[at], first), (first, landings[at + 1]), (begin, landings[landings > begin][0])]
+    own, end = landings[at], landings[at + 1]
+    # of a run's last landing what is left is the step itself, of its first one all but the step
+    inside = channel.has_landings and begin < own and end < len(step) and not channel.start[end]
+    spans += [(own, first), (first, end)] if inside else [(first, first)] * 2
+    spans.append((begin, landings[landings > begin][0]))
     bumps = [((low <= index) & (index < high)).astype(float) for low, high in spans]
     if channel.zeroed_by_run:
         bumps[-1] = (channel.run == channel.run[first])[:, None] - bumps[-1]

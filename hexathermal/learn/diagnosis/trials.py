@@ -347,7 +347,7 @@ class Workbench:
         return float(np.hypot(noise, step / np.sqrt(12.0))) < QUICKLY * float(self.view.quick(sensor)[:, 0].std())
 
     def reading(self, sensor: str) -> tuple[float, float]:
-        """Return a thermometer's resolution, where it is coarser than its noise, and its noise from row to row [K]."""
+        """Return a thermometer's resolution, as far as noise does not make up for it, and its noise [K]."""
         return self.view.once(("reading", sensor), partial(reading, self.view.runs, sensor), [sensor])
 
     def slopes_span(self, sensor: str) -> FloatArray:

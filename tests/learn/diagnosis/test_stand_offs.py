@@ -2,9 +2,15 @@
 
 from __future__ import annotations
 
-import numpy as np
+from dataclasses import replace
 
+import numpy as np
+import pytest
+
+from hexathermal.learn.diagnosis.evidence import LEAST
+from hexathermal.learn.diagnosis.stage import Stage
 from hexathermal.learn.diagnosis.stand_offs import stand_offs
+from tests.learn.diagnosis.campaigns import viewed
 from tests.learn.diagnosis.noises import channel_like
 
 
@@ -30,3 +36,20 @@ def test_a_step_at_the_beginning_of_a_landing_has_nothing_before_it_there() -> N
     step = ((channel.run == 1) & (np.arange(len(channel)) >= middle)).astype(float)[:, None]
     bumps, _pairs = stand_offs(step, channel)
     assert all(np.isfinite(bump).all() and bump.shape == step.shape for bump in bumps)
+
+
+@pytest.mark.parametrize(("bench", "seed", "run"), [("quiet", 2, 3), ("actuator", 3, 1), ("machine_tool", 1, 0)])
+def test_a_step_in_the_last_landing_of_a_run_is_named(bench: str, seed: int, run: int) -> None:
+    """What of it comes behind the step is the step: nothing that stands off in its place."""
+    view, _ = viewed(bench, seed, (), 1.0)
+    height, runs = 8.0 * Stage(view).levels.rms, list(view.runs)
+    rows = runs[run]
+    own = np.flatnonzero(view.channel.run == run)
+    last = own[view.channel.fresh[own]][-1]
+    assert own[-1] - last > 5
+    moment = view.time[last + 3]
+    runs[run] = replace(rows, drift=rows.drift + height * (rows.signals.time >= moment))
+    stepped = replace(view, runs=tuple(runs))
+    best = next(item for item in Stage(stepped).step.ranking if item.cause == "zero-jump")
+    assert best.value > LEAST
+    assert best.best.trial.target == view.runs[run].run.name
