@@ -50,7 +50,7 @@ LEG: dict[str, Shape] = _ALL | {
     "detection_limits_um": {"*": NUMBER},
     "experiments": [{"words": TEXT, "causes": [TEXT], "separation": NUMBER}],
     "confusions?": [{"causes": [TEXT], "separation": NUMBER}],
-    "noise_um": {"white": NUMBER, "landing": NUMBER, "slow": NUMBER, "offset": NUMBER},
+    "noise_um": {"white": NUMBER, "landing": NUMBER, "readings?": NUMBER, "slow": NUMBER, "offset": NUMBER},
 }
 """Fields of the diagnosis of a leg or a component."""
 
