@@ -26,6 +26,7 @@ from hexathermal.learn.diagnosis.search import REPEATED, as_joined
 from hexathermal.learn.diagnosis.stage import Stage, view_of
 from hexathermal.learn.diagnosis.tolerating import tolerant
 from hexathermal.learn.diagnosis.trials import Trial
+from hexathermal.learn.diagnosis.view import View
 from hexathermal.learn.diagnosis.wandering import with_wandering
 from hexathermal.learn.law import IdentifiedLaw
 from hexathermal.learn.signals import RunRows
@@ -157,9 +158,7 @@ def searched(
         Called as ``progress(done, total, label)``.
     """
     said = progress if progress is not None else (lambda _done, _total, _label: None)
-    view = view_of(campaign, rows, law.sensors)
-    _refuse_too_little(Stage(view))
-    first = stage = Stage(with_wandering(with_reading_noise(view)))
+    first = stage = _first(view_of(campaign, rows, law.sensors))
     said(1, MOST_EFFECTS + 2, "trying causes")
     threshold = _threshold(first)
     stage = tolerant(stage, threshold)
@@ -203,6 +202,12 @@ def searched(
         stage, steps, stages, found, decision = stages[0], steps[:1], [], [], alone
     end = _not_denied(stage, decision)
     return _asked_again(Course(first, stage, tuple(stages), tuple(steps), tuple(found), end, threshold, tuple(refused)))
+
+
+def _first(view: View) -> Stage:
+    """Return the stage that a course begins with; refuse too little data."""
+    _refuse_too_little(Stage(view))
+    return Stage(with_wandering(with_reading_noise(view)))
 
 
 def _too_faint(leader: Ranked, found: Sequence[Found], threshold: float) -> bool:

@@ -196,14 +196,10 @@ class Search:
         return self.witnesses.heard(Ranked(best.trial.cause, drift, self._unsure(joining, drift, at), at))
 
     def less_feigned(self, scored: Scored, beside: Levels, null: Levels) -> Scored:
-        """Return a trial of which thermometers feign the less, the less of what wanders in the null is left beside it.
-
-        An offset that is no first row's noise wanders, too.
-        """
-        left, all_of_it = (
-            np.hypot(one.slow, 0.0 if self.channel.tied_offsets else one.offset) for one in (beside, null)
-        )
-        return less_feigned(scored, float(left), float(all_of_it), null.rms)
+        """Return a trial of which thermometers feign the less, the less wanders beside it, in untied offsets too."""
+        free = not self.channel.tied_offsets
+        left, slow = (math.hypot(one.slow, free * one.offset) for one in (beside, null))
+        return less_feigned(scored, left, slow, null.rms)
 
     def _all_believed(self, pool: list[Levels]) -> Callable[[Scored], float]:
         """Return what gives a trial's evidence where thermometers share no error, over its price: the most it may say.
