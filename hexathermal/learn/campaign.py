@@ -22,6 +22,8 @@ ACCEPTED = ("missing-blocks", "clock-disorder", "unusual-weather")
 
 
 AIR_COLUMN = "air_temperature_degC"
+"""Column of the station's air temperature."""
+
 AIR_PARTS = ("air", "room", "ambient")
 """Parts of thermocouples that hang in the room: one stands for the station's air where no column records that."""
 
