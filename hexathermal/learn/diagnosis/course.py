@@ -206,7 +206,7 @@ def searched(
 
 def _first(view: View) -> Stage:
     """Return the stage that a course begins with; refuse too little data."""
-    _refuse_too_little(Stage(view))
+    _refuse_too_little(view)
     return Stage(with_wandering(with_reading_noise(view)))
 
 
@@ -379,9 +379,9 @@ def _mopped_up(leader: Ranked, found: Sequence[Found]) -> float:
     return SHAPE_ERROR * max((one.value for one in kindred), default=0.0)
 
 
-def _refuse_too_little(stage: Stage) -> None:
+def _refuse_too_little(view: View) -> None:
     """Refuse a campaign from which nothing can be told."""
-    windows, runs = len(stage.channel), len(stage.view.runs)
+    windows, runs = len(view.channel), len(view.runs)
     if windows < FEWEST_WINDOWS or runs < FEWEST_RUNS:
         raise ArgumentError(
             f"too little data for a diagnosis: {windows} windows of landings in {runs} runs for identification; it "
