@@ -9,9 +9,9 @@ from difflib import get_close_matches
 
 import numpy as np
 
-from hexathermal.learn.campaign import Campaign
+from hexathermal.learn.campaign import AIR_COLUMN, Campaign
 
-AIR = ("air_temperature_degC", "air_pressure_hPa", "air_humidity_percent")
+AIR = (AIR_COLUMN, "air_pressure_hPa", "air_humidity_percent")
 BEAMS = ("beam1_mm", "beam2_mm", "beam3_mm")
 POSE = ("x_mm", "y_mm", "z_mm", "rx_deg", "ry_deg", "rz_deg")
 MEASURED_POSE = tuple(f"measured_{name}" for name in POSE)

@@ -9,8 +9,8 @@ import numpy as np
 import numpy.typing as npt
 
 from hexathermal.learn.campaign import Campaign
+from hexathermal.learn.campaign_columns import AIR
 from hexathermal.learn.campaign_streams import RunTable
-from hexathermal.learn.interferometer import WEATHER_COLUMNS
 from hexathermal.poses import FloatArray
 
 
@@ -76,7 +76,7 @@ def sheets_of(campaign: Campaign, table: RunTable) -> Iterator[Sheet]:
             return numbers[:, [k for k, name in enumerate(parts) if name == part]]
 
         weather = np.full((len(numbers), 3), np.nan)
-        for k, name in enumerate(WEATHER_COLUMNS):
+        for k, name in enumerate(AIR):
             if name in air:
                 weather[:, k] = numbers[:, air[name]]
         fresh = np.zeros((len(numbers), 1))

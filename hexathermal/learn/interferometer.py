@@ -25,9 +25,9 @@ import numpy.typing as npt
 from hexathermal.errors import ArgumentError
 from hexathermal.learn.air import RED_HELIUM_NEON, refractive_index
 from hexathermal.learn.campaign import BeamLayout
+from hexathermal.learn.campaign_columns import AIR
 from hexathermal.poses import FloatArray, as_array, finite_array
 
-WEATHER_COLUMNS = ("air_temperature_degC", "air_pressure_hPa", "air_humidity_percent")
 SMALLEST_SPREAD = 1e-3
 """Least ratio of the singular values of ``[1, sin a, -cos a]`` with which two tilts are told apart."""
 
@@ -58,12 +58,12 @@ def index_along_run(
     """
     weather = as_array(air, "air")
     if weather.ndim != 2 or weather.shape[1] != 3:
-        raise ArgumentError(f"air has shape {weather.shape}; expected (n, 3): {', '.join(WEATHER_COLUMNS)}")
+        raise ArgumentError(f"air has shape {weather.shape}; expected (n, 3): {', '.join(AIR)}")
     missing = ~np.isfinite(weather)
     if missing.any():
         parts = [
             f"{name} in {count} of {len(weather)} rows (the first is row {first + 1})"
-            for name, count, first in zip(WEATHER_COLUMNS, missing.sum(axis=0), missing.argmax(axis=0), strict=True)
+            for name, count, first in zip(AIR, missing.sum(axis=0), missing.argmax(axis=0), strict=True)
             if count
         ]
         raise ArgumentError(

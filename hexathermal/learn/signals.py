@@ -16,11 +16,12 @@ import numpy.typing as npt
 
 from hexathermal.errors import ArgumentError, HexathermalError
 from hexathermal.learn.campaign import BeamLayout, Block, Campaign, RunFile, joined
+from hexathermal.learn.campaign_columns import AIR
 from hexathermal.learn.campaign_streams import RunTable
 from hexathermal.learn.cleaning import UsableBlocks
 from hexathermal.learn.cleaning_record import CleaningRecord
 from hexathermal.learn.cleaning_sheets import Sheet, stacked
-from hexathermal.learn.interferometer import WEATHER_COLUMNS, index_along_run
+from hexathermal.learn.interferometer import index_along_run
 from hexathermal.machine.leg_signals import LegSignals
 from hexathermal.poses import FloatArray
 
@@ -99,7 +100,7 @@ def run_rows(campaign: Campaign, run: RunFile | str) -> RunRows:
     sheet = stacked(reader.sheets)
     time = sheet.time[:, 0] - sheet.time[0, 0]
     weather = _weather(time, sheet.air)
-    own = float(sheet.time[0, 0]), np.full(len(WEATHER_COLUMNS), math.nan)
+    own = float(sheet.time[0, 0]), np.full(len(AIR), math.nan)
     began, first = own if campaign.zero == "run" else _campaign_start(campaign)
     begin = max(float(sheet.time[0, 0]) - began, 0.0)
     rows = np.searchsorted(time, block.time - 1e-9)
@@ -136,8 +137,8 @@ def _campaign_start(campaign: Campaign) -> tuple[float, FloatArray]:
     """Return the time [s] of a campaign's first row, and its first weather, shape (3,); NaN of what is not recorded."""
     table = RunTable(campaign, campaign.runs[0])
     places = {column.name: (k, column.si[0]) for k, column in enumerate(table.columns)}
-    stands = (campaign.air_column(places), *WEATHER_COLUMNS[1:])
-    began, first = math.nan, np.full(len(WEATHER_COLUMNS), math.nan)
+    stands = (campaign.air_column(places), *AIR[1:])
+    began, first = math.nan, np.full(len(AIR), math.nan)
     for rows in table:
         if math.isnan(began):
             began = float(np.nanmin(rows.numbers[:, 0]))
