@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -17,6 +18,9 @@ if TYPE_CHECKING:
 
 PART_COLOURS = (BLUE, VERMILION, GREEN, PURPLE, "#8A6D00", "#56B4E9", BLACK, GREY)
 STYLES = ("-", "--", "-.", ":")
+
+HUES = -0.07, 0.05
+"""A part's many sensors turn its hue from the first to the last, as parts of the whole circle."""
 
 MOST_LABELS = 26
 """So many sensors are named at their lines; more in a legend."""
@@ -69,8 +73,8 @@ def temperatures(
 ) -> None:
     """Draw temperatures [degC], shape (n, s), each named at its line's end, and mark spikes (time [s], degC).
 
-    A part has a colour, its sensors differ in style; where no parts are named, colours go from the first sensor to the
-    last.
+    A part has a colour, its sensors differ in style, and a little in hue where they are many; where no parts are named,
+    colours go from the first sensor to the last.
     """
     ends = []
     drawn = looks(sensors)
@@ -86,9 +90,10 @@ def temperatures(
         axes.legend(loc="center left", bbox_to_anchor=(1.0, 0.5), fontsize=6.0, ncols=2)
         return
     _name_ends(axes, ends)
-    parts = {item.part: look[0] for item, look in reversed(list(zip(sensors, drawn, strict=True)))}
+    parts = _parts(sensors)
     if len(parts) > 1:
-        lines = [axes.plot([], [], color=colour, lw=2.5)[0] for colour in parts.values()]
+        of = {part: [look[0] for item, look in zip(sensors, drawn, strict=True) if item.part == part] for part in parts}
+        lines = [axes.plot([], [], color=own[len(own) // 2], lw=2.5)[0] for own in of.values()]
         axes.legend(lines, [part or "no part named" for part in parts], loc="best", fontsize=7.0)
 
 
@@ -113,16 +118,33 @@ def looks(sensors: tuple[Thermocouple, ...]) -> list[tuple[Any, str]]:
     """Return colour and style of each sensor's line."""
     import matplotlib as mpl
 
-    parts = list(dict.fromkeys(item.part for item in sensors))
+    parts = _parts(sensors)
     if len(parts) == 1 or len(parts) > len(PART_COLOURS):
         colours: list[Any] = list(mpl.colormaps["viridis"](np.linspace(0.0, 0.86, max(1, len(sensors)))))
         return [(colour, STYLES[k % len(STYLES)]) for k, colour in enumerate(colours)]
     before = dict.fromkeys(parts, 0)
+    beside = Counter(item.part for item in sensors)
     found = []
     for item in sensors:
-        found.append((PART_COLOURS[parts.index(item.part)], STYLES[before[item.part] % len(STYLES)]))
+        colour, place = PART_COLOURS[parts.index(item.part)], before[item.part]
+        if beside[item.part] > len(STYLES):
+            colour = _turned(colour, float(np.interp(place, [0, beside[item.part] - 1], HUES)))
+        found.append((colour, STYLES[place % len(STYLES)]))
         before[item.part] += 1
     return found
+
+
+def _parts(sensors: tuple[Thermocouple, ...]) -> list[str]:
+    """Return the parts that carry a sensor, in their order."""
+    return list(dict.fromkeys(item.part for item in sensors))
+
+
+def _turned(colour: str, turn: float) -> str:
+    """Return a colour with its hue turned, as a part of the whole circle."""
+    from matplotlib.colors import hsv_to_rgb, rgb_to_hsv, to_hex, to_rgb
+
+    hue, saturation, value = rgb_to_hsv(to_rgb(colour))
+    return to_hex(tuple(hsv_to_rgb(((hue + turn) % 1.0, saturation, value)).tolist()))
 
 
 def _mark(axes: Axes, spikes: list[FloatArray]) -> None:
