@@ -91,21 +91,23 @@ class BeamRules:
     def _without_steps(self, sheets: Iterator[Sheet]) -> Iterator[Sheet]:
         """Take back the steps of single beams."""
         for sheet, own in with_margins(sheets, PIECE_ROWS, MARGIN):
-            offsets = np.tile(self.offset, (own.stop - own.start, 1))
+            offsets = np.tile(self.offset, (own.stop - own.start + 1, 1))  # and of the row behind
             for step in steps_in(sheet, own, self.scales):
-                flags = np.arange(len(sheet)) == step.row
+                flags = np.arange(len(sheet)) == min(step.row, own.stop - 1)
                 name, action, reason = BEAM_STEP, REPAIRED, STEP_RULE
                 if step.kept:
                     name, action, reason = "tilt or step", NOTED, step.kept
                 else:
                     offsets[step.row - own.start :, step.beam] += step.size
+                    if step.part:
+                        offsets[step.row - 1 - own.start, step.beam] += step.part
                     moment = float(sheet.time[step.row, 0])
                     back = BeamStep(BEAMS[step.beam], moment, step.size, step.error, step.at_rest)
                     self.ledger.beam_steps.append(back)
                 self.ledger.note(name, BEAMS[step.beam], action, reason, flags[own], sheet.time[own, 0])
             self.offset = offsets[-1].copy()
             kept = sheet.take(own)
-            yield kept.changed(beams=kept.beams - offsets)
+            yield kept.changed(beams=kept.beams - offsets[:-1])
 
     def _without_outliers(self, sheets: Iterator[Sheet]) -> Iterator[Sheet]:
         """Leave out spikes of the drift, and all rows behind a jump that no expansion makes."""

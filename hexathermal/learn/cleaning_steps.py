@@ -5,7 +5,8 @@ the beams too, and where they do not stand evenly about the leg it may move one 
 displacement or the temperatures: it parts them at every movement, and at rest it creeps. So a step is put down to a
 beam
 
-- within a rest, where it is made in one row and the other two beams moved by less than a quarter of it;
+- within a rest, where it is made from one row to the next, or to the next but one where a row averages over its
+  interval, and the other two beams moved by less than a quarter of it;
 - at a movement of the rod, or beside a gap, only where besides it is several times larger than what the beams part by
   at the other movements of that size, and these leave the mean known well enough.
 
@@ -34,7 +35,7 @@ OTHERS = 0.25
 """Share of the step by which the other beams may move with it."""
 
 ONE_ROW = 0.8
-"""Share of a step within a rest that one row must make,"""
+"""Share of a step within a rest that one row must make, or two: the one within which it fell is its mean,"""
 
 REST_ROWS = 3
 """with so many rows of the rest before and from it on; any other step is one at a movement."""
@@ -52,12 +53,13 @@ WORST_REPAIR_M = 0.1e-6
 """A step is taken back only where the mean is then known better than this (standard deviation)."""
 
 STEP_RULE = (
-    f"one beam alone jumps by more than {STEP_SCALES:g} usual jumps and {SMALLEST_STEP_M * 1e6:g} um in one row of a "
-    f"rest and stays there (at a movement: by more than {MOVE_STEP_M * 1e6:g} um and {MOVE_TIMES:g} times what the "
-    "beams part by at others of that size): its step is taken back"
+    f"one beam alone jumps by more than {STEP_SCALES:g} usual jumps and {SMALLEST_STEP_M * 1e6:g} um from one row of a "
+    "rest to the next, or the next but one, and stays there (at a movement: by more than "
+    f"{MOVE_STEP_M * 1e6:g} um and {MOVE_TIMES:g} times what the beams part by at others of that size): its step is "
+    "taken back"
 )
 NOT_ALONE = "the beams move apart by more than usual, but not one of them alone: a tilt, or several lost count"
-NOT_SHARP = "one beam moves away from the others over several rows of a rest: a tilt that creeps"
+NOT_SHARP = "one beam moves away from the others over three or more rows of a rest: a tilt that creeps"
 AS_OTHERS = (
     "one beam moves away from the others where the rod moves, by no more than tilt at other such movements might: "
     "nothing is changed"
@@ -68,7 +70,8 @@ AS_OTHERS = (
 class Step:
     """A step of a beam: its row and size [m], and why it is not taken back, or nothing.
 
-    `error` [m] is what the beams part by of themselves there; `at_rest` says whether it is within a rest.
+    `error` [m] is what the beams part by of themselves there; `at_rest` says whether it is within a rest; `part` is
+    what the row before has of it [m], within which the beam stepped.
     """
 
     row: int
@@ -77,10 +80,11 @@ class Step:
     error: float
     at_rest: bool
     kept: str = ""
+    part: float = 0.0
 
 
 def steps_in(sheet: Sheet, own: slice, scales: BeamScales) -> list[Step]:
-    """Return the steps of beams among a piece's own rows, those that are only told too."""
+    """Return the steps of beams that begin in a piece's own rows, those that are only told too."""
     n = len(sheet)
     if n < 10:
         return []
@@ -97,18 +101,31 @@ def steps_in(sheet: Sheet, own: slice, scales: BeamScales) -> list[Step]:
             continue
         k = int(np.argmax(np.abs(jump[row])))
         sharp = _sharpest(apart[:, k], int(row))
-        if not own.start <= sharp < own.stop or any(abs(sharp - other.row) < 5 for other in found):
-            continue
         before, behind, within = _beside(rest, sharp)
         size = float(np.median(apart[behind, k]) - np.median(apart[before, k]))
         why, error = "" if _alone(sheet, k, before, behind, size, scales.at_rest) else NOT_ALONE, float(scales.calm[k])
+        part = 0.0
         if within and not why:
-            once = abs(apart[sharp, k] - apart[sharp - 1, k]) >= ONE_ROW * abs(size) > ONE_ROW * calm[k]
-            why = _doubt(error) if once else NOT_SHARP
+            level = float(np.median(apart[before, k]))
+            sharp, part, once = _made(apart[:, k] - level, sharp, size)
+            why = _doubt(error) if once and abs(size) > calm[k] else NOT_SHARP
         elif not why:
             why, error = _at_movement(sheet, sharp, float(reach[sharp]), abs(size), k, scales)
-        found.append(Step(sharp, k, size, error, within, why))
+        begun = sharp - (part != 0.0)
+        if own.start <= begun < own.stop and all(abs(sharp - other.row) >= 5 for other in found):
+            found.append(Step(sharp, k, size, error, within, why, part))
     return found
+
+
+def _made(level: FloatArray, sharp: int, size: float) -> tuple[int, float, bool]:
+    """Return the first row that has the whole of a step, what the row before has of it, and whether that is all."""
+    made = ONE_ROW * abs(size)
+    if abs(level[sharp] - level[sharp - 1]) >= made:
+        return sharp, 0.0, True
+    for row in (sharp, sharp + 1):
+        if row < len(level) and abs(level[row] - level[row - 2]) >= made and 0.0 < level[row - 1] / size < 1.0:
+            return row, float(level[row - 1]), True
+    return sharp, 0.0, False
 
 
 def _sharpest(apart: FloatArray, row: int) -> int:

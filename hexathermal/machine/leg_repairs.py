@@ -5,8 +5,8 @@ Kinds of repairs and their parameters:
 ``clock``: ``offset_s``. The temperatures' clock runs ahead (positive) or behind: ``dT(t) := dT(t + offset)``, linear
 between rows; where there is no such row, the first or the last one's. The zero moves with it: in the row in which all
 temperatures are zero they stay so.
-``swap``: ``first``, ``second``, optionally ``not_in`` (names of runs in which the plugs still sat right). Two sensors
-exchange their names.
+``swap``: ``first``, ``second``, optionally ``not_in`` (names of runs in which the plugs still sat right) or ``only_in``
+(of the runs in which they did not; in all others they sit right). Two sensors exchange their names.
 ``drift``: ``sensor``, ``rate_K_per_h``, optionally ``rates_K_per_h`` (by the name of runs with a rate of their own).
 ``dT := dT - rate t``.
 ``detached``: ``sensor``, ``weights`` (of other sensors), optionally ``from_s`` (by the name of each run concerned, the
@@ -34,7 +34,7 @@ KINDS: dict[str, tuple[str, ...]] = {
 }  # fmt: skip
 """Kinds of repairs and the parameters that each of them needs."""
 
-BY_RUN = {"swap": ("not_in",), "drift": ("rates_K_per_h",), "detached": ("from_s", "again_in")}
+BY_RUN = {"swap": ("not_in", "only_in"), "drift": ("rates_K_per_h",), "detached": ("from_s", "again_in")}
 """What they may have of single runs, by their names."""
 
 
@@ -67,10 +67,12 @@ class SensorRepair:
             raise ArgumentError(f"repair {self.kind!r} of {self.cause!r} {wrong}; it takes {', '.join(sorted(known))}")
         if self.kind == "detached" and (not given["weights"] or given["sensor"] in given["weights"]):
             raise ArgumentError(f"repair of {given['sensor']!r}: weights are those of other sensors, one or more")
-        for key in ("not_in", "again_in"):
+        for key in ("not_in", "only_in", "again_in"):
             if isinstance(given.get(key, ()), str):
                 raise ArgumentError(f"repair {self.kind!r}: {key} holds names of runs, found one text")
             given |= {key: tuple(given[key])} if key in given else {}
+        if "not_in" in given and "only_in" in given:
+            raise ArgumentError(f"repair {self.kind!r} takes not_in or only_in, not both")
         if "again_in" in given and set(given["again_in"]) & set(given.get("from_s", given["again_in"])):
             raise ArgumentError(
                 f"repair of {given['sensor']!r}: again_in names runs after those of from_s, others than these"
@@ -145,7 +147,8 @@ def repaired(
     [0.0, 3.0]
     """
     for number, repair in enumerate(repairs):
-        if run_name in repair.parameters.get("not_in", ()):
+        own = repair.parameters
+        if run_name in own.get("not_in", ()) or run_name not in own.get("only_in", (run_name,)):
             continue
         if repair.kind == "clock":
             signals = replace(signals, dT=_clock(signals, repair, number, memory))

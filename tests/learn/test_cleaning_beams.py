@@ -25,6 +25,35 @@ def test_a_beam_that_loses_count_is_put_back(tmp_path: Path, size_um: float, row
     assert np.abs(block.drift - clean.drift).max() < 0.05e-6
 
 
+@pytest.mark.parametrize("share", [0.25, 0.4, 0.7])
+@pytest.mark.parametrize("size_um", [2.0, -30.0])
+def test_a_step_within_a_row_that_is_a_mean_is_put_back(tmp_path: Path, share: float, size_um: float) -> None:
+    """Where a row is the mean of its interval it may have a part of a step: that part is taken back as the step is."""
+
+    def edit(table: Table) -> None:
+        table["beam2_mm"][330] += share * size_um * 1e-3
+        table["beam2_mm"][331:] += size_um * 1e-3
+
+    block, record = cleaned(tmp_path, edit)
+    clean, _ = cleaned(tmp_path / "clean")
+    assert record.count("beam step", "beam2_mm") == 1
+    assert record.used == 554
+    assert np.abs(block.drift - clean.drift).max() < 0.05e-6
+
+
+def test_a_beam_that_creeps_at_rest_is_only_noted(tmp_path: Path) -> None:
+    """Over three rows one beam moves away from the others: that may be the target, and the drift is as measured."""
+
+    def edit(table: Table) -> None:
+        table["beam2_mm"][330:] += 4e-3 * np.clip(np.arange(1, 271) / 3.0, 0.0, 1.0)
+
+    block, record = cleaned(tmp_path, edit)
+    clean, _ = cleaned(tmp_path / "clean")
+    assert record.count("beam step") == 0
+    assert record.count("tilt or step") == 1
+    assert abs((block.drift - clean.drift)[-1] - 4e-6 / 3.0) < 1e-9
+
+
 def test_a_tilt_is_no_step_of_a_beam(tmp_path: Path) -> None:
     """A lasting tilt moves one beam one way and the others the other: it is noted, not taken back."""
 

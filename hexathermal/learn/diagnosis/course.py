@@ -18,6 +18,7 @@ from hexathermal.learn.diagnosis.deciding import Decision, decided, together
 from hexathermal.learn.diagnosis.evidence import LEAST, Scored, beside, screened, stacked_columns
 from hexathermal.learn.diagnosis.exchange import rival_beside
 from hexathermal.learn.diagnosis.foresight import LEAST_SHARE, denied, part_saved, tells_of_one_run, worth
+from hexathermal.learn.diagnosis.mending import mended
 from hexathermal.learn.diagnosis.pruning import pruned
 from hexathermal.learn.diagnosis.ranking import Ranked, Step
 from hexathermal.learn.diagnosis.reading_noise import with_reading_noise
@@ -30,6 +31,7 @@ from hexathermal.learn.diagnosis.view import View
 from hexathermal.learn.diagnosis.wandering import with_wandering
 from hexathermal.learn.law import IdentifiedLaw
 from hexathermal.learn.signals import RunRows
+from hexathermal.machine.leg_repairs import SensorRepair
 from hexathermal.poses import FloatArray
 
 MOST_EFFECTS = 6
@@ -143,8 +145,9 @@ def base_law(
 
 
 def searched(
-    campaign: Campaign, law: IdentifiedLaw, rows: Sequence[RunRows], progress: Progress | None = None
-) -> Course:
+    campaign: Campaign, law: IdentifiedLaw, rows: Sequence[RunRows], progress: Progress | None = None,
+    repairs: tuple[SensorRepair, ...] = (),
+) -> Course:  # fmt: skip
     """Return the course of a diagnosis on the runs for identification.
 
     Parameters
@@ -156,9 +159,13 @@ def searched(
         Of the runs for identification.
     progress : function, optional
         Called as ``progress(done, total, label)``.
+    repairs : tuple of SensorRepair
+        Of the thermometers' data, known before.
     """
     said = progress if progress is not None else (lambda _done, _total, _label: None)
-    first = stage = _first(view_of(campaign, rows, law.sensors))
+    for repair in repairs:
+        rows = [mended(one, repair) for one in rows]
+    first = stage = _first(view_of(campaign, rows, law.sensors), repairs)
     said(1, MOST_EFFECTS + 2, "trying causes")
     threshold = _threshold(first)
     stage = tolerant(stage, threshold)
@@ -204,10 +211,10 @@ def searched(
     return _asked_again(Course(first, stage, tuple(stages), tuple(steps), tuple(found), end, threshold, tuple(refused)))
 
 
-def _first(view: View) -> Stage:
+def _first(view: View, repairs: tuple[SensorRepair, ...] = ()) -> Stage:
     """Return the stage that a course begins with; refuse too little data."""
     _refuse_too_little(view)
-    return Stage(with_wandering(with_reading_noise(view)))
+    return Stage(with_wandering(with_reading_noise(view)), repairs=repairs)
 
 
 def _too_faint(leader: Ranked, found: Sequence[Found], threshold: float) -> bool:

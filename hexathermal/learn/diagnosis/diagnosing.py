@@ -11,18 +11,23 @@ from threadpoolctl import threadpool_limits
 from hexathermal.learn.campaign import Campaign
 from hexathermal.learn.cleaning_record import HARMLESS, cleaning_words
 from hexathermal.learn.copied_runs import without_copies
+from hexathermal.learn.diagnosis.beforehand import Beforehand, among
 from hexathermal.learn.diagnosis.causes import catalogue
 from hexathermal.learn.diagnosis.course import Course, Progress, base_law, searched
 from hexathermal.learn.diagnosis.extension import extended_law, gained, reachable
 from hexathermal.learn.diagnosis.limits import limits_of, sure_of_nothing
-from hexathermal.learn.diagnosis.lost_counts import LostCount, lost_count
+from hexathermal.learn.diagnosis.lost_counts import lost_count
+from hexathermal.learn.diagnosis.mending import mended_view
 from hexathermal.learn.diagnosis.next_experiments import next_experiments
 from hexathermal.learn.diagnosis.places import alias_words
 from hexathermal.learn.diagnosis.recorded import judged_runs, refuse_silent, silence_words
+from hexathermal.learn.diagnosis.replugged import Exchange, exchanges_between_runs, told_of
 from hexathermal.learn.diagnosis.residuals import run_residuals, whiteness
 from hexathermal.learn.diagnosis.result import Candidate, Diagnosis, Effect, Limit
 from hexathermal.learn.diagnosis.search import REPEATED, STEP
+from hexathermal.learn.diagnosis.stage import view_of
 from hexathermal.learn.diagnosis.trials import Trial
+from hexathermal.learn.diagnosis.view import View
 from hexathermal.learn.diagnosis.words import effect_of
 from hexathermal.learn.law import IdentifiedLaw
 from hexathermal.learn.signals import RunRows, campaign_rows
@@ -79,21 +84,23 @@ def _diagnosed(
     rows = campaign_rows(campaign, "identification")
     base = base_law(campaign, rows, sensors, law)
     refuse_silent(rows, base.sensors)
-    course = searched(campaign, base, rows, progress)
+    judged = campaign_rows(campaign, "validation")
+    plain = _all_runs(campaign, (*rows, *judged), base.sensors)
+    plugs = exchanges_between_runs(plain)
+    course = searched(campaign, base, rows, progress, tuple(one.repair for one in plugs))
     if progress is not None:
         progress(4, 5, "what it gains on runs never fitted")
     last = course.last
     extended = extended_law(base, last)
-    judged = campaign_rows(campaign, "validation")
     held, mute = judged_runs(judged, (base, extended))
     read = {one.run.name: one for one in (*rows, *judged)}
     seen = replace(campaign, runs=tuple(run for run in campaign.runs if run.name not in mute))
     levels = course.steps[0].levels
     limits, confusions = limits_of(course.first, levels, course.threshold)
-    lost = lost_count(course.first, _jumps(course))
-    effects = _effects(course, lost)
+    told = _told_before(course, plain, plugs)
+    effects = _effects(course, told)
     verdict, probability, follows = _verdict(course, effects, sure_of_nothing(limits, levels.rms))
-    candidates = _candidates(course, lost)
+    candidates = _candidates(course, told)
     notes = (
         *_notes(course), *_sees_little(verdict, limits, levels.rms),
         *_chosen(base, given=sensors is not None or law is not None), *_unseen(course, rows, mute),
@@ -102,30 +109,41 @@ def _diagnosed(
     return Diagnosis(
         verdict, probability, effects, follows, candidates, base, extended, gained(base, extended, seen, read),
         reachable(campaign, last, held, base.sensors), last.levels, course.threshold, limits, confusions,
-        next_experiments(course, limits, confusions, _candidates(course, None)),
+        next_experiments(course, limits, confusions, _candidates(course, ())),
         run_residuals(campaign, course, rows, held, base, extended), campaign.title, notes, whiteness(course),
     )  # fmt: skip
 
 
-def _effects(course: Course, lost: LostCount | None) -> tuple[Effect, ...]:
-    """Return what was named, with the numbers of the law that all of it joined; what cleaning took back in its place.
+def _all_runs(campaign: Campaign, rows: Sequence[RunRows], sensors: tuple[str, ...]) -> View:
+    """Return all runs, those for validation too, in the order in which they were made."""
+    order = [run.name for run in campaign.runs]
+    return view_of(campaign, sorted(rows, key=lambda one: order.index(one.run.name)), sensors)
 
-    That is first where the drift would show more of it than of all that was named.
-    """
+
+def _told_before(course: Course, plain: View, plugs: Sequence[Exchange]) -> list[Beforehand]:
+    """Return what others than the drift told: plugs that changed places, and beams that lost count."""
+    found, law = list[Beforehand](), course.first.law
+    p = plain.base_columns.shape[1] if plugs else 0
+    for one in plugs:
+        found.append(told_of(one, plain, law[0][:p], law[1][:p, :p]))
+        plain = mended_view(plain, one.repair)
+    lost = lost_count(course.first, _jumps(course))
+    return [*found, lost] if lost is not None else found
+
+
+def _effects(course: Course, told: Sequence[Beforehand]) -> tuple[Effect, ...]:
+    """Return what was named, with the numbers of the law that all of it joined; what was told before in its place."""
     mean, covariance = course.last.law
     effects = [
         effect_of(found, stage, course.last, covariance, mean)
         for found, stage in zip(course.found, course.stages, strict=True)
     ]
-    if lost is not None:
-        effects.insert(_place(lost, course), lost.effect)
-    return tuple(effects)
+    return tuple(among(effects, told, _largest(course), lambda one: one.effect))
 
 
-def _place(lost: LostCount, course: Course) -> int:
-    """Return the place of what cleaning took back among what was named: first or last."""
-    leads = all(lost.effect.visible > one.ranked.best.visible for one in course.found)
-    return 0 if leads else len(course.found)
+def _largest(course: Course) -> float:
+    """Return the most that is visible of an effect that the search named [m]."""
+    return max((one.ranked.best.visible for one in course.found), default=0.0)
 
 
 def _jumps(course: Course) -> list[tuple[str, float]]:
@@ -148,15 +166,14 @@ def _verdict(course: Course, effects: Sequence[Effect], nothing: float) -> tuple
     return "none", min(end.probability, nothing), None
 
 
-def _candidates(course: Course, lost: LostCount | None) -> tuple[Candidate, ...]:
+def _candidates(course: Course, told: Sequence[Beforehand]) -> tuple[Candidate, ...]:
     """Return causes that were named, in their order, then the ranking of the first step."""
     found = []
     for one in course.found:
         best = one.ranked.best
         found.append(Candidate(one.ranked.cause, best.trial.target, float(one.ranked.value), one.decision.probability,
                                best.visible, dict(best.trial.parameters), best.spread))  # fmt: skip
-    if lost is not None:
-        found.insert(_place(lost, course), lost.candidate)
+    found = among(found, told, _largest(course), lambda one: one.candidate)
     first = course.steps[0]
     decision = course.found[0].decision if course.found else course.end
     for item in first.ranking:

@@ -7,18 +7,18 @@ tilt may, now and then. Looked for in each of n rows of three beams, its log evi
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
 from hexathermal.learn.campaign_columns import BEAMS
 from hexathermal.learn.cleaning_record import BeamStep
+from hexathermal.learn.diagnosis.beforehand import Beforehand
 from hexathermal.learn.diagnosis.causes.zero_jump import CAUSE
 from hexathermal.learn.diagnosis.deciding import SOUND
 from hexathermal.learn.diagnosis.evidence import visible
 from hexathermal.learn.diagnosis.pieces import LONGEST_S
-from hexathermal.learn.diagnosis.result import Candidate, Effect, Quantity
+from hexathermal.learn.diagnosis.result import Effect, Quantity
 from hexathermal.learn.diagnosis.stage import Stage
 from hexathermal.learn.diagnosis.view import View
 from hexathermal.learn.diagnosis.words import UM, told, two_digits
@@ -37,31 +37,7 @@ TOLD = 4
 """Other steps that are told one by one."""
 
 
-@dataclass(frozen=True, eq=False)
-class LostCount:
-    """Beams that lost count.
-
-    Attributes
-    ----------
-    effect : Effect
-    evidence : float
-    spread : float [m]
-        Standard uncertainty of what would be visible.
-    """
-
-    effect: Effect
-    evidence: float
-    spread: float
-
-    @property
-    def candidate(self) -> Candidate:
-        """Its line in the ranking."""
-        one = self.effect
-        settings = dict(one.settings) | {name: own.value for name, own in one.parameters.items()}
-        return Candidate(one.cause, one.target, self.evidence, one.probability, one.visible, settings, self.spread)
-
-
-def lost_count(stage: Stage, named: Iterable[tuple[str, float]] = ()) -> LostCount | None:
+def lost_count(stage: Stage, named: Iterable[tuple[str, float]] = ()) -> Beforehand | None:
     """Return what beams that lost count did to the drift; None where it would not have shown them.
 
     Where all runs count from one zero, what cleaning took back in one run stays in those after it: nothing is said.
@@ -87,7 +63,7 @@ def lost_count(stage: Stage, named: Iterable[tuple[str, float]] = ()) -> LostCou
     tries = len(BEAMS) * sum(len(rows.signals.time) for rows in view.runs)
     evidence = float(np.maximum(0.5 * (shares / errors) ** 2 - np.log(tries), 0.0).sum())
     effect = _effect(view, steps, shares, errors, seen)
-    return LostCount(effect, evidence, float(np.linalg.norm(apart * errors)))
+    return Beforehand(effect, evidence, float(np.linalg.norm(apart * errors)))
 
 
 def _steps(view: View, named: tuple[tuple[str, float], ...]) -> list[tuple[BeamStep, int]]:

@@ -360,10 +360,11 @@ class View:
         return self.step_from(k, float(self.runs[k].signals.time[0]) + moment)
 
     def step_from(self, k: int, time: float) -> FloatArray:
-        """Return a step of the zero in run k from a time of its rows on [s], shape (n,)."""
+        """Return a step of the zero in run k from a time of its rows on [s], shape (n,); in one window, a share."""
         run = self.channel.run
-        later = (run > k) & (not self.zeroed_by_run)
-        return np.asarray(((run == k) & (self.time >= time)) | later, dtype=np.float64)
+        found = ((run > k) & (not self.zeroed_by_run)).astype(np.float64)
+        found[run == k] = self.pieces[k].means((self.runs[k].signals.time >= time).astype(np.float64))
+        return found
 
     def base_of(self, temperatures: Sequence[FloatArray]) -> FloatArray:
         """Return the law's columns of temperatures in windows."""

@@ -6,7 +6,9 @@ from collections.abc import Iterator
 
 import numpy as np
 import numpy.typing as npt
+from scipy.ndimage import maximum_filter1d
 
+from hexathermal.learn.cleaning_rules import medians_of_five
 from hexathermal.learn.diagnosis.trials import Cause, Parameter, Trial, Workbench
 from hexathermal.learn.diagnosis.view import View
 from hexathermal.poses import FloatArray
@@ -33,6 +35,10 @@ MOST_MOMENTS = 960
 half evenly in time, so that neither many short landings nor one long rest is passed over, and a quarter where the drift
 changes most from one window to the next."""
 
+FIVE, MOST_WITHIN = 5, 8
+"""Within landings, the moments of each run at which medians of so many rows step most: a step hardly ever keeps to
+windows, and the rows of one landing may scatter much less than landings do."""
+
 LEAST_BEHIND = 3
 """Windows of a run that must come before a step and follow it, where each run has a zero of its own: fewer may be a
 spike, or a bad zero."""
@@ -45,16 +51,32 @@ def trials(bench: Workbench) -> Iterator[Trial]:
 
 def _steps(view: View) -> Iterator[Trial]:
     """Give the trials, which no stage of a diagnosis changes."""
-    run, time = view.channel.run, view.time
-    moments = max(4, MOST_MOMENTS // len(view.runs))
-    for k, rows in enumerate(view.runs):
-        own = np.flatnonzero(run == k)
-        first, last = (LEAST_BEHIND, len(own) - LEAST_BEHIND) if view.zeroed_by_run else (int(k == 0), len(own) - 1)
-        change = np.abs(np.diff(view.channel.y[own], prepend=view.channel.y[own[:1]]))
-        for i in _moments(time[own], change, first, last, moments) + own[0] if last > first else ():
-            moment = float(time[i])
-            where = {"run": rows.run.name, "time_s": round(moment, 1)}
-            yield Trial(CAUSE.name, view.step_from(k, moment)[:, None], rows.run.name, "", where)
+    run = view.channel.run
+    most = max(4, MOST_MOMENTS // len(view.runs))
+    for k, (rows, piece) in enumerate(zip(view.runs, view.pieces, strict=True)):
+        y, time = view.channel.y[run == k], rows.signals.time[piece.used]
+        first, last = (LEAST_BEHIND, len(y) - LEAST_BEHIND) if view.zeroed_by_run else (int(k == 0), len(y) - 1)
+        if last <= first:
+            continue
+        began = time[piece.edges]
+        change = np.abs(np.diff(y, prepend=y[:1]))
+        sharp = time[_within(rows.drift[piece.used], rows.landing[piece.used])]
+        sharp = sharp[(sharp > began[first]) & (sharp < began[last])]
+        for moment in np.union1d(began[_moments(began, change, first, last, most)], sharp):
+            where = {"run": rows.run.name, "time_s": round(float(moment), 1)}
+            yield Trial(CAUSE.name, view.step_from(k, float(moment))[:, None], rows.run.name, "", where)
+
+
+def _within(drift: FloatArray, landing: npt.NDArray[np.int64]) -> npt.NDArray[np.int64]:
+    """Return the rows at which the drift steps most within a landing, of medians of five rows."""
+    if len(drift) < 2 * FIVE:
+        return np.zeros(0, dtype=np.int64)
+    medians = medians_of_five(drift[:, None])[:, 0]
+    rows = np.arange(FIVE, len(drift) - FIVE + 1)
+    step = np.abs(medians[FIVE:] - medians[:-FIVE]) * (landing[rows - FIVE] == landing[rows + FIVE - 1])
+    peak = step == maximum_filter1d(step, 2 * FIVE - 1, mode="constant")
+    sharp = np.flatnonzero(peak & (step > 0.0))
+    return np.asarray(rows[sharp[np.argsort(-step[sharp])[:MOST_WITHIN]]])
 
 
 def _moments(time: FloatArray, change: FloatArray, first: int, last: int, most: int) -> npt.NDArray[np.int64]:

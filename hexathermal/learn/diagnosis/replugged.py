@@ -1,0 +1,238 @@
+"""Plugs that changed places between runs: the other thermometers tell, in runs for validation too, without any drift.
+
+What a thermometer reads is foretold by all but the two of a pair, with the same weights in all runs::
+
+    T_s = sum_k w_sk T_k + e_s,      s = i, j                                                                  (1)
+
+In runs L whose plugs i and j changed places, both are off as recorded, and neither is once they are exchanged. Of all
+single runs, and all runs from one on, L leaves least of (1), its weights fitted to the temperatures so exchanged. With
+``own`` and ``put`` the mean squares of e in L as recorded and exchanged, and h hours of L each worth one value,
+
+    log evidence = h/2 sum_s log(own_s / put_s)                                                                (2)
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from itertools import combinations
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+from scipy import linalg
+
+from hexathermal.learn.diagnosis.beforehand import Beforehand
+from hexathermal.learn.diagnosis.causes.swapped_sensors import CAUSE
+from hexathermal.learn.diagnosis.deciding import SOUND
+from hexathermal.learn.diagnosis.evidence import visible
+from hexathermal.learn.diagnosis.mending import mended_view
+from hexathermal.learn.diagnosis.order import UNSURE, Order
+from hexathermal.learn.diagnosis.result import Effect
+from hexathermal.learn.diagnosis.view import View
+from hexathermal.learn.diagnosis.words import UM, two_digits
+from hexathermal.machine.leg_repairs import SensorRepair
+from hexathermal.poses import FloatArray
+
+FEWEST, FEWEST_RUNS = 3, 3
+"""Thermometers that must foretell, and runs that are compared."""
+
+OFF = 3.0
+"""Both thermometers must be off by so much, RMS, as recorded in these runs, and exchanged in the others, as they are
+the other way round."""
+
+ALIKE = 2.5
+"""Exchanged, each may be off by so much as it is in the other runs."""
+
+LEAST_LEFT = 4.0
+"""Where it is not exchanged all together must leave more of the pair by this part of one run's share."""
+
+SURE = 10.0
+"""Log evidence that is needed."""
+
+MOST = 2
+"""Pairs that are looked for, one after the other."""
+
+RIDGE = 1e-5
+"""Of the mean square temperature: thermometers side by side tell the same."""
+
+HOUR_S = 3600.0
+
+
+@dataclass(frozen=True, eq=False)
+class Exchange:
+    """Two plugs that changed places in some runs.
+
+    Attributes
+    ----------
+    first, second : str
+    runs : tuple of str
+        In which they are exchanged, in the order in which they were made.
+    lasting : bool
+        Whether these are all runs from one on, so that they are exchanged to this day.
+    evidence : float
+        Log evidence of (2).
+    repair : SensorRepair
+    """
+
+    first: str
+    second: str
+    runs: tuple[str, ...]
+    lasting: bool
+    evidence: float
+    repair: SensorRepair
+
+
+def exchanges_between_runs(view: View) -> tuple[Exchange, ...]:
+    """Return the pairs of plugs, one of them of the law, that changed places in some of a view's runs.
+
+    Where all runs count from one zero, nothing is said: the zero of a plug would be another plug's.
+
+    Parameters
+    ----------
+    view : View
+        Of all runs, those for validation too, in the order in which they were made.
+    """
+    found = list[Exchange]()
+    if not view.zeroed_by_run or len(view.runs) < FEWEST_RUNS or not set(view.base) <= set(view.sensors):
+        return ()
+    while len(found) < MOST:
+        best = max(_pairs(view), key=lambda item: item.evidence, default=None)
+        if best is None:
+            break
+        found.append(best)
+        view = mended_view(view, best.repair)
+    return tuple(found)
+
+
+def _pairs(view: View) -> Iterator[Exchange]:
+    """Give the exchanges of single pairs that are sure."""
+    table = np.column_stack([view.temperatures(name) for name in view.sensors])
+    run = view.channel.run
+    grams = np.array([table[run == k].T @ table[run == k] for k in range(len(view.runs))])
+    count = np.array([float((run == k).sum()) for k in range(len(view.runs))])
+    hours = np.array([float(np.ptp(rows.signals.time)) / HOUR_S for rows in view.runs])
+    for i, j in combinations(range(len(view.sensors)), 2):
+        if {view.sensors[i], view.sensors[j]} & set(view.base) and len(view.sensors) >= FEWEST + 2:
+            where, evidence = _where(grams, count, hours, i, j)
+            if evidence >= SURE:
+                yield _exchange(view, i, j, where, evidence)
+
+
+def _where(grams: FloatArray, count: FloatArray, hours: FloatArray, i: int, j: int) -> tuple[FloatArray, float]:
+    """Return in which runs a pair is exchanged, shape (r,) of 0 and 1, and the log evidence; 0 where it is not so.
+
+    Parameters
+    ----------
+    grams : array, shape (r, s, s)
+        Of each run's temperatures.
+    count, hours : array, shape (r,)
+        Windows and length of each run.
+    i, j : int
+    """
+    runs, order = len(grams), np.arange(grams.shape[1])
+    rest = np.delete(order, [i, j])
+    other = order.copy()
+    other[[i, j]] = j, i
+    both = np.stack([grams, grams[:, other][:, :, other]])  # as recorded, and exchanged
+    pair = _Pair(both[:, :, rest][:, :, :, rest][0], both[:, :, rest][:, :, :, [i, j]],
+                 np.stack([both[:, :, i, i], both[:, :, j, j]], axis=-1))  # fmt: skip
+    ways = np.unique(np.vstack([np.eye(runs), np.tri(runs, runs, -1).T]), axis=0)
+    ways = ways[(ways.sum(axis=1) > 0.0) & (ways.sum(axis=1) < runs - 1.0)]
+    none, *left = pair.left(np.vstack([np.zeros(runs), ways])).tolist()
+    where = ways[int(np.argmin(left))]
+    if none < (1.0 + LEAST_LEFT / runs) * min(left):
+        return where, 0.0
+    # runs that are compared do not help to foretell: one that is warm as no other may be foretold to be anything
+    at, sound_at = where == 1.0, where == 0.0
+    each = np.array([pair.each(pair.weights(where, sound_at & (np.arange(runs) != k))) for k in range(runs)])
+    own = each[np.arange(runs), :, np.arange(runs)]  # (r, recorded or exchanged, 2)
+    off, right = (own[at, k].sum(axis=0) / count[at].sum() for k in (0, 1))
+    sound, wrong = (own[sound_at, k].sum(axis=0) / count[sound_at].sum() for k in (0, 1))
+    seen = (np.minimum(off, wrong) >= OFF**2 * np.maximum(right, sound)) & (right <= ALIKE**2 * sound)
+    return where, 0.5 * float(hours[at].sum() * np.log(off / right).sum()) if seen.all() else 0.0
+
+
+@dataclass(frozen=True, eq=False)
+class _Pair:
+    """A pair against the rest of the thermometers, run by run; as recorded (0) and exchanged (1).
+
+    Attributes
+    ----------
+    rest : array, shape (r, k, k)
+        Products of the rest.
+    cross : array, shape (2, r, k, 2)
+        Of the rest with the pair.
+    own : array, shape (2, r, 2)
+        Squares of the pair.
+    """
+
+    rest: FloatArray
+    cross: FloatArray
+    own: FloatArray
+
+    def weights(self, where: FloatArray, used: npt.NDArray[Any]) -> FloatArray:
+        """Return what foretells a pair that is exchanged in some runs, by the runs that are used, shape (k, 2)."""
+        cross = np.where(where[:, None, None] == 1.0, self.cross[1], self.cross[0])[used].sum(axis=0)
+        return np.asarray(linalg.solve(self._total(used.astype(float)), cross, assume_a="pos"))
+
+    def left(self, ways: FloatArray) -> FloatArray:
+        """Return the squares that stay if all runs foretell a pair, exchanged in some in each way, shape (w,)."""
+        cross = np.tensordot(1.0 - ways, self.cross[0], 1) + np.tensordot(ways, self.cross[1], 1)  # (w, k, 2)
+        own = (1.0 - ways) @ self.own[0].sum(axis=1) + ways @ self.own[1].sum(axis=1)
+        flat = cross.transpose(1, 0, 2).reshape(cross.shape[1], -1)
+        told = linalg.solve(self._total(np.ones(len(self.rest))), flat, assume_a="pos") * flat
+        return np.asarray(own - told.reshape(cross.shape[1], -1, 2).sum(axis=(0, 2)))
+
+    def each(self, weights: FloatArray) -> FloatArray:
+        """Return the squares that weights leave in each run, as recorded and exchanged, shape (2, r, 2)."""
+        told = np.einsum("kp,rkl,lp->rp", weights, self.rest, weights)
+        return np.asarray(self.own - 2.0 * np.einsum("wrkp,kp->wrp", self.cross, weights) + told)
+
+    def _total(self, used: FloatArray) -> FloatArray:
+        """Return the products of the rest over runs, with the ridge, shape (k, k)."""
+        total = np.tensordot(used, self.rest, 1)
+        ridge = RIDGE * np.trace(total) / len(total) + np.finfo(float).tiny
+        return np.asarray(total + ridge * np.eye(len(total)))
+
+
+def _exchange(view: View, i: int, j: int, where: FloatArray, evidence: float) -> Exchange:
+    """Return an exchange; of earlier and later runs those in which the order along the leg is worse, or the fewer."""
+    first, second = (view.sensors[k] for k in ((i, j) if view.sensors[i] in view.base else (j, i)))
+    changes = np.flatnonzero(np.diff(where))
+    if len(changes) == 1:  # exchanged before it, or from it on
+        later = np.arange(len(where)) > changes[0]
+        said = Order(view, int(changes[0]) + 1).advantage(first, second)
+        where = np.where(later == (said > 0.0 if abs(said) > UNSURE else later.sum() <= len(where) / 2), 1.0, 0.0)
+    names = [rows.run.name for rows in view.runs]
+    runs = tuple(name for name, own in zip(names, where, strict=True) if own)
+    lasting = len(changes) == 1 and bool(where[-1])
+    of: dict[str, Any] = {"not_in": [name for name in names if name not in runs]} if lasting else {"only_in": runs}
+    repair = SensorRepair(CAUSE.name, "swap", {"first": first, "second": second, **of})
+    return Exchange(first, second, runs, lasting, evidence, repair)
+
+
+def told_of(exchange: Exchange, view: View, coefficients: FloatArray, covariance: FloatArray) -> Beforehand:
+    """Return an exchange as an effect, told by what the drift would show of it.
+
+    Parameters
+    ----------
+    exchange : Exchange
+    view : View
+        Of all runs, in which it is not mended yet.
+    coefficients, covariance : array
+        Of the law's columns, fitted where it is mended.
+    """
+    changed = mended_view(view, exchange.repair).base_columns - view.base_columns
+    seen = float(visible((changed @ coefficients)[:, None], view.base_columns)[0])
+    spread = float(np.sqrt(np.einsum("np,pq,nq->n", changed, covariance, changed).mean()))
+    runs = exchange.runs
+    settings = {"other": exchange.second, "runs": ", ".join(runs)}
+    where = f"from {runs[0]} on" if exchange.lasting and len(runs) > 1 else f"in {', '.join(runs)}"
+    sentence = (
+        f"Plugs are exchanged, {CAUSE.name} ({where}): what is written there under {exchange.first} and "
+        f"{exchange.second} is the other's temperature, as the thermometers beside them tell; {two_digits(seen * UM)} "
+        "um of it would stay visible in the drift of all runs."
+    )
+    effect = Effect(CAUSE.name, exchange.first, {}, settings, SOUND, (), seen, sentence, joined=True)
+    return Beforehand(effect, exchange.evidence, spread)
