@@ -21,7 +21,14 @@ from hexathermal.learn.campaign_faults import CampaignError, Faults
 from hexathermal.learn.campaign_streams import RunTable
 from hexathermal.learn.cleaning_beam_scales import beam_scales, measured, resting
 from hexathermal.learn.cleaning_beams import BeamRules, without_missing
-from hexathermal.learn.cleaning_channels import SMALLEST_MOVE_M, ChannelRules, in_order, settled_rows, studied
+from hexathermal.learn.cleaning_channels import (
+    SMALLEST_MOVE_M,
+    ChannelRules,
+    displaced,
+    in_order,
+    settled_rows,
+    studied,
+)
 from hexathermal.learn.cleaning_record import NOTED, ROW, CleaningRecord, Ledger
 from hexathermal.learn.cleaning_rules import noise_of
 from hexathermal.learn.cleaning_sheets import Sheet, sheets_of
@@ -120,7 +127,7 @@ class UsableBlocks(Iterator[Block]):
         if not study:
             return
         rules = ChannelRules(self.campaign, study[0], self._ledger)
-        whole = self._watched(self._aired(rules.cleaned(sheets), table))
+        whole = self._watched(self._aired(displaced(rules.cleaned(sheets), self._ledger), table))
         good = without_missing(settled_rows(whole, self._ledger), self._ledger)
         first, rest = studied(good)
         if not first:

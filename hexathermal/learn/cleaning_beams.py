@@ -52,6 +52,10 @@ def without_missing(sheets: Iterator[Sheet], ledger: Ledger) -> Iterator[Sheet]:
             yield kept
 
 
+ABRUPT = 0.6
+"""Share of a step of the drift that two rows make."""
+
+
 class BeamRules:
     """The rules for the measured drift of one run, in rows that are handed on one piece after the other."""
 
@@ -145,6 +149,10 @@ class BeamRules:
         windows = np.lib.stride_tricks.sliding_window_view(np.pad(rest, (4, 5)), 10)
         still: Flags = np.all(windows, axis=1)[: len(level)]
         size = np.where(still, np.abs(jumps(level[:, None])[: len(level), 0]), 0.0)
+        # what a steady slope makes in ten rows is no step: two rows must make the most of it
+        made = np.abs(level[2:] - level[:-2])
+        around = np.lib.stride_tricks.sliding_window_view(np.pad(made, 3), 5).max(axis=1)
+        size = np.where(around >= ABRUPT * size, size, 0.0)
         limit = max(JUMP_NOISES * self.scales.at_rest, SMALLEST_STEP_M)
         slipped = (
             "all beams lost count together, or the leg slipped"

@@ -19,6 +19,7 @@ from hexathermal.learn.cleaning_rules import (
     codes_in,
     filled,
     jumping_ahead,
+    medians_of_five,
     spikes_in,
 )
 from hexathermal.learn.cleaning_sheets import Sheet, stacked, with_margins
@@ -111,6 +112,15 @@ def _channels(sheet: Sheet) -> FloatArray:
     return np.concatenate([sheet.heat, sheet.beams, sheet.drift, sheet.air], axis=1)
 
 
+DISPLACED_M = 1e-3
+"""A displacement that only one row has, or two, is off its neighbours and all beams by more than this."""
+
+DISPLACED_RULE = (
+    f"the displacement leaves that of the rows beside it by more than {DISPLACED_M * 1e3:g} mm and comes back, and no "
+    "beam does"
+)
+
+
 class ChannelRules:
     """The rules for single channels, with what is usual in a run.
 
@@ -199,6 +209,38 @@ def _with_channels(sheet: Sheet, values: FloatArray) -> Sheet:
     ends = np.cumsum([sheet.heat.shape[1], sheet.beams.shape[1], sheet.drift.shape[1]])
     heat, beams, drift, air = np.split(values, ends, axis=1)
     return sheet.changed(heat=heat, beams=beams, drift=drift, air=air)
+
+
+def displaced(sheets: Iterator[Sheet], ledger: Ledger) -> Iterator[Sheet]:
+    """Leave out displacements that are codes where the rod moves, or that single rows alone have, and no beam.
+
+    Rows that are not settled are used too: what moves warms, and where it went before a rest matters behind it.
+    """
+    for sheet, own in with_margins(sheets, PIECE_ROWS, MARGIN):
+        if not sheet.q.shape[1]:
+            yield sheet.take(own)
+            continue
+        settled = sheet.settled[:, 0] == 1.0 if sheet.settled.shape[1] else np.ones(len(sheet), dtype=bool)
+        codes, off = codes_in(sheet.q[:, 0] * 1e3, False) & ~settled, _off_beams(sheet)
+        time = sheet.time[own, 0]
+        ledger.note("missing code", "q_mm", VALUE, CODE_RULE, codes[own], time)
+        ledger.note("spike", "q_mm", VALUE, DISPLACED_RULE, (off & ~codes)[own], time)
+        q = np.where((codes | off)[:, None], np.nan, sheet.q)
+        yield sheet.take(own).changed(q=q[own])
+
+
+def _off_beams(sheet: Sheet) -> Flags:
+    """Return rows of which the displacement leaves its neighbours and comes back, but the beams do not."""
+    n, q = len(sheet), filled(sheet.q)[:, 0]
+    if n < 2 * NEAR_ROWS or not sheet.beams.shape[1]:
+        return np.zeros(n, dtype=bool)
+    apart = filled(sheet.beams) - q[:, None]
+    fives = medians_of_five(np.pad(apart, ((5, 5), (0, 0)), mode="edge"))
+    before, behind = apart - fives[:n], apart - fives[6:]
+    alike = (np.sign(before) == np.sign(behind)).all(axis=1)
+    off = alike & (np.minimum(np.abs(before), np.abs(behind)) > DISPLACED_M).all(axis=1)
+    around = np.lib.stride_tricks.sliding_window_view(np.pad(q, 2, mode="edge"), 5)[:, [0, 1, 3, 4]]
+    return np.asarray(off & ((q > around.max(axis=1) + DISPLACED_M) | (q < around.min(axis=1) - DISPLACED_M)))
 
 
 def settled_rows(sheets: Iterator[Sheet], ledger: Ledger) -> Iterator[Sheet]:

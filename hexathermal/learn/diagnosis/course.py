@@ -13,9 +13,9 @@ from hexathermal.learn.campaign import Campaign
 from hexathermal.learn.campaign_laws import identify_campaign
 from hexathermal.learn.diagnosis.base_choice import FEWEST_WINDOWS, likelier_sensors
 from hexathermal.learn.diagnosis.causes import catalogue
-from hexathermal.learn.diagnosis.chance import chance_threshold
+from hexathermal.learn.diagnosis.chance import LEAST_THRESHOLD, chance_threshold
 from hexathermal.learn.diagnosis.deciding import Decision, decided, together
-from hexathermal.learn.diagnosis.evidence import LEAST, Scored, beside, screened, stacked_columns
+from hexathermal.learn.diagnosis.evidence import Scored, beside, screened, stacked_columns
 from hexathermal.learn.diagnosis.exchange import rival_beside
 from hexathermal.learn.diagnosis.foresight import LEAST_SHARE, denied, part_saved, tells_of_one_run, worth
 from hexathermal.learn.diagnosis.mending import mended
@@ -237,7 +237,8 @@ def _threshold(first: Stage) -> float:
     channel, search = first.channel, first.search
     seed = int.from_bytes(hashlib.sha256(channel.y.tobytes()).digest()[:4], "little")
     levels, terms = first.step.levels, search.terms
-    return max(LEAST, chance_threshold(channel, first.base, levels, search.trials, search.largest, seed, terms))
+    drawn = chance_threshold(channel, first.base, levels, search.trials, search.largest, seed, terms)
+    return max(LEAST_THRESHOLD, drawn)
 
 
 def _asked_again(course: Course) -> Course:
