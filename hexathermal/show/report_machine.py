@@ -54,7 +54,11 @@ def machine_report(hexapod: Hexapod, name: str, progress: Progress) -> Report:
         sections.append(_thermal(hexapod, facts))
         progress(0, 0, "simulating a day (the first run compiles)")
         day = _day(hexapod, notes)
-        if day is not None:
+        if day is None:
+            finding = (
+                f"{hexapod.name or name} carries a thermal law; no warm day of it could be simulated, as the notes say."
+            )
+        else:
             numbers = summary(day)
             told["day"] = numbers
             shift = numbers["largest_shift_um"]

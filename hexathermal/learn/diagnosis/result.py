@@ -239,9 +239,19 @@ class Diagnosis(Shown):
         return in_turn([one.sentence for one in self.effects])
 
     @property
+    def _seen(self) -> str:
+        """How large what has no name is, and its period, in words."""
+        item = next((one for one in self.candidates if one.cause == self.follows), None)
+        if item is None:
+            return ""
+        period = item.settings.get("period_s")
+        of = "" if period is None else f", of a period of {float(period) / 60.0:.3g} min"
+        return f" ({item.visible * UM:.2g} um of it visible, RMS{of})"
+
+    @property
     def sentence(self) -> str:
         """The diagnosis in one sentence, or one for each cause."""
-        left = f"omething real is left that {self.follows}, but no cause of the catalogue explains it."
+        left = f"omething real is left that {self.follows}{self._seen}, but no cause of the catalogue explains it."
         if self.verdict == "effect":
             hidden = self.follows is not None and all(one.taken_back for one in self.effects)
             return " ".join((*self.sentences, *([f"S{left}"] if hidden else [])))

@@ -196,7 +196,8 @@ def _sentence(
         words = words.replace("after each move", "from the beginning of each run on")
     parts = [f"{spoken[name]} {told(one)}" for name, one in parameters.items() if name in spoken]
     if "run" in settings and settings["run"] != target:
-        parts.insert(0, f"in {settings['run']}")
+        lasts = cause == "sensor-detached" and "fixed_again" not in settings
+        parts.insert(0, f"from {settings['run']} on" if lasts else f"in {settings['run']}")
     if "since" in settings:
         parts.insert(0, f"since {settings['since']}")
     if "from_run" in settings:

@@ -109,6 +109,7 @@ def run(arguments: argparse.Namespace, progress: Progress) -> Answer:
     from hexathermal.show.diagnosis_tables import diagnosis_facts
     from hexathermal.show.diagnosis_words import changed
     from hexathermal.show.report_folder import refuse_foreign
+    from hexathermal.show.shares import less
 
     if is_hexapod_campaign(arguments.campaign):
         return diagnose_answer(arguments, progress)
@@ -130,6 +131,11 @@ def run(arguments: argparse.Namespace, progress: Progress) -> Answer:
         written.append(write_leg_law(found.extended, arguments.extend))
         if not changed(found):
             warnings.append(f"warning: nothing joined the law: {arguments.extend} holds it without terms")
+        if found.gain is not None and (worse := found.gain.total.rmse_gain).high < 0.0:
+            warnings.append(
+                f"warning: on runs never fitted the extended law is worse, {less(worse)} of the RMSE: do not use "
+                f"{arguments.extend} before the next campaign says otherwise"
+            )
     facts["written"] = [str(file) for file in written]
     shown = [*_shown(found)]
     if written:

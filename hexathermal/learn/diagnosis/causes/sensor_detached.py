@@ -18,7 +18,8 @@ from hexathermal.poses import FloatArray
 CAUSE = Cause(
     name="sensor-detached",
     physics=(
-        "The tape or the glue of one thermometer gives way: from then on it shows mostly the air beside the part."
+        "The tape or the glue of one thermometer gives way: from then on it shows the air beside the part, wholly or "
+        "in part."
     ),
     signature=(
         "From one moment on the thermometer leaves its neighbours and goes towards the air; the drift follows"
@@ -35,7 +36,7 @@ CAUSE = Cause(
         "missing-sensor",
     ),
     experiment="Look at that thermometer; touch it and see whether it answers as before.",
-    words="{target} has come off and reads the air",
+    words="{target} has come off and reads the air in part",
     thermal=True,
 )
 
