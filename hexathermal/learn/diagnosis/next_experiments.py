@@ -33,8 +33,8 @@ def next_experiments(
 ) -> tuple[Experiment, ...]:
     """Return up to three measurements.
 
-    First for what was named and its closest rivals, or for what stood above chance but foretold runs left out no
-    better; then for pairs that this campaign confuses, then for what it sees worst.
+    First for what was named and its closest rivals, and for later names that others are as likely as, or for what stood
+    above chance but foretold runs left out no better; then for pairs that this campaign confuses, then for what it sees worst.
 
     Parameters
     ----------
@@ -61,6 +61,10 @@ def next_experiments(
         leader = ranked[0]
         rivals = tuple(dict.fromkeys(one.cause for one in ranked[1:] if one.cause != leader.cause))[:2]
         add(leader.cause, (leader.cause, *rivals), leader.visible)
+    for later in course.found[1:]:
+        if later.decision.equivalent:  # it is told that an experiment must decide
+            causes = (later.ranked.cause, *later.decision.equivalent[:2])
+            add(causes[0], causes, later.ranked.best.visible)
     for one in course.refused:
         if one.cause in known:
             add(one.cause, (one.cause,), one.best.visible)
