@@ -60,7 +60,8 @@ CONSTANTS = {
     "rivals": ("SHAPE_ERROR", "LITTLE", "SHIFTED"),
     "order": ("PROFILES", "FEWEST", "HEAVY", "MOST", "UNSURE", "FEIGNED"),
     "timing": ("TIMES_S", "STEP_S", "GRID_STEPS", "PROFILES", "SHARE", "TOLERANCE_S", "MOST"),
-    "chance": ("DRAWS", "FALSE_ALARMS"),
+    "chance": ("DRAWS", "FALSE_ALARMS", "LEAST_THRESHOLD"),
+    "replugged": ("OFF", "ALIKE", "SURE", "RIDGE"),
     "deciding": (
         "NAMED_PRIOR",
         "NAME_LEAD",

@@ -52,7 +52,7 @@ def without_missing(sheets: Iterator[Sheet], ledger: Ledger) -> Iterator[Sheet]:
             yield kept
 
 
-ABRUPT = 0.6
+ABRUPT = 0.8
 """Share of a step of the drift that two rows make."""
 
 

@@ -89,7 +89,7 @@ def _median(values: FloatArray) -> float:
 
 def codes_in(values: FloatArray, temperatures: bool) -> Flags:
     """Return where readings are codes that say that there is none, or no temperatures of a bench [degC]."""
-    with np.errstate(invalid="ignore"):
+    with np.errstate(invalid="ignore", over="ignore"):
         if temperatures:
             return np.asarray((values < COLDEST_DEGC) | (values > HOTTEST_DEGC))
         return np.asarray(np.isin(np.round(values, 6), CODES) | (np.abs(values) > OVERRANGE))

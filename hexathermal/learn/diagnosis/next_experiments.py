@@ -34,7 +34,8 @@ def next_experiments(
     """Return up to three measurements.
 
     First for what was named and its closest rivals, and for later names that others are as likely as, or for what stood
-    above chance but foretold runs left out no better; then for pairs that this campaign confuses, then for what it sees worst.
+    above chance but foretold runs left out no better; then for pairs that this campaign confuses, then for what it
+    sees worst.
 
     Parameters
     ----------
