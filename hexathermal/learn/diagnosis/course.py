@@ -18,7 +18,6 @@ from hexathermal.learn.diagnosis.deciding import Decision, decided, together
 from hexathermal.learn.diagnosis.evidence import Scored, beside, screened, stacked_columns
 from hexathermal.learn.diagnosis.exchange import rival_beside
 from hexathermal.learn.diagnosis.foresight import LEAST_SHARE, denied, part_saved, tells_of_one_run, worth
-from hexathermal.learn.diagnosis.mending import mended
 from hexathermal.learn.diagnosis.pruning import pruned
 from hexathermal.learn.diagnosis.ranking import Ranked, Step
 from hexathermal.learn.diagnosis.reading_noise import with_reading_noise
@@ -156,15 +155,11 @@ def searched(
     law : IdentifiedLaw
         Whose sensors make the base; its coefficients are fitted anew.
     rows : sequence of RunRows
-        Of the runs for identification.
-    progress : function, optional
-        Called as ``progress(done, total, label)``.
+        Of the runs for identification, `repairs` made.
+    progress : function of (done, total, label), optional
     repairs : tuple of SensorRepair
-        Of the thermometers' data, known before.
     """
     said = progress if progress is not None else (lambda _done, _total, _label: None)
-    for repair in repairs:
-        rows = [mended(one, repair) for one in rows]
     first = stage = _first(view_of(campaign, rows, law.sensors), repairs)
     said(1, MOST_EFFECTS + 2, "trying causes")
     threshold = _threshold(first)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import gc
 from collections.abc import Sequence
 from dataclasses import replace
+from functools import reduce
 
 from threadpoolctl import threadpool_limits
 
@@ -17,7 +18,7 @@ from hexathermal.learn.diagnosis.course import Course, Progress, base_law, searc
 from hexathermal.learn.diagnosis.extension import extended_law, gained, reachable
 from hexathermal.learn.diagnosis.limits import limits_of, sure_of_nothing
 from hexathermal.learn.diagnosis.lost_counts import lost_count
-from hexathermal.learn.diagnosis.mending import mended_view
+from hexathermal.learn.diagnosis.mending import mended, mended_view
 from hexathermal.learn.diagnosis.next_experiments import next_experiments
 from hexathermal.learn.diagnosis.places import alias_words
 from hexathermal.learn.diagnosis.recorded import judged_runs, refuse_silent, silence_words
@@ -87,7 +88,9 @@ def _diagnosed(
     judged = campaign_rows(campaign, "validation")
     plain = _all_runs(campaign, (*rows, *judged), base.sensors)
     plugs = exchanges_between_runs(plain)
-    course = searched(campaign, base, rows, progress, tuple(one.repair for one in plugs))
+    repairs = tuple(one.repair for one in plugs)
+    sound = [reduce(mended, repairs, one) for one in rows]
+    course = searched(campaign, base, sound, progress, repairs)
     if progress is not None:
         progress(4, 5, "what it gains on runs never fitted")
     last = course.last
