@@ -149,8 +149,9 @@ def _where(grams: FloatArray, count: FloatArray, hours: FloatArray, i: int, j: i
     own = each[np.arange(runs), :, np.arange(runs)]  # (r, recorded or exchanged, 2)
     off, right = (own[at, k].sum(axis=0) / count[at].sum() for k in (0, 1))
     sound, wrong = (own[sound_at, k].sum(axis=0) / count[sound_at].sum() for k in (0, 1))
-    seen = (np.minimum(off, wrong) >= OFF**2 * np.maximum(right, sound)) & (right <= ALIKE**2 * sound)
-    return where, 0.5 * float(hours[at].sum() * np.log(off / right).sum()) if seen.all() else 0.0
+    seen = (np.minimum(off, wrong) > OFF**2 * np.maximum(right, sound)) & (right <= ALIKE**2 * sound)
+    gained = np.log(off / np.maximum(right, np.finfo(float).tiny)) if seen.all() else np.zeros(2)
+    return where, 0.5 * float(hours[at].sum() * gained.sum())
 
 
 @dataclass(frozen=True, eq=False)
