@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -28,6 +28,8 @@ SHORTEST_S, FEWEST_ROWS, FASTEST_HZ = 60.0, 100, 5.0
 FAHRENHEIT = (50.0, 100.0)
 """A room [degC] that is never colder is one in degrees Fahrenheit."""
 
+ROOMS_K = 5.0
+"""What is in degrees Fahrenheit is so near to what the others read."""
 
 SLACK = 0.01
 """A rod may be seen outside its stroke by so much of it."""
@@ -105,6 +107,34 @@ def of_fahrenheit(sensors: tuple[str, ...], lowest: list[FloatArray], air: float
         )
     if FAHRENHEIT[0] < air < FAHRENHEIT[1]:
         found.append(f"air_temperature_degC: never below {air:.0f} degC: degrees Fahrenheit?")
+    return found
+
+
+def of_one_fahrenheit(sensors: tuple[str, ...], lowest: Mapping[str, FloatArray]) -> list[str]:
+    """Return what is said of single runs or thermometers that read what the others read, in degrees Fahrenheit.
+
+    `lowest` are the lowest temperatures [degC] of each sensor, by run.
+    """
+    table = np.array([*lowest.values()]).reshape(-1, len(sensors))
+    with np.errstate(invalid="ignore"):
+        warm = (table > FAHRENHEIT[0]) & (table < FAHRENHEIT[1])
+        room = table[np.isfinite(table) & ~warm]
+        usual = 32.0 + 1.8 * float(np.median(room)) if room.size else np.nan
+        odd = warm & (np.abs(table - usual) < 1.8 * ROOMS_K)
+    runs = list(lowest)
+    columns = [name for name, own in zip(sensors, odd.T, strict=True) if own.all()]
+    found = [
+        f"{name}: never below {float(np.nanmin(table[:, sensors.index(name)])):.0f} degC, where the others read "
+        f"{(usual - 32.0) / 1.8:.0f}: degrees Fahrenheit?"
+        for name in columns
+    ]
+    for run, own, low in zip(runs, odd, table, strict=True):
+        names = [name for name, one in zip(sensors, own, strict=True) if one and name not in columns]
+        if names:
+            found.append(
+                f"{run}: {listed(names, sensors)} never below {float(np.nanmin(low[own])):.0f} degC, where it is "
+                f"{(usual - 32.0) / 1.8:.0f} elsewhere: degrees Fahrenheit in this run?"
+            )
     return found
 
 

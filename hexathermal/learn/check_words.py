@@ -14,6 +14,7 @@ from hexathermal.learn.check_remarks import (
     of_collinearity,
     of_fahrenheit,
     of_noise,
+    of_one_fahrenheit,
     of_roles,
     of_stroke,
 )
@@ -66,7 +67,8 @@ def warnings_of(check: CampaignCheck) -> tuple[str, ...]:
     return (*of_roles(campaign), *of_clock(clocks), *_of_runs(check), *_of_stroke(check),
             *of_noise(campaign.sensors, check.sensor_noise), *of_collinearity(campaign.sensors, check.inflation),
             *_of_apart(check), *_of_weather(check),
-            *of_fahrenheit(campaign.sensors, lowest, float(check.weather[0, 0])))  # fmt: skip
+            *of_fahrenheit(campaign.sensors, lowest, float(check.weather[0, 0])),
+            *of_one_fahrenheit(campaign.sensors, {run.run.name: run.lowest_degC for run in check.runs}))  # fmt: skip
 
 
 def _of_runs(check: CampaignCheck) -> list[str]:

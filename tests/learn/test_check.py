@@ -13,7 +13,7 @@ from hexathermal.cli import main
 from hexathermal.learn.campaign_files import load_campaign
 from hexathermal.learn.check import CampaignCheck, check_campaign
 from hexathermal.learn.check_cycles import cycles
-from hexathermal.learn.check_remarks import of_noise
+from hexathermal.learn.check_remarks import of_noise, of_one_fahrenheit
 from hexathermal.learn.check_sums import PairSums, collinearity
 from hexathermal.learn.check_words import as_data, told_apart, warnings_of
 
@@ -233,6 +233,26 @@ def test_what_is_probably_wrong_is_a_warning(tmp_path: Path, edit: Callable[[Tab
     said = warnings_of(check_campaign(load_campaign(folder, clocks=False)))
     assert any(wanted in line for line in said), said
     assert not any("weather is not recorded" in line for line in said)
+
+
+def test_one_run_or_one_thermometer_in_fahrenheit_is_a_warning(tmp_path: Path) -> None:
+    """Beside others in degrees Celsius; a motor that starts at 55 degC is none."""
+    said = warnings_of(check_campaign(load_campaign(leg_campaign(tmp_path / "run", edit=fahrenheit))))
+    assert any("a: all sensors never below 6" in line and "in this run?" in line for line in said), said
+
+    def one(table: Table) -> None:
+        table["T02_degC"] = 32.0 + 1.8 * table["T02_degC"]
+
+    said = warnings_of(check_campaign(load_campaign(leg_campaign(tmp_path / "one", edit=one))))
+    assert any(line.startswith("a: T02 never below 6") for line in said), said
+
+    def hot(table: Table) -> None:
+        table["T02_degC"] += 35.0
+
+    said = warnings_of(check_campaign(load_campaign(leg_campaign(tmp_path / "hot", edit=hot))))
+    assert not any("Fahrenheit" in line for line in said), said
+    everywhere = {run: np.array([19.0, 67.0, 20.0]) for run in ("a", "b")}
+    assert of_one_fahrenheit(("T1", "T2", "T3"), everywhere)[0].startswith("T2: never below 67 degC, where the others")
 
 
 def test_spikes_that_were_left_out_are_kept_for_the_pictures(tmp_path: Path) -> None:
