@@ -79,7 +79,7 @@ def parameter(name: str, quantity: Quantity, kind: str = "leg") -> Shown:
     unit, factor = workshop(quantity)
     if kind != "leg":
         unit = unit.replace("/m/K", "/K")
-    if unit.startswith("um per unit") and abs(quantity.value * factor) < 1e-3:
+    if unit.startswith(("um per ", "um/m per ")) and abs(quantity.value * factor) < 1e-3:
         unit, factor = unit.replace("um", "pm", 1), factor * 1e6
     return Shown(_label(name), quantity.value * factor, quantity.std * factor, unit, name in POSITIVE)
 

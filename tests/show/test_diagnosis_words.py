@@ -138,7 +138,10 @@ def test_tiny_amounts_and_rates_are_said_in_units_that_people_read() -> None:
     shown = parameter("amplitude", Quantity(6.864e-13, 3.1e-14, "m per unit"), "component")
     assert (shown.cells, shown.unit) == (("0.686", "0.031", "0.626 to 0.747"), "pm per unit")
     assert parameter("amplitude", Quantity(2e-7, 1e-8, "m per unit"), "component").unit == "um per unit"
-    assert parameter("amplitude", Quantity(2e-13, 1e-14, "m per unit^2"), "component").unit == "pm per unit^2"
+    assert parameter("amplitude", Quantity(2e-13, 1e-14, "m per rpm^2"), "component").unit == "pm per rpm^2"
+    moved = parameter("amplitude", Quantity(9.1e-4, 7e-5, "m per m/s"))
+    assert (moved.cells[0], moved.unit) == ("0.910", "um per mm/s")
+    assert parameter("amplitude", Quantity(3.0, 0.1, "1 per (m/s)^2")).unit == "um/m per (mm/s)^2"
     assert settings_words({"rate_K_per_h": -0.01312, "width_K": 0.358}) == "rate -0.0131 K/h, width 0.358 K"
 
 

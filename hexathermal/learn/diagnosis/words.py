@@ -62,8 +62,6 @@ WORKSHOP: dict[str, tuple[str, float]] = {
     "1/K": ("um/m/K", 1e6),
     "1/K^2": ("um/m/K^2", 1e6),
     "m": ("mm", 1e3),
-    "m per unit": ("um per unit", 1e6),
-    "m per unit^2": ("um per unit^2", 1e6),
     "1e-6": ("um/m", 1.0),
     "1": ("", 1.0),
 }
@@ -100,8 +98,8 @@ def effect_of(found: Found, stage: Stage, final: Stage, covariance: FloatArray, 
         if stage.view.kind != "leg" and unit in ("1/K", "1/K^2"):
             # a part without a stroke: lengths for a kelvin
             unit, factor = unit.replace("1/", "um/"), UM
-        if trial.parameters.get("power") == 2:
-            unit = f"{unit}^2"  # of the source's square
+        if "source" in trial.parameters:
+            unit = of_source(trial.parameters)
         for name, value, std in zip(names, amplitudes, spread, strict=True):
             parameters[name] = Quantity(float(value * factor), float(std * factor), unit)
         if trial.shape == "periodic":
@@ -122,6 +120,19 @@ def effect_of(found: Found, stage: Stage, final: Stage, covariance: FloatArray, 
     sentence = _sentence(trial.cause, trial.target, parameters, settings, visible, joined=found.joined)
     return Effect(trial.cause, trial.target, parameters, settings, found.decision.probability,
                   found.decision.equivalent, visible, sentence, found.joined)  # fmt: skip
+
+
+def of_source(parameters: Mapping[str, Any]) -> str:
+    """Return the unit of stored heat's amplitude: a length, or a strain, for the unit of what heats, or its square.
+
+    >>> of_source({"source": "motion", "power": 2}), of_source({"source": "spindle_speed_rpm", "ratio": 0.4})
+    ('m per (m/s)^2', '1 per rpm')
+    """
+    source = str(parameters["source"])
+    unit = "m/s" if source == "motion" else source.rpartition("_")[2] if "_" in source else "unit"
+    squared = parameters.get("power", 1) == 2
+    of = f"({unit})^2" if squared and "/" in unit else f"{unit}^2" if squared else unit
+    return f"{'1' if 'ratio' in parameters else 'm'} per {of}"
 
 
 def _wander(found: Found, stage: Stage) -> Quantity:
@@ -226,6 +237,10 @@ def workshop(one: Quantity) -> tuple[str, float]:
     """Return the unit in which people measure a quantity, and the factor that leads to it."""
     if one.unit == "s" and abs(one.value) >= LONG_S:
         return "min", 1.0 / 60.0
+    if " per " in one.unit:
+        size, of = one.unit.split(" per ")
+        factor = {"m/s": 1e-3, "(m/s)^2": 1e-6}.get(of, 1.0) * 1e6
+        return f"{'um/m' if size == '1' else 'um'} per {of.replace('m/s', 'mm/s')}", factor
     return WORKSHOP.get(one.unit, (one.unit, 1.0))
 
 
