@@ -229,7 +229,7 @@ def told_of(exchange: Exchange, view: View, coefficients: FloatArray, covariance
     spread = float(np.sqrt(np.einsum("np,pq,nq->n", changed, covariance, changed).mean()))
     runs = exchange.runs
     settings = {"other": exchange.second, "runs": ", ".join(runs)}
-    where = f"from {runs[0]} on" if exchange.lasting and len(runs) > 1 else f"in {', '.join(runs)}"
+    where = f"from {runs[0]} on" if exchange.lasting else f"in {', '.join(runs)}"
     sentence = (
         f"Plugs are exchanged, {CAUSE.name} ({where}): what is written there under {exchange.first} and "
         f"{exchange.second} is the other's temperature, as the thermometers beside them tell; {two_digits(seen * UM)} "
