@@ -123,6 +123,8 @@ def _effect(one: Effect, kind: str) -> str:
         if joined_words(one) == "no term"
         else "Cleaning took it back before a law was fitted, so that none need hold it; later runs are cleaned alike."
         if one.taken_back
+        else "It was mended before a law was fitted: the other thermometers tell of it without the drift."
+        if one.told_by_thermometers
         else "It joined the law, since it foretells runs left out of the fit."
         if one.joined
         else "It did not join the law: runs left out of the fit do as well without it. It may go along with the drift "

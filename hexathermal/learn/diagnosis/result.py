@@ -62,6 +62,11 @@ class Effect:
     joined: bool
     taken_back: bool = False
 
+    @property
+    def told_by_thermometers(self) -> bool:
+        """Whether the other thermometers told of it without the drift: plugs that changed places between runs."""
+        return self.cause == "swapped-sensors" and "runs" in self.settings
+
 
 @dataclass(frozen=True)
 class Candidate:
