@@ -89,7 +89,7 @@ def _no_threshold() -> list[Any]:
     """A name needs better odds than nothing has, and no more."""
     from hexathermal.learn.diagnosis import course
 
-    return [patch.object(course, "chance_threshold", _constant(0.0)), patch.object(course, "LEAST", 0.0)]
+    return [patch.object(course, "chance_threshold", _constant(0.0)), patch.object(course, "LEAST_THRESHOLD", 0.0)]
 
 
 def _white_noise() -> list[Any]:

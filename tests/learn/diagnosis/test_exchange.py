@@ -19,7 +19,7 @@ from hexathermal.simulate.hidden.drawing import campaign_of
 from hexathermal.simulate.hidden.writing import write_campaign
 from tests.learn.diagnosis.campaigns import viewed
 
-PAIRS = [(1027, ("clock-offset", "abbe-tilt")), (2033, ("clock-offset", "abbe-tilt"))]
+PAIRS = [(2033, ("clock-offset", "abbe-tilt"))]
 
 
 def diagnosed(folder: Path, seed: int, causes: tuple[str, ...]) -> Course:
