@@ -119,13 +119,13 @@ def of_one_fahrenheit(sensors: tuple[str, ...], lowest: Mapping[str, FloatArray]
     with np.errstate(invalid="ignore"):
         warm = (table > FAHRENHEIT[0]) & (table < FAHRENHEIT[1])
         room = table[np.isfinite(table) & ~warm]
-        usual = 32.0 + 1.8 * float(np.median(room)) if room.size else np.nan
-        odd = warm & (np.abs(table - usual) < 1.8 * ROOMS_K)
+        usual = float(np.median(room)) if room.size else np.nan
+        odd = warm & (np.abs((table - 32.0) / 1.8 - usual) < ROOMS_K)
     runs = list(lowest)
     columns = [name for name, own in zip(sensors, odd.T, strict=True) if own.all()]
     found = [
         f"{name}: never below {float(np.nanmin(table[:, sensors.index(name)])):.0f} degC, where the others read "
-        f"{(usual - 32.0) / 1.8:.0f}: degrees Fahrenheit?"
+        f"{usual:.0f}: degrees Fahrenheit?"
         for name in columns
     ]
     for run, own, low in zip(runs, odd, table, strict=True):
@@ -133,7 +133,7 @@ def of_one_fahrenheit(sensors: tuple[str, ...], lowest: Mapping[str, FloatArray]
         if names:
             found.append(
                 f"{run}: {listed(names, sensors)} never below {float(np.nanmin(low[own])):.0f} degC, where it is "
-                f"{(usual - 32.0) / 1.8:.0f} elsewhere: degrees Fahrenheit in this run?"
+                f"{usual:.0f} elsewhere: degrees Fahrenheit in this run?"
             )
     return found
 

@@ -63,12 +63,12 @@ def warnings_of(check: CampaignCheck) -> tuple[str, ...]:
     """Return what the experimenter should know before fitting, one sentence each."""
     campaign = check.campaign
     clocks = [Clock(run.run.name, run.record.rows, run.record.duration, run.record.sampling) for run in check.runs]
-    lowest = [run.lowest_degC for run in check.runs]
+    lowest = {run.run.name: run.lowest_degC for run in check.runs}
     return (*of_roles(campaign), *of_clock(clocks), *_of_runs(check), *_of_stroke(check),
             *of_noise(campaign.sensors, check.sensor_noise), *of_collinearity(campaign.sensors, check.inflation),
             *_of_apart(check), *_of_weather(check),
-            *of_fahrenheit(campaign.sensors, lowest, float(check.weather[0, 0])),
-            *of_one_fahrenheit(campaign.sensors, {run.run.name: run.lowest_degC for run in check.runs}))  # fmt: skip
+            *of_fahrenheit(campaign.sensors, list(lowest.values()), float(check.weather[0, 0])),
+            *of_one_fahrenheit(campaign.sensors, lowest))  # fmt: skip
 
 
 def _of_runs(check: CampaignCheck) -> list[str]:

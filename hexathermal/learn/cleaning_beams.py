@@ -34,6 +34,9 @@ ALL_LOST_M = 50e-6
 JUMP_NOISES = 20.0
 """All beams jump together where the drift of a rest does by more than so many of its noises and `SMALLEST_STEP_M`."""
 
+ABRUPT = 0.8
+"""Share of a step of the drift that two rows make."""
+
 RESTLESS = 3.0
 """A row among movements is held against so many times the scatter of drift, or beams, from rest to rest;
 beams also against `MOVE_TIMES` times what they part by where the rod moves."""
@@ -50,10 +53,6 @@ def without_missing(sheets: Iterator[Sheet], ledger: Ledger) -> Iterator[Sheet]:
         kept = sheet.take(~bad)
         if len(kept):
             yield kept
-
-
-ABRUPT = 0.8
-"""Share of a step of the drift that two rows make."""
 
 
 class BeamRules:

@@ -37,6 +37,14 @@ GAP_STEPS = 5.0
 """A step in time of more than so many usual steps is a gap."""
 
 
+DISPLACED_M = 1e-3
+"""A displacement that only one row has, or two, is off its neighbours and all beams by more than this."""
+
+DISPLACED_RULE = (
+    f"the displacement leaves that of the rows beside it by more than {DISPLACED_M * 1e3:g} mm and comes back, and no "
+    "beam does"
+)
+
 SMALLEST_MOVE_M = SMALLEST_MOVE
 """A displacement of the rod [m] beyond this from row to row is a movement: another landing."""
 
@@ -110,15 +118,6 @@ def channel_names(campaign: Campaign, sheet: Sheet) -> tuple[str, ...]:
 def _channels(sheet: Sheet) -> FloatArray:
     """Return temperatures, beams, drift and weather side by side."""
     return np.concatenate([sheet.heat, sheet.beams, sheet.drift, sheet.air], axis=1)
-
-
-DISPLACED_M = 1e-3
-"""A displacement that only one row has, or two, is off its neighbours and all beams by more than this."""
-
-DISPLACED_RULE = (
-    f"the displacement leaves that of the rows beside it by more than {DISPLACED_M * 1e3:g} mm and comes back, and no "
-    "beam does"
-)
 
 
 class ChannelRules:

@@ -86,7 +86,7 @@ def _diagnosed(
     base = base_law(campaign, rows, sensors, law)
     refuse_silent(rows, base.sensors)
     judged = campaign_rows(campaign, "validation")
-    plain = _all_runs(campaign, (*rows, *judged), base.sensors)
+    plain = view_of(campaign, (*rows, *judged), base.sensors)
     plugs = exchanges_between_runs(plain)
     repairs = tuple(one.repair for one in plugs)
     sound = [reduce(mended, repairs, one) for one in rows]
@@ -115,12 +115,6 @@ def _diagnosed(
         next_experiments(course, limits, confusions, _candidates(course, ())),
         run_residuals(campaign, course, rows, held, base, extended), campaign.title, notes, whiteness(course),
     )  # fmt: skip
-
-
-def _all_runs(campaign: Campaign, rows: Sequence[RunRows], sensors: tuple[str, ...]) -> View:
-    """Return all runs, those for validation too, in the order in which they were made."""
-    order = [run.name for run in campaign.runs]
-    return view_of(campaign, sorted(rows, key=lambda one: order.index(one.run.name)), sensors)
 
 
 def _told_before(course: Course, plain: View, plugs: Sequence[Exchange]) -> list[Beforehand]:

@@ -68,8 +68,6 @@ class Exchange:
     first, second : str
     runs : tuple of str
         In which they are exchanged, in the order in which they were made.
-    lasting : bool
-        Whether these are all runs from one on, so that they are exchanged to this day.
     evidence : float
         Log evidence of (2).
     repair : SensorRepair
@@ -78,9 +76,13 @@ class Exchange:
     first: str
     second: str
     runs: tuple[str, ...]
-    lasting: bool
     evidence: float
     repair: SensorRepair
+
+    @property
+    def lasting(self) -> bool:
+        """Whether these are all runs from one on, so that they are exchanged to this day."""
+        return "not_in" in self.repair.parameters
 
 
 def exchanges_between_runs(view: View) -> tuple[Exchange, ...]:
@@ -94,7 +96,8 @@ def exchanges_between_runs(view: View) -> tuple[Exchange, ...]:
         Of all runs, those for validation too, in the order in which they were made.
     """
     found = list[Exchange]()
-    if not view.zeroed_by_run or len(view.runs) < FEWEST_RUNS or not set(view.base) <= set(view.sensors):
+    few = len(view.runs) < FEWEST_RUNS or len(view.sensors) < FEWEST + 2
+    if few or not view.zeroed_by_run or not set(view.base) <= set(view.sensors):
         return ()
     while len(found) < MOST:
         best = max(_pairs(view), key=lambda item: item.evidence, default=None)
@@ -113,7 +116,7 @@ def _pairs(view: View) -> Iterator[Exchange]:
     count = np.array([float((run == k).sum()) for k in range(len(view.runs))])
     hours = np.array([float(np.ptp(rows.signals.time)) / HOUR_S for rows in view.runs])
     for i, j in combinations(range(len(view.sensors)), 2):
-        if {view.sensors[i], view.sensors[j]} & set(view.base) and len(view.sensors) >= FEWEST + 2:
+        if {view.sensors[i], view.sensors[j]} & set(view.base):
             where, evidence = _where(grams, count, hours, i, j)
             if evidence >= SURE:
                 yield _exchange(view, i, j, where, evidence)
@@ -135,7 +138,7 @@ def _where(grams: FloatArray, count: FloatArray, hours: FloatArray, i: int, j: i
     other = order.copy()
     other[[i, j]] = j, i
     both = np.stack([grams, grams[:, other][:, :, other]])  # as recorded, and exchanged
-    pair = _Pair(both[:, :, rest][:, :, :, rest][0], both[:, :, rest][:, :, :, [i, j]],
+    pair = _Pair(grams[:, rest][:, :, rest], both[:, :, rest][:, :, :, [i, j]],
                  np.stack([both[:, :, i, i], both[:, :, j, j]], axis=-1))  # fmt: skip
     ways = np.unique(np.vstack([np.eye(runs), np.tri(runs, runs, -1).T]), axis=0)
     ways = ways[(ways.sum(axis=1) > 0.0) & (ways.sum(axis=1) < runs - 1.0)]
@@ -145,8 +148,7 @@ def _where(grams: FloatArray, count: FloatArray, hours: FloatArray, i: int, j: i
         return where, 0.0
     # runs that are compared do not help to foretell: one that is warm as no other may be foretold to be anything
     at, sound_at = where == 1.0, where == 0.0
-    each = np.array([pair.each(pair.weights(where, sound_at & (np.arange(runs) != k))) for k in range(runs)])
-    own = each[np.arange(runs), :, np.arange(runs)]  # (r, recorded or exchanged, 2)
+    own = np.array([pair.left_in(k, pair.weights(sound_at & (np.arange(runs) != k))) for k in range(runs)])
     off, right = (own[at, k].sum(axis=0) / count[at].sum() for k in (0, 1))
     sound, wrong = (own[sound_at, k].sum(axis=0) / count[sound_at].sum() for k in (0, 1))
     seen = (np.minimum(off, wrong) > OFF**2 * np.maximum(right, sound)) & (right <= ALIKE**2 * sound)
@@ -172,10 +174,11 @@ class _Pair:
     cross: FloatArray
     own: FloatArray
 
-    def weights(self, where: FloatArray, used: npt.NDArray[Any]) -> FloatArray:
-        """Return what foretells a pair that is exchanged in some runs, by the runs that are used, shape (k, 2)."""
-        cross = np.where(where[:, None, None] == 1.0, self.cross[1], self.cross[0])[used].sum(axis=0)
-        return np.asarray(linalg.solve(self._total(used.astype(float)), cross, assume_a="pos"))
+    def weights(self, used: npt.NDArray[np.bool_]) -> FloatArray:
+        """Return what foretells a pair as recorded, by the runs that are used, shape (k, 2)."""
+        return np.asarray(
+            linalg.solve(self._total(used.astype(float)), self.cross[0, used].sum(axis=0), assume_a="pos")
+        )
 
     def left(self, ways: FloatArray) -> FloatArray:
         """Return the squares that stay if all runs foretell a pair, exchanged in some in each way, shape (w,)."""
@@ -185,10 +188,10 @@ class _Pair:
         told = linalg.solve(self._total(np.ones(len(self.rest))), flat, assume_a="pos") * flat
         return np.asarray(own - told.reshape(cross.shape[1], -1, 2).sum(axis=(0, 2)))
 
-    def each(self, weights: FloatArray) -> FloatArray:
-        """Return the squares that weights leave in each run, as recorded and exchanged, shape (2, r, 2)."""
-        told = np.einsum("kp,rkl,lp->rp", weights, self.rest, weights)
-        return np.asarray(self.own - 2.0 * np.einsum("wrkp,kp->wrp", self.cross, weights) + told)
+    def left_in(self, run: int, weights: FloatArray) -> FloatArray:
+        """Return the squares that weights leave in one run, as recorded and exchanged, shape (2, 2)."""
+        told = np.einsum("kp,kl,lp->p", weights, self.rest[run], weights)
+        return np.asarray(self.own[:, run] - 2.0 * np.einsum("wkp,kp->wp", self.cross[:, run], weights) + told)
 
     def _total(self, used: FloatArray) -> FloatArray:
         """Return the products of the rest over runs, with the ridge, shape (k, k)."""
@@ -207,10 +210,10 @@ def _exchange(view: View, i: int, j: int, where: FloatArray, evidence: float) ->
         where = np.where(later == (said > 0.0 if abs(said) > UNSURE else later.sum() <= len(where) / 2), 1.0, 0.0)
     names = [rows.run.name for rows in view.runs]
     runs = tuple(name for name, own in zip(names, where, strict=True) if own)
-    lasting = len(changes) == 1 and bool(where[-1])
-    of: dict[str, Any] = {"not_in": [name for name in names if name not in runs]} if lasting else {"only_in": runs}
+    lasts = len(changes) == 1 and bool(where[-1])
+    of: dict[str, Any] = {"not_in": [name for name in names if name not in runs]} if lasts else {"only_in": runs}
     repair = SensorRepair(CAUSE.name, "swap", {"first": first, "second": second, **of})
-    return Exchange(first, second, runs, lasting, evidence, repair)
+    return Exchange(first, second, runs, evidence, repair)
 
 
 def told_of(exchange: Exchange, view: View, coefficients: FloatArray, covariance: FloatArray) -> Beforehand:

@@ -43,7 +43,9 @@ LARGEST = 3.0
 
 
 def view_of(campaign: Campaign, runs: Sequence[RunRows], base: tuple[str, ...]) -> View:
-    """Return runs as the diagnosis sees them: sensors and inputs without values in one of them are left out."""
+    """Return runs, as they were made, as the diagnosis sees them: what has no values in one of them is left out."""
+    order = [run.name for run in campaign.runs]
+    runs = sorted(runs, key=lambda rows: order.index(rows.run.name))
     silent, inputs = silent_sensors(runs), silent_inputs(runs)
     sensors = tuple(name for name in campaign.sensors if name not in silent)
     placed = [item for item in campaign.thermocouples if item.position is not None]
@@ -51,7 +53,7 @@ def view_of(campaign: Campaign, runs: Sequence[RunRows], base: tuple[str, ...]) 
         tuple(without_inputs(rows, inputs) for rows in runs), sensors, base, campaign.kind, campaign.zero == "run",
         campaign.beams.dead_path if campaign.beams is not None else 0.0,
         {item.name: float(item.position or 0.0) for item in placed},
-        tuple(run.name for run in campaign.runs),
+        tuple(order),
     )  # fmt: skip
 
 

@@ -22,8 +22,11 @@ from hexathermal.learn.diagnosis.stage import view_of
 from hexathermal.learn.diagnosis.view import View
 from hexathermal.learn.leg_law_files import read_leg_law, write_leg_law
 from hexathermal.learn.signals import campaign_rows
+from hexathermal.machine.leg_signals import LegSignals
+from hexathermal.poses import FloatArray
 from hexathermal.simulate.hidden.drawing import campaign_of
 from hexathermal.simulate.hidden.writing import write_campaign
+from tests.learn.diagnosis.campaigns import altered
 from tests.learn.shared_draws import fresh_entropy
 
 
@@ -40,19 +43,15 @@ def whole(bench: str, seed: int) -> View:
     with TemporaryDirectory() as place:
         campaign, base = written(Path(place) / "campaign", bench, seed)
         rows = [*campaign_rows(campaign, "identification"), *campaign_rows(campaign, "validation")]
-        order = [run.name for run in campaign.runs]
-        return view_of(campaign, sorted(rows, key=lambda one: order.index(one.run.name)), base)
+        return view_of(campaign, rows, base)
 
 
 def exchanged(view: View, first: str, second: str, runs: list[int]) -> View:
     """The view with two plugs exchanged in some runs."""
-    found = []
-    for k, rows in enumerate(view.runs):
-        dT = dict(rows.signals.dT)
-        if k in runs:
-            dT[first], dT[second] = dT[second], dT[first]
-        found.append(replace(rows, signals=replace(rows.signals, dT=dT)))
-    return replace(view, runs=tuple(found))
+    plain = view
+    for own, other in ((first, second), (second, first)):
+        view = altered(view, own, lambda k, _s, o=own, p=other: plain.runs[k].signals.dT[p if k in runs else o])
+    return view
 
 
 def unlike(view: View) -> tuple[str, str]:
@@ -97,14 +96,13 @@ def test_a_run_that_is_warm_as_no_other_shows_no_exchange() -> None:
     """In one run two thermometers read what is warm there alone: that is no exchange, however well one would fit."""
     view = whole("finite_volume", 5)
     first, second = unlike(view)
-    found = []
-    for k, rows in enumerate(view.runs):
-        dT = dict(rows.signals.dT)
-        if k == 3:
-            hump = 2.0 * np.sin(np.pi * rows.signals.time / rows.signals.time[-1])
-            dT |= {name: dT[name] + hump for name in (first, second)}
-        found.append(replace(rows, signals=replace(rows.signals, dT=dT)))
-    assert exchanges_between_runs(replace(view, runs=tuple(found))) == ()
+
+    def hump(k: int, signals: LegSignals) -> FloatArray:
+        return (k == 3) * 2.0 * np.sin(np.pi * signals.time / signals.time[-1])
+
+    for name in (first, second):
+        view = altered(view, name, lambda k, signals, name=name: signals.dT[name] + hump(k, signals))
+    assert exchanges_between_runs(view) == ()
 
 
 def test_where_all_runs_count_from_one_zero_nothing_is_said() -> None:
