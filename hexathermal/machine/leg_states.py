@@ -17,7 +17,7 @@ from hexathermal.machine.leg_signals import LegSignals, Memory
 from hexathermal.machine.leg_terms import WEIGHED, LegTerm
 from hexathermal.poses import FloatArray
 
-STATELESS = ("temperature", "expansion", "square", "bend", "position", "periodic", "wave")
+STATELESS = ("temperature", "expansion", "square", "cube", "bend", "position", "periodic", "wave")
 """Shapes that follow from the displacement and temperatures of one row alone."""
 
 OWN_ZERO = ("position", "periodic", "wave", "square", "bend")

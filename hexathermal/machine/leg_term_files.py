@@ -41,6 +41,7 @@ PARAMETERS: dict[str, dict[str, str]] = {
         "reference_degC": "number",
         "calibration_degC": "number",
     },
+    "cube": {"sensor": "text!", "ratio": "number!"},
     "bend": {
         "sensor": "text!",
         "ratio": "number!",
@@ -49,7 +50,13 @@ PARAMETERS: dict[str, dict[str, str]] = {
         "calibration_degC": "number",
     },
     "room": {"time_constant_s": "number!", "order": "number"},
-    "air-index": {"path_mm": "mm!", "stroke_share": "number!", "reference_index": "number", "weather": "text"},
+    "air-index": {
+        "path_mm": "mm!",
+        "stroke_share": "number!",
+        "reference_index": "number",
+        "weather": "text",
+        "time_constant_s": "number",
+    },
     "tilt": {},
     "direction": {"play_mm": "mm", "approach": "number"},
     "periodic": {"pitch_mm": "mm!"},
@@ -74,7 +81,7 @@ POSITIVE = {
 """Parameters that must be above 0; other time constants may be 0, which stands for no delay."""
 
 UNITS = {"lag": "1/K", "lead": "1/K", "foretold": "1/K", "temperature": "1/K", "expansion": "1/K",
-         "square": "1/K^2", "bend": "1/K^2", "air-index": "1", "position": "1",
+         "square": "1/K^2", "cube": "1/K^3", "bend": "1/K^2", "air-index": "1", "position": "1",
          "room": "um/K", "tilt": "um/rad", "time": "um/h"}  # fmt: skip
 """Units of the amplitudes of each shape; of the others micrometres for a unit of the column."""
 

@@ -215,6 +215,11 @@ def square(signals: LegSignals, parameters: Mapping[str, Any], memory: Memory) -
     return np.asarray(found if calibration is None else found + _calibrated(signals, parameters, memory, strain))
 
 
+def cube(signals: LegSignals, parameters: Mapping[str, Any], memory: Memory) -> FloatArray:
+    """Return ``(q0 + ratio q) dT^3``: expansion whose slope changes alike above and below the zero [m K^3]."""
+    return np.asarray(signals.span(parameters["ratio"]) * signals.temperature(parameters["sensor"]) ** 3)
+
+
 def bend(signals: LegSignals, parameters: Mapping[str, Any], memory: Memory) -> FloatArray:
     """Return ``2 w^2 (q0 + ratio q) (ln cosh(u / w) - ln cosh(u0 / w))``: a square near its middle, straight far off.
 
@@ -252,13 +257,17 @@ def air_index(signals: LegSignals, parameters: Mapping[str, Any], memory: Memory
 
     With ``reference_index`` the laser took that index for the air's, so that its scale is wrong already at the zero:
     ``+ stroke_share (q - q_0) (n_0 - reference_index)``. With ``weather = "pressure"`` that alone was not applied: n is
-    that of air as warm and as humid as at the zero.
+    that of air as warm and as humid as at the zero. With ``time_constant_s`` the air along the beams follows
+    that at the station behind a low pass: a tube, an enclosure.
     """
     share = parameters["stroke_share"]
     if parameters.get("weather", PRESSURE) != PRESSURE:
         raise ArgumentError(f"weather of 'air-index' is {PRESSURE!r} or left out, found {parameters['weather']!r}")
     index = "pressure_index" if "weather" in parameters else "index"
-    found = (parameters["path_m"] + share * signals.q) * signals.recorded(index)
+    change = signals.recorded(index)
+    if parameters.get("time_constant_s", 0.0) > 0.0:
+        change = memory.low_pass("air", signals.time, change, parameters["time_constant_s"])
+    found = (parameters["path_m"] + share * signals.q) * change
     if "reference_index" in parameters:
         if signals.zero_index is None:
             raise ArgumentError("the law needs the index of refraction of the air at the zero, which is not given")
@@ -344,7 +353,7 @@ def time(signals: LegSignals, parameters: Mapping[str, Any], memory: Memory) -> 
 
 SHAPES: dict[str, Shape] = {
     "lag": lag, "lead": lead, "foretold": foretold, "temperature": temperature, "expansion": expansion,
-    "stored-heat": stored_heat, "square": square, "bend": bend, "room": room,
+    "stored-heat": stored_heat, "square": square, "cube": cube, "bend": bend, "room": room,
     "air-index": air_index, "tilt": tilt, "direction": direction, "periodic": periodic, "wave": wave,
     "position": position, "relaxation": relaxation, "time": time,
 }  # fmt: skip

@@ -141,11 +141,12 @@ def decided(step: Step, threshold: float, *, before: float = 0.0) -> Decision:
 def _standing(step: Step, threshold: float) -> list[Ranked]:
     """Return what stands above chance, best first.
 
-    With a name that errors of the thermometers may feign in part stands another one that explains far more, of which
-    they may feign hardly more: there is something, and the gate asks no more than that.
+    With a name that errors of the thermometers may feign in part, or with something nameless, stands another name that
+    explains far more, of which they may feign hardly more: there is something, and the gate asks no more than that.
     """
     sure = [item for item in step.ranking if item.gated >= threshold]
-    bounded = [item.value for item in sure if item.named and item.gated < min(item.value, UNBOUNDED * threshold)]
+    bounded = [item.value for item in sure
+               if not item.named or item.gated < min(item.value, UNBOUNDED * threshold)]  # fmt: skip
     return [
         item
         for item in step.ranking

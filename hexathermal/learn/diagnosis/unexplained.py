@@ -6,6 +6,7 @@ from collections.abc import Iterator
 
 import numpy as np
 import numpy.typing as npt
+from scipy.integrate import cumulative_trapezoid
 
 from hexathermal.learn.diagnosis.last_move import last_moves
 from hexathermal.learn.diagnosis.trials import PREFIX, Trial, Workbench
@@ -47,6 +48,9 @@ def flexible_trials(bench: Workbench) -> Iterator[Trial]:
         since = np.maximum(way - zero, 0.0)
         for columns in (since * q / np.ptp(q), np.sqrt(since)):
             yield Trial(PREFIX + "the way travelled", columns[:, None], "travel")
+        stood = view.once((PREFIX, "stood"), lambda: _stood(view), ())
+        for columns in (stood[:, None], np.column_stack([view.time, stood])):
+            yield Trial(PREFIX + "the time at each displacement", columns, "qt")
         for columns in view.once((PREFIX, "last moves"), lambda: tuple(last_moves(view)), ()):
             yield Trial(PREFIX + "the last move", columns, "q")
     for sensor in view.base:
@@ -68,6 +72,20 @@ def flexible_trials(bench: Workbench) -> Iterator[Trial]:
         values = np.concatenate([s.inputs[name] for s in view.windowed])
         if np.ptp(values) > 0.0:
             yield Trial(PREFIX + f"the input {name}", _hinges(values, 5), "input")
+
+
+def _stood(view: View) -> FloatArray:
+    """Return the displacement summed over time since the zero, in windows, shape (n,) [m s]: what slips under a load.
+
+    Where there is one zero it goes on from run to run.
+    """
+    sums, gone = [], 0.0
+    for signals, piece in zip(view.signals, view.pieces, strict=True):
+        total = gone + cumulative_trapezoid(signals.q, signals.time, initial=0.0)
+        zero = total[piece.used[0]] if view.zeroed_by_run else 0.0
+        sums.append(piece.means(total) - zero)
+        gone = float(total[-1])
+    return np.concatenate(sums)
 
 
 def _rhythms(view: View) -> Iterator[Trial]:

@@ -22,6 +22,7 @@ AMPLITUDES: dict[str, tuple[tuple[str, ...], str, float]] = {
     "expansion": (("A_per_K", "B_per_K"), "1/K", 1.0),
     "stored-heat": (("amplitude",), "m per unit", 1.0),
     "square": (("curvature_per_K2",), "1/K^2", 1.0),
+    "cube": (("cubic_per_K3",), "1/K^3", 1.0),
     "bend": (("curvature_per_K2",), "1/K^2", 1.0),
     "room": (("coefficient_um_per_K",), "um/K", UM),
     "air-index": (("share",), "1", 1.0),
@@ -46,7 +47,7 @@ SPOKEN = {
     "rate_um_per_h": "rate", "rate_K_per_h": "rate", "wander_K": "wander, RMS,",
     "kick_um": "after each move", "scale_ppm": "scale",
     "coefficient_per_K": "coefficient", "A_per_K": "A", "B_per_K": "B",
-    "coefficient_um_per_K": "coefficient", "curvature_per_K2": "curvature",
+    "coefficient_um_per_K": "coefficient", "curvature_per_K2": "curvature", "cubic_per_K3": "cubic part",
     "saturation_m": "long moves from", "amplitude_um": "amplitude", "share": "share", "amplitude_per_K": "coefficient",
 }  # fmt: skip
 """Words of parameters that a sentence tells."""
@@ -61,6 +62,7 @@ LONG_S = 120.0
 WORKSHOP: dict[str, tuple[str, float]] = {
     "1/K": ("um/m/K", 1e6),
     "1/K^2": ("um/m/K^2", 1e6),
+    "1/K^3": ("um/m/K^3", 1e6),
     "m": ("mm", 1e3),
     "1e-6": ("um/m", 1.0),
     "1": ("", 1.0),

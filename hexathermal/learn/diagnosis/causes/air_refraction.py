@@ -22,6 +22,7 @@ CAUSE = Cause(
     parameters=(
         Parameter("share", "1", "of the index that was not applied; 1: all of it"),
         Parameter("weather", "name", "all of it, or the pressure alone"),
+        Parameter("time_constant_s", "s", "none, 5 or 15 min: the air in a tube follows that at the station"),
     ),
     confused_with=(
         "frame-expansion",
@@ -31,6 +32,10 @@ CAUSE = Cause(
     words="the index of refraction of air was not applied over the whole path",
     readings=24,
 )
+
+
+ENCLOSED_S = (300.0, 900.0)
+"""Time constants of air along the beams behind that at the station."""
 
 
 def trials(bench: Workbench) -> Iterator[Trial]:
@@ -50,6 +55,8 @@ def trials(bench: Workbench) -> Iterator[Trial]:
         own = {"path_m": path, "stroke_share": share}
         yield bench.term(CAUSE.name, "air-index", None, quick=True, **own)
         yield bench.term(CAUSE.name, "air-index", None, quick=True, weather=PRESSURE, **own)
+        for late in ENCLOSED_S:
+            yield bench.term(CAUSE.name, "air-index", None, time_constant_s=late, **own)
         for reference in references if share > 0.0 and view.moves else ():
             yield bench.term(CAUSE.name, "air-index", None, quick=True, reference_index=reference, **own)
 

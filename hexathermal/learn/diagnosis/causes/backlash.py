@@ -14,7 +14,7 @@ CAUSE = Cause(
     signature="A step of constant size at each reversal, at any temperature.",
     parameters=(
         Parameter("approach", "1", "-1 to 1: how the first position of each run was reached"),
-        Parameter("play_m", "m", "none, or 0.3 to 3 mm: the way in which a reversal becomes whole"),
+        Parameter("play_m", "m", "none, or 0.3 to 9 mm: the way in which a reversal becomes whole"),
         Parameter("step", "m", "visible effect of 0.25 to 4 times the noise"),
     ),
     confused_with=(
@@ -29,7 +29,7 @@ CAUSE = Cause(
 APPROACHES = (-1.0, -0.5, 0.5, 1.0)
 """Directions, or parts of the play, from which all runs may begin."""
 
-PLAYS_M = (0.3e-3, 1e-3, 3e-3)
+PLAYS_M = (0.3e-3, 1e-3, 3e-3, 9e-3)
 """Ways of the rod in which a nut crosses its play, or preloads turn round."""
 
 

@@ -18,7 +18,10 @@ CAUSE = Cause(
         "linear; a stroke that was right at 20 degC is then wrong already at the zero."
     ),
     signature="The residual bends smoothly with the temperature in degC; heating and cooling look alike.",
-    parameters=(Parameter("curvature", "1/K^2", "visible effect of 0.25 to 4 times the noise"),),
+    parameters=(
+        Parameter("curvature", "1/K^2", "visible effect of 0.25 to 4 times the noise"),
+        Parameter("cubic", "1/K^3", "in its place; likewise"),
+    ),
     confused_with=(
         "missing-sensor",
         "thermal-lag",
@@ -40,7 +43,7 @@ MIDDLES, WIDTHS = (0.15, 0.4, 0.65), (0.3, 0.7)
 
 
 def trials(bench: Workbench) -> Iterator[Trial]:
-    """Give the square of each of the law's temperatures, and bends in its range; the bench's zero is in degC."""
+    """Give square and cube of each of the law's temperatures, and bends in its range; the bench's zero is in degC."""
     view = bench.view
     yield from _all_along(bench)
     for sensor in view.base:
@@ -50,6 +53,7 @@ def trials(bench: Workbench) -> Iterator[Trial]:
         for ratio in sorted({0.0, bench.ratios[sensor], *([1.0] if view.kind == "leg" else [])}):
             # of the warming since the zero, by which the law was identified; then of the temperature itself
             yield bench.term(CAUSE.name, "square", sensor, quick=True, sensor=sensor, ratio=ratio)
+            yield bench.term(CAUSE.name, "cube", sensor, quick=True, sensor=sensor, ratio=ratio)
             if told is not None and np.ptp(told[1]) > 0.0:  # else both are the same
                 yield bench.term(CAUSE.name, "square", sensor, quick=True, sensor=sensor, ratio=ratio,
                                  reference_degC=float(np.median(told[1])))  # fmt: skip
