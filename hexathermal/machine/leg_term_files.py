@@ -32,6 +32,7 @@ PARAMETERS: dict[str, dict[str, str]] = {
         "power": "number",
         "time_constant_s": "number!",
         "source_time_constant_s": "number",
+        "source_share": "number",
         "ratio": "number",
     },
     "square": {
@@ -266,6 +267,8 @@ def _check_parameters(form: Form, shape: str, parameters: Mapping[str, Any], pat
         )
     if "weather" in parameters and shape == "air-index":
         form.check((*path, "weather"), parameters["weather"] == PRESSURE, f"{PRESSURE!r}, or left out")
+    if "source_share" in parameters and shape == "stored-heat":
+        form.check((*path, "source_share"), 0.0 <= parameters["source_share"] <= 1.0, "0 to 1")
     if "decades" in parameters and shape == "relaxation":
         form.check((*path, "decades"), 0.0 <= parameters["decades"] <= MOST_DECADES, f"0 to {MOST_DECADES:g}")
     if "approach" in parameters and shape == "direction":

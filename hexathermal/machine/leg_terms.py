@@ -179,7 +179,8 @@ def stored_heat(signals: LegSignals, parameters: Mapping[str, Any], memory: Memo
     """Return heat of motion, or of a recorded input, behind a low pass, ``low_pass(|u|^power)``.
 
     ``source`` is ``"motion"`` (u: speed in m/s) or an input's name. With ``source_time_constant_s`` it is behind
-    another low pass before: what is rubbed warms first, then what expands.
+    another low pass before: what is rubbed warms first, then what expands; ``source_share`` of it is that of what is
+    rubbed itself.
     """
     source = parameters["source"]
     u = memory.speed(signals.time, signals.q) if source == "motion" else np.abs(signals.recorded(source))
@@ -192,6 +193,8 @@ def heat_left(signals: LegSignals, heat: FloatArray, parameters: Mapping[str, An
     tau, before = parameters["time_constant_s"], parameters.get("source_time_constant_s", 0.0)
     given = memory.low_pass("source", signals.time, heat, before) if before > 0.0 else heat
     stored = memory.low_pass("heat", signals.time, given, tau) if tau > 0.0 else given
+    own = parameters.get("source_share", 0.0)
+    stored = (1.0 - own) * stored + own * given if own > 0.0 else stored
     left = stored - memory.first("heat at first", stored)
     return np.asarray(left * signals.span(parameters["ratio"]) if "ratio" in parameters else left)
 

@@ -11,6 +11,7 @@ LABELS = {
     "decades": "decades of time constants",
     "saturation_m": "way in which a kick becomes whole",
     "source_time_constant_s": "time constant of what is rubbed",
+    "source_share": "part of what is rubbed itself",
     "renewed": "what earlier moves left",
     "approach": "first positions of runs were reached",
     "play_m": "way of a reversal",

@@ -27,6 +27,8 @@ EXAMPLES: dict[str, list[tuple[str, dict[str, Any], list[float]]]] = {
     "stored-heat": [("hidden-heat", {"source": "motion", "power": 2, "time_constant_s": 2500.0}, [30.0]),
                     ("hidden-heat", {"source": "motion", "time_constant_s": 900.0,
                                      "source_time_constant_s": 150.0}, [0.1]),
+                    ("hidden-heat", {"source": "motion", "time_constant_s": 900.0, "source_time_constant_s": 150.0,
+                                     "source_share": 0.4}, [0.1]),
                     ("hidden-heat", {"source": "spindle_rpm", "time_constant_s": 0.0, "ratio": 0.4}, [1e-9])],
     "square": [("nonlinear-expansion", {"sensor": "T01", "ratio": 0.5}, [2e-8]),
                ("nonlinear-expansion", {"sensor": "T02", "ratio": 0.5, "reference_degC": 20.0}, [3e-8]),

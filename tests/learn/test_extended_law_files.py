@@ -143,6 +143,7 @@ BAD = [
     ('kick = "move"', 'kick = "move"\nrenewed = 2', "terms[2].renewed must be 0 or 1, with kick 'step' or 'begin' 0"),
     ('kick = "move"', 'kick = "begin"\nsaturation_mm = 2', "terms[2].saturation_mm must be of moves"),
     ('source = "motion"', 'source = "motion"\nsource_time_constant_s = -5', "source_time_constant_s must be 0 or more"),
+    ('source = "motion"', 'source = "motion"\nsource_share = 1.2', "source_share must be 0 to 1"),
     ('kind = "swap"', 'kind = "exchange"', "repairs[0].kind must be one of: clock, swap, drift, detached"),
     ('second = "T02"\n', "", "key 'second' is missing in [repairs[0]]"),
     ("rate_K_per_h = 0.03", 'rate_K_per_h = "x"', "repairs[1].rate_K_per_h must be a number"),

@@ -140,6 +140,42 @@ def test_heat_may_pass_through_what_is_rubbed_first() -> None:
     )
 
 
+def test_what_is_rubbed_may_expand_itself() -> None:
+    """A share of the expansion is that of what is rubbed, the rest that of what it warms; with 0 or 1 all of one."""
+    signals = drawn_signals(5, 60)
+    both = {"source": "motion", "source_time_constant_s": 200.0, "time_constant_s": 900.0}
+
+    def stored(**own: float) -> FloatArray:
+        return term_columns("stored-heat", signals, both | own)
+
+    rubbed = stored(source_time_constant_s=0.0, time_constant_s=200.0)
+    np.testing.assert_allclose(stored(source_share=0.3), 0.7 * stored() + 0.3 * rubbed, atol=1e-18)
+    np.testing.assert_array_equal(stored(source_share=0.0), stored())
+    np.testing.assert_allclose(stored(source_share=1.0), rubbed, atol=1e-18)
+
+
+def test_the_air_in_a_tube_follows_that_at_the_station() -> None:
+    """With a time constant the index is behind a low pass, the path as it is; with 0 it is that at the station."""
+    signals = drawn_signals(4, 50)
+    own = {"path_m": 0.7, "stroke_share": 1.0}
+    late = Memory().low_pass("late", signals.time, signals.recorded("index"), 600.0)
+    found = term_columns("air-index", signals, own | {"time_constant_s": 600.0})[:, 0]
+    np.testing.assert_allclose(found, (0.7 + signals.q) * late, atol=1e-20)
+    at_once = term_columns("air-index", signals, own)
+    assert np.abs(found - at_once[:, 0]).max() > 0.1 * np.abs(at_once).max()
+    np.testing.assert_array_equal(term_columns("air-index", signals, own | {"time_constant_s": 0.0}), at_once)
+
+
+def test_a_cube_goes_with_the_sign_of_the_warming() -> None:
+    """It is ``(q0 + ratio q) dT^3``: cooling by as much gives its negative."""
+    signals = drawn_signals(4, 50)
+    cold = dataclasses.replace(signals, dT={name: -values for name, values in signals.dT.items()})
+    own = {"sensor": "T01", "ratio": 0.5}
+    found = term_columns("cube", signals, own)[:, 0]
+    np.testing.assert_allclose(found, signals.span(0.5) * signals.temperature("T01") ** 3, rtol=1e-12)
+    np.testing.assert_array_equal(term_columns("cube", cold, own)[:, 0], -found)
+
+
 def test_a_short_move_kicks_in_part() -> None:
     """With a saturation a move of length L kicks by ``1 - exp(-L / saturation)``, with its sign where it has one."""
     t = np.arange(0.0, 100.0, 10.0)

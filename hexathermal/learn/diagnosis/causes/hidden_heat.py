@@ -19,6 +19,7 @@ CAUSE = Cause(
     parameters=(
         Parameter("time_constant_s", "s", "log-uniform, 2 min to 4 h"),
         Parameter("source_time_constant_s", "s", "none, or a sixth of it: what is rubbed warms first"),
+        Parameter("source_share", "1", "none, or 0.4: the part of what is rubbed itself"),
         Parameter("amplitude", "m per unit of the source", "visible effect of 0.25 to 4 times the noise"),
     ),
     confused_with=(
@@ -37,8 +38,8 @@ TIMES_S = (120.0, 240.0, 480.0, 960.0, 1920.0, 3840.0, 7680.0, 15360.0)
 KEPT_S = (1920.0, 3840.0, 7680.0)
 """Of these heat of an hour before a run may still be there, which its rows do not tell."""
 
-STAGES = 6.0
-"""How much sooner what is rubbed warms than what expands."""
+STAGES, OWN_SHARE = 6.0, 0.4
+"""How much sooner what is rubbed warms than what expands, and the part of the expansion that may be its own."""
 
 
 def trials(bench: Workbench) -> Iterator[Trial]:
@@ -49,7 +50,10 @@ def trials(bench: Workbench) -> Iterator[Trial]:
     sources += [(name, power) for name in view.runs[0].signals.inputs for power in (1, 2)]
     for source, power in sources:
         for tau in TIMES_S:
-            stages: tuple[dict[str, Any], ...] = ({}, {"source_time_constant_s": tau / STAGES})
+            rubbed = {"source_time_constant_s": tau / STAGES}
+            stages: list[dict[str, Any]] = [{}, rubbed]
+            if source == "motion":
+                stages.append({**rubbed, "source_share": OWN_SHARE})
             for first, length in product(stages, lengths):
                 trial = bench.term(CAUSE.name, "stored-heat", source, source=source, time_constant_s=tau, power=power,
                                    **first, **length)  # fmt: skip
