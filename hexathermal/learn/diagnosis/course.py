@@ -6,8 +6,6 @@ import hashlib
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
-import numpy as np
-
 from hexathermal.errors import ArgumentError, UnknownNameError
 from hexathermal.learn.campaign import Campaign
 from hexathermal.learn.campaign_laws import identify_campaign
@@ -15,9 +13,10 @@ from hexathermal.learn.diagnosis.base_choice import FEWEST_WINDOWS, likelier_sen
 from hexathermal.learn.diagnosis.causes import catalogue
 from hexathermal.learn.diagnosis.chance import LEAST_THRESHOLD, chance_threshold
 from hexathermal.learn.diagnosis.deciding import Decision, decided, together
-from hexathermal.learn.diagnosis.evidence import Scored, beside, screened, stacked_columns
+from hexathermal.learn.diagnosis.evidence import Scored
 from hexathermal.learn.diagnosis.exchange import rival_beside
-from hexathermal.learn.diagnosis.foresight import LEAST_SHARE, denied, part_saved, tells_of_one_run, worth
+from hexathermal.learn.diagnosis.foresight import denied, part_saved, tells_of_one_run, worth
+from hexathermal.learn.diagnosis.joining import Found, next_stage
 from hexathermal.learn.diagnosis.pruning import pruned
 from hexathermal.learn.diagnosis.ranking import Ranked, Step
 from hexathermal.learn.diagnosis.reading_noise import with_reading_noise
@@ -25,13 +24,11 @@ from hexathermal.learn.diagnosis.rivals import SHAPE_ERROR
 from hexathermal.learn.diagnosis.search import REPEATED, as_joined
 from hexathermal.learn.diagnosis.stage import Stage, view_of
 from hexathermal.learn.diagnosis.tolerating import tolerant
-from hexathermal.learn.diagnosis.trials import Trial
 from hexathermal.learn.diagnosis.view import View
 from hexathermal.learn.diagnosis.wandering import with_wandering
 from hexathermal.learn.law import IdentifiedLaw
 from hexathermal.learn.signals import RunRows
 from hexathermal.machine.leg_repairs import SensorRepair
-from hexathermal.poses import FloatArray
 
 MOST_EFFECTS = 6
 LATER = 2.0
@@ -56,40 +53,9 @@ of "none" where that is not enough."""
 STANDING, CLEARLY = 0.1, 0.05
 """A target may stand for the leader's if it has this part of its evidence, and takes away so much more."""
 
-MOST_REFINED = 2
-"""Shapes of one cause that may join beside its first."""
-
-MOST_KIN, SEEN_KIN, KIN_SIZE = 3, 0.05, 0.2
-"""Directions in which the shapes of a named cause differ, the smallest of them over the largest, and the error of its
-shape over what is visible of it."""
-
-ROUNDING = 1e-9
-"""What is less than this part of a column, RMS, is an error of rounding."""
-
 FEWEST_RUNS = 2
 
 Progress = Callable[[int, int, str], None]
-
-
-@dataclass(frozen=True, eq=False)
-class Found:
-    """A cause that was named at a stage.
-
-    Attributes
-    ----------
-    ranked : Ranked
-    decision : Decision
-    joined : bool
-        Whether it predicts runs left out better, so that it joins the law.
-    amplitudes, spread : array, shape (k,)
-        Of the trial's columns when it was named, and their standard uncertainties.
-    """
-
-    ranked: Ranked
-    decision: Decision
-    joined: bool
-    amplitudes: FloatArray
-    spread: FloatArray
 
 
 @dataclass(frozen=True, eq=False)
@@ -196,10 +162,10 @@ def searched(
                 stage, decision = stages[0], other
                 steps, stages, found = steps[:1], [], []
                 continue
-        stage = tolerant(_next(stage, after, found, threshold), threshold + LATER)
+        stage = tolerant(next_stage(stage, after, found, threshold), threshold + LATER)
         said(1 + len(found), MOST_EFFECTS + 2, f"{leader.cause} named; trying what is left")
         steps.append(stage.step)
-        decision = decided(steps[-1], threshold + LATER, before=max(one.ranked.value for one in found))
+        decision = _later(stage, found, threshold)
     if given_for_two and len(found) == 1:  # the other one did not stand: something nameless led
         stage, steps, stages, found, decision = stages[0], steps[:1], [], [], alone
     end = _not_denied(stage, decision)
@@ -210,6 +176,23 @@ def _first(view: View, repairs: tuple[SensorRepair, ...] = ()) -> Stage:
     """Return the stage that a course begins with; refuse too little data."""
     _refuse_too_little(view)
     return Stage(with_wandering(with_reading_noise(view)), repairs=repairs)
+
+
+def _later(stage: Stage, found: Sequence[Found], threshold: float) -> Decision:
+    """Return the decision of a later step; what only mops up errors of shapes named before hides no other cause.
+
+    Such a one is confused with a cause that was named, and is too faint, or runs left out deny it.
+    """
+    step, before = stage.step, max(one.ranked.value for one in found)
+    while True:
+        decision = decided(step, threshold + LATER, before=before)
+        leader = decision.leader
+        if leader is None or not leader.named or not _mopped_up(leader, found):
+            return decision
+        after = stage.with_effect(leader.best)
+        if not _too_faint(leader, found, threshold) and worth(stage, after, leader, later=True)[0]:
+            return decision
+        step = replace(step, ranking=tuple(item for item in step.ranking if item is not leader))
 
 
 def _too_faint(leader: Ranked, found: Sequence[Found], threshold: float) -> bool:
@@ -275,73 +258,6 @@ def _two_for(stage: Stage, decision: Decision, threshold: float) -> Decision:
     if decided(after.with_effect(second.best).step, threshold + LATER, before=both).leader is not None:
         return decision
     return replace(decision, leader=names[0], probability=together(names[0], second, alone))
-
-
-def _next(before: Stage, after: Stage, found: Sequence[Found], threshold: float) -> Stage:
-    """Return the stage after one with the last cause joined: more of its own shapes beside, errors of them tolerated.
-
-    Where it mends data, what is tolerated of the shapes of causes named before is made anew. What joins no law leaves
-    its shape in the null.
-    """
-    leader = found[-1].ranked
-    if not found[-1].joined:
-        return before.beside(leader.best)
-    stage = _with_kin(_refined(before, after, leader, threshold), before, leader)
-    if leader.best.trial.repair is not None:
-        for one in found[:-1]:
-            stage = _with_kin(stage, stage, one.ranked)
-    return stage
-
-
-def _kin(stage: Stage, leader: Ranked) -> list[Trial]:
-    """Return the trials of a stage that tell of the same cause on the same target by columns, or are compared so."""
-    own = leader.best.trial
-    return [trial for trial in stage.search.trials
-            if own.shape and (trial.shape or (trial.term is not None and trial.carried)) and not trial.starts
-            and (trial.cause, trial.target) == (own.cause, own.target)]  # fmt: skip
-
-
-def _refined(before: Stage, after: Stage, leader: Ranked, threshold: float) -> Stage:
-    """Return a stage with the leader's cause joined and more of its own shapes beside, as far as they pay.
-
-    Nature's creep is no single exponential, nor is a lag of one time: a second of the same cause is no other cause.
-    """
-    kin = [trial for trial in _kin(before, leader) if trial.shape and trial.shape != "direction"]  # a nut has one play
-    for _more in range(MOST_REFINED):
-        # a shape with temperatures as recorded is the same term of a law as with smoothed ones
-        joined = [(item.trial.shape, item.trial.parameters) for item in after.joined]
-        kin = [trial for trial in kin if (trial.shape, trial.parameters) not in joined]
-        scored = screened(after.channel, after.base, leader.levels, kin, before.search.largest) if kin else []
-        best = max(scored, key=lambda item: item.value, default=None)
-        if best is None or best.gated < threshold:
-            break
-        finer = after.with_effect(best)
-        if part_saved(after, finer, leader) < LEAST_SHARE:
-            break
-        after = finer
-    return after
-
-
-def _with_kin(after: Stage, before: Stage, leader: Ranked) -> Stage:
-    """Return a stage whose null has what other shapes of the same cause look like, as large as an error of its shape.
-
-    A sketch of a cause leaves a part of it, which another cause would mop up.
-    """
-    kin = _kin(before, leader)
-    if not kin:
-        return after
-    base = after.base
-    columns = stacked_columns(len(after.channel), kin)
-    left = beside(columns, base.hiding)
-    scale = np.sqrt((left**2).mean(axis=0))
-    # of the shape that joined only rounding is left
-    seen = scale > ROUNDING * np.sqrt((columns**2).mean(axis=0))
-    U, size, _V = np.linalg.svd(left[:, seen] / scale[seen], full_matrices=False)
-    keep = np.flatnonzero(size > SEEN_KIN * size[:1])[:MOST_KIN]
-    columns = U[:, keep] * np.sqrt(len(U))
-    sizes = np.full(len(keep), KIN_SIZE * leader.best.visible)
-    shape = Scored(Trial(leader.cause, columns), 0.0, 0.0, 1.0, 0.0, 0.0, sizes)
-    return after.tolerating(shape)
 
 
 def _leader(stage: Stage, decision: Decision, threshold: float, *, first: bool) -> Ranked | None:

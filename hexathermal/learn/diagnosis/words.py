@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from hexathermal.learn.diagnosis.causes import catalogue
-from hexathermal.learn.diagnosis.course import Found
+from hexathermal.learn.diagnosis.joining import Found
 from hexathermal.learn.diagnosis.result import Effect, Quantity
 from hexathermal.learn.diagnosis.stage import Stage
 from hexathermal.poses import FloatArray

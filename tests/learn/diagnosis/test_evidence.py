@@ -12,7 +12,7 @@ from scipy.stats import binom, multivariate_normal
 from hexathermal.learn.diagnosis import chance
 from hexathermal.learn.diagnosis.chance import FALSE_ALARMS, chance_threshold
 from hexathermal.learn.diagnosis.channels import Channel, Levels
-from hexathermal.learn.diagnosis.course import Found, _mopped_up
+from hexathermal.learn.diagnosis.course import _mopped_up
 from hexathermal.learn.diagnosis.deciding import SOUND, Decision, decided
 from hexathermal.learn.diagnosis.evidence import (
     LEAST,
@@ -25,6 +25,7 @@ from hexathermal.learn.diagnosis.evidence import (
     screened,
     visible,
 )
+from hexathermal.learn.diagnosis.joining import Found
 from hexathermal.learn.diagnosis.ranking import NONE, SURE_WITNESS, Ranked, Step
 from hexathermal.learn.diagnosis.search import STEP_ALONE, Search
 from hexathermal.learn.diagnosis.trials import Trial
