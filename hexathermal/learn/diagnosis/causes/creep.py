@@ -51,6 +51,9 @@ FEWEST_BEGUN = 4
 SATURATIONS_M, LEAST_TOLD = (0.004, 0.015), 0.15
 """Ways in which a kick becomes whole, where the sizes of moves differ by so much of their mean."""
 
+LONGEST_SIGNED_S = 20_000.0
+"""What follows the sign of moves and stays for longer is hardly creep: it goes as positions and reversals do."""
+
 LONGEST_RENEWED_S = 1500.0
 """What each move renews in its direction, and stays for longer, is backlash."""
 
@@ -71,10 +74,12 @@ def trials(bench: Workbench) -> Iterator[Trial]:
         for times in single + broad:
             alike = bench.term(CAUSE.name, "relaxation", None, kick="move", **times)
             yield alike
-            kicks: list[dict[str, Any]] = [{"kick": "direction"}, {"kick": "step"}]
-            kicks += [{"kick": kick, "saturation_m": full} for full in short for kick in ("move", "direction")]
+            longest = times["time_constant_s"] * 10.0 ** times.get("decades", 0.0)
+            signed = ("direction", "step") if longest <= LONGEST_SIGNED_S else ()
+            kicks: list[dict[str, Any]] = [{"kick": kick} for kick in signed]
+            kicks += [{"kick": kick, "saturation_m": full} for full in short for kick in ("move", *signed[:1])]
             kicks.append({"kick": "move", "renewed": 1.0})
-            if times["time_constant_s"] * 10.0 ** times.get("decades", 0.0) < LONGEST_RENEWED_S:
+            if longest < LONGEST_RENEWED_S:
                 kicks.append({"kick": "direction", "renewed": 1.0})
             for kick in kicks:
                 trial = bench.term(CAUSE.name, "relaxation", None, **kick, **times)
