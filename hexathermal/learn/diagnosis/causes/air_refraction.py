@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from functools import cache
+from typing import Any
 
 import numpy as np
 
@@ -52,7 +53,7 @@ def trials(bench: Workbench) -> Iterator[Trial]:
     if not view.zeroed_by_run:
         references = references[:1]
     for path, share in _paths(view):
-        own = {"path_m": path, "stroke_share": share}
+        own: dict[str, Any] = {"path_m": path, "stroke_share": share}
         yield bench.term(CAUSE.name, "air-index", None, quick=True, **own)
         yield bench.term(CAUSE.name, "air-index", None, quick=True, weather=PRESSURE, **own)
         for late in ENCLOSED_S:
