@@ -16,6 +16,7 @@ from hexathermal.learn.diagnosis.beforehand import Beforehand, among
 from hexathermal.learn.diagnosis.causes import catalogue
 from hexathermal.learn.diagnosis.course import Course, Progress, base_law, searched
 from hexathermal.learn.diagnosis.extension import extended_law, gained, reachable
+from hexathermal.learn.diagnosis.judged_steps import JudgedStep, judged_steps, told_steps
 from hexathermal.learn.diagnosis.limits import limits_of, sure_of_nothing
 from hexathermal.learn.diagnosis.lost_counts import lost_count
 from hexathermal.learn.diagnosis.mending import mended, mended_view
@@ -100,7 +101,8 @@ def _diagnosed(
     seen = replace(campaign, runs=tuple(run for run in campaign.runs if run.name not in mute))
     levels = course.steps[0].levels
     limits, confusions = limits_of(course.first, levels, course.threshold)
-    told = _told_before(course, plain, plugs)
+    jumped = judged_steps(plain, extended, held, course.threshold)
+    told = _told_before(course, plain, plugs, jumped)
     effects = _effects(course, told)
     verdict, probability, follows = _verdict(course, effects, sure_of_nothing(limits, levels.rms))
     candidates = _candidates(course, told)
@@ -117,15 +119,18 @@ def _diagnosed(
     )  # fmt: skip
 
 
-def _told_before(course: Course, plain: View, plugs: Sequence[Exchange]) -> list[Beforehand]:
-    """Return what others than the drift told: plugs that changed places, and beams that lost count."""
-    found, law = list[Beforehand](), course.first.law
+def _told_before(
+    course: Course, plain: View, plugs: Sequence[Exchange], jumped: Sequence[JudgedStep]
+) -> list[Beforehand]:
+    """Return what others than the search told: plugs that changed places, beams that lost count, steps where judged."""
+    found, view, law = list[Beforehand](), plain, course.first.law
     p = plain.base_columns.shape[1] if plugs else 0
     for one in plugs:
-        found.append(told_of(one, plain, law[0][:p], law[1][:p, :p]))
-        plain = mended_view(plain, one.repair)
-    lost = lost_count(course.first, _jumps(course))
-    return [*found, lost] if lost is not None else found
+        found.append(told_of(one, view, law[0][:p], law[1][:p, :p]))
+        view = mended_view(view, one.repair)
+    named = [*_jumps(course), *((step.run, step.time) for step in jumped)]
+    others = lost_count(plain, course.first.levels.rms, named), told_steps(jumped, plain)
+    return [*found, *(one for one in others if one is not None)]
 
 
 def _effects(course: Course, told: Sequence[Beforehand]) -> tuple[Effect, ...]:

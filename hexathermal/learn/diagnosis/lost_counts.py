@@ -19,7 +19,6 @@ from hexathermal.learn.diagnosis.deciding import SOUND
 from hexathermal.learn.diagnosis.evidence import visible
 from hexathermal.learn.diagnosis.pieces import LONGEST_S
 from hexathermal.learn.diagnosis.result import Effect, Quantity
-from hexathermal.learn.diagnosis.stage import Stage
 from hexathermal.learn.diagnosis.view import View
 from hexathermal.learn.diagnosis.words import UM, told, two_digits
 from hexathermal.poses import FloatArray
@@ -37,28 +36,29 @@ TOLD = 4
 """Other steps that are told one by one."""
 
 
-def lost_count(stage: Stage, named: Iterable[tuple[str, float]] = ()) -> Beforehand | None:
+def lost_count(view: View, noise: float, named: Iterable[tuple[str, float]] = ()) -> Beforehand | None:
     """Return what beams that lost count did to the drift; None where it would not have shown them.
 
     Where all runs count from one zero, what cleaning took back in one run stays in those after it: nothing is said.
 
     Parameters
     ----------
-    stage : Stage
-        Before anything joined the law.
+    view : View
+        Of all runs, those for validation too: what cleaning took back there, no law would have foretold.
+    noise : float [m]
+        Of the drift beside the law, RMS.
     named : iterable of (str, float [s])
         Runs and moments of jumps that the residual shows: what is left of a step is no second one.
     """
-    view = stage.view
     steps = _steps(view, tuple(named)) if view.zeroed_by_run else []
     if not steps:
         return None
     # a third of each is in the mean of the beams
     shares, errors = (np.array([getattr(step, name) / len(BEAMS) for step, _k in steps]) for name in ("size", "error"))
     columns = np.column_stack([view.step_at(k, step.time) for step, k in steps])
-    law = stage.base.hiding[:, : stage.base.plain]
+    law = view.base_columns
     seen, apart = float(visible((columns @ shares)[:, None], law)[0]), visible(columns, law)
-    if seen < SEEN * stage.levels.rms:
+    if seen < SEEN * noise:
         return None
     tries = len(BEAMS) * sum(len(rows.signals.time) for rows in view.runs)
     evidence = float(np.maximum(0.5 * (shares / errors) ** 2 - np.log(tries), 0.0).sum())

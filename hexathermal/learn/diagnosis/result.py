@@ -63,6 +63,11 @@ class Effect:
     taken_back: bool = False
 
     @property
+    def of_judged_run(self) -> bool:
+        """Whether it sits in a run for validation, which no law is fitted to."""
+        return self.settings.get("role") == "validation"
+
+    @property
     def told_by_thermometers(self) -> bool:
         """Whether the other thermometers told of it without the drift: plugs that changed places between runs."""
         return self.cause == "swapped-sensors" and "runs" in self.settings
@@ -258,7 +263,7 @@ class Diagnosis(Shown):
         """The diagnosis in one sentence, or one for each cause."""
         left = f"omething real is left that {self.follows}{self._seen}, but no cause of the catalogue explains it."
         if self.verdict == "effect":
-            hidden = self.follows is not None and all(one.taken_back for one in self.effects)
+            hidden = self.follows is not None and all(one.taken_back or one.of_judged_run for one in self.effects)
             return " ".join((*self.sentences, *([f"S{left}"] if hidden else [])))
         if self.verdict == "none" and not self.limits:
             return "No effect of the catalogue is seen: the law explains these data to their noise."

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import csv
 import json
+from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 
@@ -14,6 +15,7 @@ from hexathermal.learn.campaign_files import load_campaign
 from hexathermal.learn.cleaning_record import BeamStep
 from hexathermal.learn.diagnosis import diagnose
 from hexathermal.learn.diagnosis import lost_counts as module
+from hexathermal.learn.diagnosis.beforehand import Beforehand
 from hexathermal.learn.diagnosis.lost_counts import lost_count
 from hexathermal.learn.diagnosis.result import Diagnosis
 from hexathermal.learn.diagnosis.stage import Stage
@@ -25,12 +27,14 @@ from tests.learn.diagnosis.campaigns import viewed
 Found = tuple[Diagnosis, float]
 
 
-def _lost(place: Path, causes: tuple[str, ...], step_um: float, strength: float = 1.0) -> Found:
+def _lost(
+    place: Path, causes: tuple[str, ...], step_um: float, strength: float = 1.0, role: str = "identification"
+) -> Found:
     """The diagnosis of a campaign in whose run a beam loses count within a rest, and the moment of that [s]."""
     truth, answer = campaign_of("quiet", 8, causes=causes, strength=strength)
     place.mkdir(exist_ok=True)
     write_campaign(place / "campaign", truth, answer)
-    file = load_campaign(place / "campaign").runs_of("identification")[1].path
+    file = load_campaign(place / "campaign").runs_of(role)[1].path
     with file.open() as lines:
         rows = list(csv.DictReader(lines))
     rest = np.array([float(row["settled"]) for row in rows]) > 0.5
@@ -46,11 +50,12 @@ def _lost(place: Path, causes: tuple[str, ...], step_um: float, strength: float 
     return diagnose(load_campaign(place / "campaign"), answer.base), moment
 
 
-def test_a_beam_that_lost_count_is_named(tmp_path: Path) -> None:
+@pytest.mark.parametrize("role", ["identification", "validation"])
+def test_a_beam_that_lost_count_is_named(tmp_path: Path, role: str) -> None:
     """In a sound campaign one beam loses 3 um: a zero jump of 1 um of the drift, to its row and within three standard
     uncertainties; the beam is the target, no law holds it, and the JSON says that it is taken back.
     """
-    found, moment = _lost(tmp_path, (), 3.0)
+    found, moment = _lost(tmp_path, (), 3.0, role=role)
     assert found.verdict == "effect"
     assert [one.cause for one in found.effects] == ["zero-jump"]
     effect = found.effects[0]
@@ -92,6 +97,11 @@ def _with_steps(steps: dict[int, tuple[BeamStep, ...]], zero: str = "run") -> Vi
     return replace(view, runs=tuple(runs), zeroed_by_run=zero == "run")
 
 
+def _told(view: View, named: Sequence[tuple[str, float]] = ()) -> Beforehand | None:
+    """What is told of the steps of a view."""
+    return lost_count(view, Stage(view).levels.rms, named)
+
+
 def _step(size_um: float = 3.0, error_um: float = 0.03, time: float = 9000.0, beam: int = 1) -> BeamStep:
     """A step within a rest."""
     return BeamStep(f"beam{beam}_mm", time, size_um * 1e-6, error_um * 1e-6, True)
@@ -99,10 +109,10 @@ def _step(size_um: float = 3.0, error_um: float = 0.03, time: float = 9000.0, be
 
 def test_what_the_drift_would_not_show_is_only_noted(monkeypatch: pytest.MonkeyPatch) -> None:
     """A lost count that leaves less than `SEEN` of the noise beside the law has no name; asked for less, it has one."""
-    stage = Stage(_with_steps({1: (_step(0.02, 1e-3),)}))
-    assert lost_count(stage) is None
+    view = _with_steps({1: (_step(0.02, 1e-3),)})
+    assert _told(view) is None
     monkeypatch.setattr(module, "SEEN", 0.0)
-    small = lost_count(stage)
+    small = _told(view)
     assert small is not None
     assert small.effect.visible < 0.02e-6 / 3.0
 
@@ -111,18 +121,18 @@ def test_what_the_drift_would_not_show_is_only_noted(monkeypatch: pytest.MonkeyP
 def test_tilt_at_a_movement_is_no_lost_count(z: float, named: bool) -> None:
     """A step counts where it is `SURE` times what the beams part by there."""
     step = replace(_step(z * 0.5, 0.5), at_rest=False)
-    assert (lost_count(Stage(_with_steps({1: (step,)}))) is not None) == named
+    assert (_told(_with_steps({1: (step,)})) is not None) == named
 
 
 def test_beams_that_differ_by_less_than_their_last_digit_lose_no_count() -> None:
     """Recorded so coarsely that they part by nothing, they step by one digit now and then."""
     steps = tuple(_step(0.5, 1e-11, 600.0 * k, 1 + k % 3) for k in range(1, 30))
-    assert lost_count(Stage(_with_steps({1: steps}))) is None
+    assert _told(_with_steps({1: steps})) is None
 
 
 def test_steps_behind_the_last_row_that_is_used_are_none() -> None:
     """A larger step of another beam, in rows that cleaning left out afterwards, is told by nobody."""
-    found = lost_count(Stage(_with_steps({1: (_step(), _step(30.0, 0.03, 1e6, 3))})))
+    found = _told(_with_steps({1: (_step(), _step(30.0, 0.03, 1e6, 3))}))
     assert found is not None
     assert found.effect.target == "beam1"
     assert "also" not in found.effect.settings
@@ -130,12 +140,12 @@ def test_steps_behind_the_last_row_that_is_used_are_none() -> None:
 
 def test_steps_of_several_beams_are_told_together() -> None:
     """The largest is the target, the others are listed, and what would be visible is that of all."""
-    stage = Stage(_with_steps({1: (_step(3.0, beam=2),), 2: (_step(2.0, beam=1),)}))
-    both, one = lost_count(stage), lost_count(Stage(_with_steps({1: (_step(3.0, beam=2),)})))
+    view = _with_steps({1: (_step(3.0, beam=2),), 2: (_step(2.0, beam=1),)})
+    both, one = _told(view), _told(_with_steps({1: (_step(3.0, beam=2),)}))
     assert both is not None
     assert one is not None
     assert both.effect.target == one.effect.target == "beam2"
-    assert both.effect.settings["also"] == f"beam1 in {stage.view.runs[2].run.name}"
+    assert both.effect.settings["also"] == f"beam1 in {view.runs[2].run.name}"
     assert both.effect.visible > one.effect.visible
     assert "alone" not in both.effect.sentence
     assert "beam2 alone lost count" in one.effect.sentence
@@ -143,14 +153,14 @@ def test_steps_of_several_beams_are_told_together() -> None:
 
 def test_what_is_left_of_a_step_is_no_second_one() -> None:
     """A jump that the residual shows in the same run at the same time is what taking back left; elsewhere it is not."""
-    stage = Stage(_with_steps({1: (_step(),)}))
-    run = stage.view.runs[1].run.name
-    assert lost_count(stage, [(run, 9100.0)]) is None
-    assert lost_count(stage, [(run, 15000.0)]) is not None
-    assert lost_count(stage, [(stage.view.runs[2].run.name, 9000.0)]) is not None
+    view = _with_steps({1: (_step(),)})
+    run = view.runs[1].run.name
+    assert _told(view, [(run, 9100.0)]) is None
+    assert _told(view, [(run, 15000.0)]) is not None
+    assert _told(view, [(view.runs[2].run.name, 9000.0)]) is not None
 
 
 def test_where_all_runs_count_from_one_zero_nothing_is_said() -> None:
     """What was taken back in one run stays in those after it."""
-    assert lost_count(Stage(_with_steps({1: (_step(),)}))) is not None
-    assert lost_count(Stage(_with_steps({1: (_step(),)}, zero="campaign"))) is None
+    assert _told(_with_steps({1: (_step(),)})) is not None
+    assert _told(_with_steps({1: (_step(),)}, zero="campaign")) is None

@@ -1,0 +1,177 @@
+"""Steps of the zero in runs for validation: no law is fitted to these, and what it foretells for them shows a step.
+
+What the extended law leaves of those runs is searched for steps as the runs for identification are, beside the law's
+own columns, which take up what it foretells a little wrong. A run that is not foretold well may wander, bend or relax:
+one step must beat all that does so from the same moment on.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from hexathermal.errors import ArgumentError
+from hexathermal.learn.diagnosis.beforehand import Beforehand
+from hexathermal.learn.diagnosis.causes.zero_jump import CAUSE, trials
+from hexathermal.learn.diagnosis.channels import Levels
+from hexathermal.learn.diagnosis.deciding import SOUND
+from hexathermal.learn.diagnosis.evidence import Base, Scored, relevance, visible
+from hexathermal.learn.diagnosis.result import Effect, Quantity
+from hexathermal.learn.diagnosis.search import Search
+from hexathermal.learn.diagnosis.stage import LARGEST, Stage
+from hexathermal.learn.diagnosis.trials import PREFIX, Trial
+from hexathermal.learn.diagnosis.view import View
+from hexathermal.learn.diagnosis.words import UM, told, two_digits
+from hexathermal.learn.law import IdentifiedLaw
+from hexathermal.learn.signals import RunRows
+from hexathermal.poses import FloatArray
+
+SURE = 24.0
+"""Log evidence that such a step needs, the price of all moments paid: nothing foretells that it will be there again."""
+
+RELAXING_S = (300.0, 1200.0, 4800.0)
+"""Time constants of what may relax from the same moment on."""
+
+RIVAL_LEAD = 0.1
+"""Part of its evidence by which a step must beat what bends or relaxes."""
+
+MOST_STEPS = 4
+
+
+@dataclass(frozen=True, eq=False)
+class JudgedStep:
+    """A step of the zero in a run for validation.
+
+    Attributes
+    ----------
+    run : str
+    time : float [s]
+        Since the run's first row.
+    size, error : float [m]
+        And its standard uncertainty.
+    evidence : float
+    """
+
+    run: str
+    time: float
+    size: float
+    error: float
+    evidence: float
+
+
+def judged_steps(view: View, law: IdentifiedLaw, held: Sequence[RunRows], threshold: float) -> list[JudgedStep]:
+    """Return the steps of the zero that runs for validation have, largest evidence first.
+
+    Parameters
+    ----------
+    view : View
+        Of all runs.
+    law : IdentifiedLaw
+        With all that joined it.
+    held : sequence of RunRows
+        For validation, as they were read.
+    threshold : float
+        Log evidence that a name needs in this campaign against a small misfit.
+    """
+    if not view.zeroed_by_run:
+        return []
+    runs = []
+    for rows in held:
+        try:
+            left = rows.drift - law.predict_signals(rows.signals, run=rows.run.name)
+        except ArgumentError:
+            continue
+        if np.isfinite(left[rows.settled]).all():
+            runs.append(replace(rows, drift=left))
+    if not runs:
+        return []
+    stage = Stage(replace(view, runs=tuple(runs)))
+    X = stage.view.base_columns
+    base, found = Base(X, stage.channel.loose(X), X.shape[1]), list[JudgedStep]()
+    while len(found) < MOST_STEPS:
+        step = _next(stage, base, threshold)
+        if step is None:
+            break
+        found.append(step[0])
+        base = base.extended(step[1].trial.columns, step[1].size)
+    return sorted(found, key=lambda one: -one.evidence)
+
+
+def _next(stage: Stage, base: Base, threshold: float) -> tuple[JudgedStep, Scored] | None:
+    """Return the best step beside a base, where it stands, and as it was scored."""
+    channel = stage.channel
+    tried = list(trials(stage.bench))
+    levels, null = channel.fitted(base.X, base.sd)
+    search = Search(stage.bench, channel, base, LARGEST * float(np.sqrt((channel.y**2).mean())))
+    best = max(search.scored(levels, tried), key=lambda item: item.value, default=None) if tried else None
+    if best is None or best.value < SURE:
+        return None
+    value, own = _against(stage, base, best.trial.columns, best.size, levels, null)
+    value -= math.log(len(tried))
+    rivals = (_against(stage, base, trial.columns, best.size, levels, null)[0] for trial in _rivals(stage.view, best))
+    if value < SURE or relevance(best.visible, own.rms, 0.0) < threshold or value < (1.0 + RIVAL_LEAD) * max(rivals):
+        return None
+    with_step = base.extended(best.trial.columns, best.size)
+    _, mean, covariance = channel.solved(with_step.X, with_step.sd, own)
+    where = best.trial.parameters
+    size, error = float(mean[-1]), float(np.sqrt(covariance[-1, -1]))
+    return JudgedStep(str(where["run"]), float(where["time_s"]), size, error, value), best
+
+
+def _against(
+    stage: Stage, base: Base, columns: FloatArray, sizes: FloatArray, levels: Levels, null: float
+) -> tuple[float, Levels]:
+    """Return the evidence of columns against a null with its own noise, every noise open to both, and their noise."""
+    channel, more = stage.channel, base.extended(columns, np.resize(sizes, columns.shape[1]))
+    own, value = channel.fitted(more.X, more.sd, levels, 40)
+    return value - max(null, channel.evidence(base.X, base.sd, own)), own
+
+
+def _rivals(view: View, step: Scored) -> list[Trial]:
+    """Return what may stand in a step's place: what bends or relaxes from its moment on, or a slope of all its run."""
+    where = step.trial.parameters
+    k = next(k for k, rows in enumerate(view.runs) if rows.run.name == where["run"])
+    inside = view.channel.run == k
+    since = np.where(inside, np.maximum(view.time - float(where["time_s"]), 0.0), 0.0)
+    passed = (step.trial.columns[:, 0] > 0.0) & inside
+    shapes = [since, np.where(inside, view.time, 0.0)]
+    shapes += [np.where(passed, np.exp(-since / tau), 0.0) for tau in RELAXING_S]
+    scale = float(np.sqrt((step.trial.columns**2).mean()))
+    alike = (shape * scale / max(float(np.sqrt((shape**2).mean())), 1e-30) for shape in shapes)
+    return [Trial(PREFIX + CAUSE.name, shape[:, None]) for shape in alike]
+
+
+def told_steps(steps: Sequence[JudgedStep], view: View) -> Beforehand | None:
+    """Return the steps as one effect, told by the largest of them; None where there is none.
+
+    Parameters
+    ----------
+    steps : sequence of JudgedStep
+    view : View
+        Of all runs: what of the steps is visible, is so in all of them.
+    """
+    if not steps:
+        return None
+    names = [rows.run.name for rows in view.runs]
+    columns = np.column_stack([view.step_from(names.index(one.run), one.time) for one in steps])
+    sizes, errors = (np.array([getattr(one, name) for one in steps]) for name in ("size", "error"))
+    seen = float(visible((columns @ sizes)[:, None], view.base_columns)[0])
+    at = int(np.argmax(np.abs(sizes)))
+    first, rows = steps[at], view.runs[names.index(steps[at].run)]
+    parameters = {
+        "time_s": Quantity(first.time, float(np.median(np.diff(rows.signals.time))), "s"),
+        "step_um": Quantity(first.size * UM, first.error * UM, "um"),
+    }
+    others = ", ".join(one.run for k, one in enumerate(steps) if k != at)
+    settings = {"run": first.run, "role": "validation"} | ({"also": others} if others else {})
+    sentence = (
+        f"In a run for validation the zero jumps, {CAUSE.name} (in {first.run}; at {told(parameters['time_s'])}; step "
+        f"of the drift {told(parameters['step_um'])}{f'; and in {others}' if others else ''}): no law can foretell it, "
+        f"and the gain is judged with it; {two_digits(seen * UM)} um of it would stay visible in all runs."
+    )
+    effect = Effect(CAUSE.name, first.run, parameters, settings, SOUND, (), seen, sentence, joined=False)
+    spread = float(np.linalg.norm(visible(columns, view.base_columns) * errors))
+    return Beforehand(effect, sum(one.evidence for one in steps), spread)
