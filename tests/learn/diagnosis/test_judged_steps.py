@@ -126,5 +126,5 @@ def test_the_diagnosis_names_it_and_no_law_holds_it(tmp_path: Path) -> None:
     assert abs(effect.parameters["step_um"].value - 2.0) < 3.0 * effect.parameters["step_um"].std + 0.1
     assert found.extended is found.law
     document = json.loads(json.dumps(found.to_json()))
-    assert (document["cause"], document["target"], document["verdict"]) == ("zero-jump", run.name, "effect")
+    assert (document["cause"], document["verdict"]) == ("zero-jump", "effect")
     assert "In a run for validation the zero jumps" in document["sentence"]
