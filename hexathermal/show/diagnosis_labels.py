@@ -17,6 +17,7 @@ LABELS = {
     "play_m": "way of a reversal",
     "fixed_again": "fixed to the part again",
     "weather": "index left out",
+    "role": "run for",
 }
 """Of parameters whose names alone would not be understood."""
 
