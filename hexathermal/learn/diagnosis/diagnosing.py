@@ -36,6 +36,8 @@ from hexathermal.learn.signals import RunRows, campaign_rows
 
 MOST_CANDIDATES = 12
 
+TILT = "abbe-tilt"
+
 HIDING = 1.0 / 3.0
 """Part of the causes that may hide an effect as large as the noise before it is said that a campaign shows little."""
 
@@ -129,7 +131,8 @@ def _told_before(
         found.append(told_of(one, view, law[0][:p], law[1][:p, :p]))
         view = mended_view(view, one.repair)
     named = [*_jumps(course), *((step.run, step.time) for step in jumped)]
-    others = lost_count(plain, course.first.levels.rms, named), told_steps(jumped, plain)
+    tilting = any(one.ranked.cause == TILT for one in course.found)
+    others = lost_count(plain, course.first.levels.rms, named, tilting=tilting), told_steps(jumped, plain)
     return [*found, *(one for one in others if one is not None)]
 
 

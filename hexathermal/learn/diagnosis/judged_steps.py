@@ -19,6 +19,7 @@ from hexathermal.learn.diagnosis.causes.zero_jump import CAUSE, trials
 from hexathermal.learn.diagnosis.channels import Levels
 from hexathermal.learn.diagnosis.deciding import SOUND
 from hexathermal.learn.diagnosis.evidence import Base, Scored, relevance, visible
+from hexathermal.learn.diagnosis.pieces import LONGEST_S
 from hexathermal.learn.diagnosis.result import Effect, Quantity
 from hexathermal.learn.diagnosis.search import Search
 from hexathermal.learn.diagnosis.stage import LARGEST, Stage
@@ -97,7 +98,15 @@ def judged_steps(view: View, law: IdentifiedLaw, held: Sequence[RunRows], thresh
             break
         found.append(step[0])
         base = base.extended(step[1].trial.columns, step[1].size)
+    records = {rows.run.name: rows for rows in runs}
+    found = [one for one in found if not _taken_back(one, records[one.run])]
     return sorted(found, key=lambda one: -one.evidence)
+
+
+def _taken_back(step: JudgedStep, rows: RunRows) -> bool:
+    """Whether cleaning took back a step of a beam there: what that left, or put there, is no jump of the zero."""
+    begun = float(rows.signals.time[0])
+    return any(abs(begun + one.time - step.time) < LONGEST_S for one in rows.record.beam_steps)
 
 
 def _next(stage: Stage, base: Base, threshold: float) -> tuple[JudgedStep, Scored] | None:

@@ -36,7 +36,9 @@ TOLD = 4
 """Other steps that are told one by one."""
 
 
-def lost_count(view: View, noise: float, named: Iterable[tuple[str, float]] = ()) -> Beforehand | None:
+def lost_count(
+    view: View, noise: float, named: Iterable[tuple[str, float]] = (), *, tilting: bool = False
+) -> Beforehand | None:
     """Return what beams that lost count did to the drift; None where it would not have shown them.
 
     Where all runs count from one zero, what cleaning took back in one run stays in those after it: nothing is said.
@@ -49,8 +51,11 @@ def lost_count(view: View, noise: float, named: Iterable[tuple[str, float]] = ()
         Of the drift beside the law, RMS.
     named : iterable of (str, float [s])
         Runs and moments of jumps that the residual shows: what is left of a step is no second one.
+    tilting : bool
+        Whether tilt leaks into the drift: at a movement it then looks like a step of one beam, which tells nothing.
     """
     steps = _steps(view, tuple(named)) if view.zeroed_by_run else []
+    steps = [(step, k) for step, k in steps if step.at_rest or not tilting]
     if not steps:
         return None
     # a third of each is in the mean of the beams

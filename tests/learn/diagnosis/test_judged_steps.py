@@ -15,6 +15,7 @@ import pytest
 
 from hexathermal.learn.campaign_files import load_campaign
 from hexathermal.learn.campaign_laws import identify_campaign
+from hexathermal.learn.cleaning_record import BeamStep
 from hexathermal.learn.diagnosis import diagnose
 from hexathermal.learn.diagnosis.judged_steps import SURE, JudgedStep, judged_steps
 from hexathermal.learn.diagnosis.stage import Stage, view_of
@@ -60,6 +61,18 @@ def test_a_step_is_found_in_its_run_at_its_time(bench: str, run: int) -> None:
     assert found[0].evidence >= SURE
     assert found[0].time == pytest.approx(moment, abs=450.0)
     assert abs(found[0].size - 4.0 * Stage(view).levels.rms) < 3.0 * found[0].error + 0.2 * found[0].size
+
+
+def test_what_cleaning_took_back_is_no_jump_of_the_zero() -> None:
+    """A step where cleaning mended a beam is what that left; at another time of the run it is one."""
+    view, law, held = sound("quiet", 5)
+    time, noise = held[0].signals.time, Stage(view).levels.rms
+    moment = float(time[len(time) // 2])
+    for apart, told in ((60.0, 0), (4000.0, 1)):
+        back = BeamStep("beam2_mm", moment - float(time[0]) - apart, 1e-5, 1e-7, False)
+        record = replace(held[0].record, beam_steps=(back,))
+        changed = replace(held[0], drift=held[0].drift + 5.0 * noise * (time >= moment), record=record)
+        assert len(judged_steps(view, law, [changed, *held[1:]], THRESHOLD)) == told
 
 
 def test_two_runs_may_have_one_each() -> None:

@@ -124,6 +124,15 @@ def test_tilt_at_a_movement_is_no_lost_count(z: float, named: bool) -> None:
     assert (_told(_with_steps({1: (step,)})) is not None) == named
 
 
+def test_where_tilt_leaks_into_the_drift_a_step_at_a_movement_tells_nothing() -> None:
+    """At rest it is a lost count all the same."""
+    for at_rest in (True, False):
+        view = _with_steps({1: (replace(_step(), at_rest=at_rest),)})
+        noise = Stage(view).levels.rms
+        assert (lost_count(view, noise, tilting=True) is not None) == at_rest
+        assert lost_count(view, noise) is not None
+
+
 def test_beams_that_differ_by_less_than_their_last_digit_lose_no_count() -> None:
     """Recorded so coarsely that they part by nothing, they step by one digit now and then."""
     steps = tuple(_step(0.5, 1e-11, 600.0 * k, 1 + k % 3) for k in range(1, 30))
