@@ -13,7 +13,6 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from hexathermal.errors import ArgumentError
 from hexathermal.learn.diagnosis.beforehand import Beforehand
 from hexathermal.learn.diagnosis.causes.zero_jump import CAUSE, trials
 from hexathermal.learn.diagnosis.channels import Levels
@@ -73,22 +72,13 @@ def judged_steps(view: View, law: IdentifiedLaw, held: Sequence[RunRows], thresh
     law : IdentifiedLaw
         With all that joined it.
     held : sequence of RunRows
-        For validation, as they were read.
+        For validation, as they were read, in which everything that the law reads has values.
     threshold : float
         Log evidence that a name needs in this campaign against a small misfit.
     """
-    if not view.zeroed_by_run:
+    if not view.zeroed_by_run or not held:
         return []
-    runs = []
-    for rows in held:
-        try:
-            left = rows.drift - law.predict_signals(rows.signals, run=rows.run.name)
-        except ArgumentError:
-            continue
-        if np.isfinite(left[rows.settled]).all():
-            runs.append(replace(rows, drift=left))
-    if not runs:
-        return []
+    runs = [replace(rows, drift=rows.drift - law.predict_signals(rows.signals, run=rows.run.name)) for rows in held]
     stage = Stage(replace(view, runs=tuple(runs)))
     X = stage.view.base_columns
     base, found = Base(X, stage.channel.loose(X), X.shape[1]), list[JudgedStep]()
