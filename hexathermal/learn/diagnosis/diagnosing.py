@@ -51,7 +51,7 @@ def diagnose(
 ) -> Diagnosis:
     """Return what a law gets wrong on a campaign's measurements, and why.
 
-    The runs for identification are searched; those for validation only tell the gain.
+    The runs for identification are searched; those for validation tell the gain, exchanged plugs and steps of the zero.
 
     Parameters
     ----------
