@@ -27,7 +27,8 @@ if TYPE_CHECKING:
 DIAGNOSE = f"""\
 What does the law of a leg get wrong, and why? Seventeen causes are tried on what the law leaves of the campaign's runs
 for identification. The one that these data demand, above all that chance could do, is named; it joins the law if it
-foretells runs left out; and the search goes on. Runs for validation only tell what that gains.
+foretells runs left out; and the search goes on. Runs for validation tell what that gains, and whether the zero jumps
+there.
 
 {DIAGNOSE_HEXAPOD}
 The first line is the finding, one of three:
