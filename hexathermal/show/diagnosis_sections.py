@@ -119,10 +119,11 @@ def _effect(one: Effect, kind: str) -> str:
         else "No other cause of the catalogue explains these data as well."
     )
     joined = (
-        f"It is no term of the law, which is to hold in other runs: the coefficients are freed of it in {one.target}."
-        if one.joined and joined_words(one) == "no term"
-        else f"No law is fitted to {one.target}, a run for validation: what it is judged by there has the step in it."
+        f"No law is fitted to {one.target}, a run for validation: what it is judged by there has the step in it."
         if one.of_judged_run
+        else "It is no term of the law, which is to hold in other runs: the coefficients are freed of it in "
+        f"{one.target}."
+        if joined_words(one) == "no term"
         else "Cleaning took it back before a law was fitted, so that none need hold it; later runs are cleaned alike."
         if one.taken_back
         else "It was mended before a law was fitted: the other thermometers tell of it without the drift."

@@ -88,9 +88,9 @@ def joined_words(one: Effect) -> str:
     """Return whether a cause joined the law; a step of the zero is no term, its run is freed of it."""
     if one.taken_back:
         return "taken back"
-    return (
-        "no term" if one.cause == "zero-jump" and (one.joined or one.of_judged_run) else "yes" if one.joined else "no"
-    )
+    if one.of_judged_run:
+        return "no term"
+    return "no term" if one.cause == "zero-jump" and one.joined else "yes" if one.joined else "no"
 
 
 def limits_table(found: Diagnosis, pretty: bool) -> Table:

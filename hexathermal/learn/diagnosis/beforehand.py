@@ -6,7 +6,11 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import TypeVar
 
+import numpy as np
+
+from hexathermal.learn.diagnosis.evidence import visible
 from hexathermal.learn.diagnosis.result import Candidate, Effect
+from hexathermal.poses import FloatArray
 
 Told = TypeVar("Told")
 
@@ -33,6 +37,20 @@ class Beforehand:
         one = self.effect
         settings = dict(one.settings) | {name: own.value for name, own in one.parameters.items()}
         return Candidate(one.cause, one.target, self.evidence, one.probability, one.visible, settings, self.spread)
+
+
+def shown_together(columns: FloatArray, sizes: FloatArray, errors: FloatArray, law: FloatArray) -> tuple[float, float]:
+    """Return what is visible of steps together beside a law, RMS, and its standard uncertainty [m].
+
+    Parameters
+    ----------
+    columns : array, shape (n, k)
+    sizes, errors : array, shape (k,) [m]
+        Of the steps, and their standard uncertainties.
+    law : array, shape (n, p)
+    """
+    seen = float(visible((columns @ sizes)[:, None], law)[0])
+    return seen, float(np.linalg.norm(visible(columns, law) * errors))
 
 
 def among(

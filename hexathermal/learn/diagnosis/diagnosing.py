@@ -130,10 +130,9 @@ def _told_before(
     for one in plugs:
         found.append(told_of(one, view, law[0][:p], law[1][:p, :p]))
         view = mended_view(view, one.repair)
-    named = [*_jumps(course), *((step.run, step.time) for step in jumped)]
     tilting = any(one.ranked.cause == TILT for one in course.found)
-    others = lost_count(plain, course.first.levels.rms, named, tilting=tilting), told_steps(jumped, plain)
-    return [*found, *(one for one in others if one is not None)]
+    lost = lost_count(plain, course.first.levels.rms, _jumps(course), tilting=tilting)
+    return [*found, *(one for one in (lost, told_steps(jumped, plain)) if one is not None)]
 
 
 def _effects(course: Course, told: Sequence[Beforehand]) -> tuple[Effect, ...]:

@@ -13,15 +13,15 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from hexathermal.learn.diagnosis.beforehand import Beforehand
+from hexathermal.learn.diagnosis.beforehand import Beforehand, shown_together
 from hexathermal.learn.diagnosis.causes.zero_jump import CAUSE, trials
 from hexathermal.learn.diagnosis.channels import Levels
 from hexathermal.learn.diagnosis.deciding import SOUND
-from hexathermal.learn.diagnosis.evidence import Base, Scored, relevance, visible
+from hexathermal.learn.diagnosis.evidence import Base, Scored, relevance
 from hexathermal.learn.diagnosis.pieces import LONGEST_S
 from hexathermal.learn.diagnosis.result import Effect, Quantity
 from hexathermal.learn.diagnosis.search import Search
-from hexathermal.learn.diagnosis.stage import LARGEST, Stage
+from hexathermal.learn.diagnosis.stage import Stage
 from hexathermal.learn.diagnosis.trials import PREFIX, Trial
 from hexathermal.learn.diagnosis.view import View
 from hexathermal.learn.diagnosis.words import UM, told, two_digits
@@ -81,13 +81,14 @@ def judged_steps(view: View, law: IdentifiedLaw, held: Sequence[RunRows], thresh
     runs = [replace(rows, drift=rows.drift - law.predict_signals(rows.signals, run=rows.run.name)) for rows in held]
     stage = Stage(replace(view, runs=tuple(runs)))
     X = stage.view.base_columns
-    base, found = Base(X, stage.channel.loose(X), X.shape[1]), list[JudgedStep]()
+    base, levels, found = Base(X, stage.channel.loose(X), X.shape[1]), stage.levels, list[JudgedStep]()
     while len(found) < MOST_STEPS:
-        step = _next(stage, base, threshold)
+        step = _next(stage, base, levels, threshold)
         if step is None:
             break
         found.append(step[0])
         base = base.extended(step[1].trial.columns, step[1].size)
+        levels, _ = stage.channel.fitted(base.X, base.sd)
     records = {rows.run.name: rows for rows in runs}
     found = [one for one in found if not _taken_back(one, records[one.run])]
     return sorted(found, key=lambda one: -one.evidence)
@@ -99,12 +100,11 @@ def _taken_back(step: JudgedStep, rows: RunRows) -> bool:
     return any(abs(begun + one.time - step.time) < LONGEST_S for one in rows.record.beam_steps)
 
 
-def _next(stage: Stage, base: Base, threshold: float) -> tuple[JudgedStep, Scored] | None:
-    """Return the best step beside a base, where it stands, and as it was scored."""
+def _next(stage: Stage, base: Base, levels: Levels, threshold: float) -> tuple[JudgedStep, Scored] | None:
+    """Return the best step beside a base with its noise, where it stands, and as it was scored."""
     channel = stage.channel
-    tried = list(trials(stage.bench))
-    levels, null = channel.fitted(base.X, base.sd)
-    search = Search(stage.bench, channel, base, LARGEST * float(np.sqrt((channel.y**2).mean())))
+    tried, null = list(trials(stage.bench)), channel.evidence(base.X, base.sd, levels)
+    search = Search(stage.bench, channel, base, stage.largest)
     best = max(search.scored(levels, tried), key=lambda item: item.value, default=None) if tried else None
     if best is None or best.value < SURE:
         return None
@@ -157,7 +157,7 @@ def told_steps(steps: Sequence[JudgedStep], view: View) -> Beforehand | None:
     names = [rows.run.name for rows in view.runs]
     columns = np.column_stack([view.step_from(names.index(one.run), one.time) for one in steps])
     sizes, errors = (np.array([getattr(one, name) for one in steps]) for name in ("size", "error"))
-    seen = float(visible((columns @ sizes)[:, None], view.base_columns)[0])
+    seen, spread = shown_together(columns, sizes, errors, view.base_columns)
     at = int(np.argmax(np.abs(sizes)))
     first, rows = steps[at], view.runs[names.index(steps[at].run)]
     parameters = {
@@ -172,5 +172,4 @@ def told_steps(steps: Sequence[JudgedStep], view: View) -> Beforehand | None:
         f"and the gain is judged with it; {two_digits(seen * UM)} um of it would stay visible in all runs."
     )
     effect = Effect(CAUSE.name, first.run, parameters, settings, SOUND, (), seen, sentence, joined=False)
-    spread = float(np.linalg.norm(visible(columns, view.base_columns) * errors))
     return Beforehand(effect, sum(one.evidence for one in steps), spread)

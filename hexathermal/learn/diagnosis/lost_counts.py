@@ -13,10 +13,9 @@ import numpy as np
 
 from hexathermal.learn.campaign_columns import BEAMS
 from hexathermal.learn.cleaning_record import BeamStep
-from hexathermal.learn.diagnosis.beforehand import Beforehand
+from hexathermal.learn.diagnosis.beforehand import Beforehand, shown_together
 from hexathermal.learn.diagnosis.causes.zero_jump import CAUSE
 from hexathermal.learn.diagnosis.deciding import SOUND
-from hexathermal.learn.diagnosis.evidence import visible
 from hexathermal.learn.diagnosis.pieces import LONGEST_S
 from hexathermal.learn.diagnosis.result import Effect, Quantity
 from hexathermal.learn.diagnosis.view import View
@@ -61,14 +60,13 @@ def lost_count(
     # a third of each is in the mean of the beams
     shares, errors = (np.array([getattr(step, name) / len(BEAMS) for step, _k in steps]) for name in ("size", "error"))
     columns = np.column_stack([view.step_at(k, step.time) for step, k in steps])
-    law = view.base_columns
-    seen, apart = float(visible((columns @ shares)[:, None], law)[0]), visible(columns, law)
+    seen, spread = shown_together(columns, shares, errors, view.base_columns)
     if seen < SEEN * noise:
         return None
     tries = len(BEAMS) * sum(len(rows.signals.time) for rows in view.runs)
     evidence = float(np.maximum(0.5 * (shares / errors) ** 2 - np.log(tries), 0.0).sum())
     effect = _effect(view, steps, shares, errors, seen)
-    return Beforehand(effect, evidence, float(np.linalg.norm(apart * errors)))
+    return Beforehand(effect, evidence, spread)
 
 
 def _steps(view: View, named: tuple[tuple[str, float], ...]) -> list[tuple[BeamStep, int]]:

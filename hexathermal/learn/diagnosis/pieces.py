@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -46,6 +47,28 @@ class Pieces:
         """Return the means of values, shape (n, ...), over windows."""
         sums = np.add.reduceat(values[self.used], self.edges, axis=0)
         return np.asarray(sums / self.rows.reshape((-1,) + (1,) * (values.ndim - 1)))
+
+
+def going_on(
+    sums: Iterable[FloatArray], pieces: Sequence[Pieces], *, zeroed_by_run: bool
+) -> tuple[FloatArray, FloatArray]:
+    """Return sums over each run's rows that go on from run to run, in windows, and those at each window's zero.
+
+    Parameters
+    ----------
+    sums : iterable of array, shape (rows,)
+        Of each run by itself.
+    pieces : sequence of Pieces
+    zeroed_by_run : bool
+        Whether each run counts from its own first usable row, else from the campaign's beginning.
+    """
+    means, zeros, gone = [], [], 0.0
+    for own, piece in zip(sums, pieces, strict=True):
+        total = gone + own
+        means.append(piece.means(total))
+        zeros.append(np.full(len(means[-1]), float(total[piece.used[0]]) if zeroed_by_run else 0.0))
+        gone = float(total[-1])
+    return np.concatenate(means), np.concatenate(zeros)
 
 
 def pieces_of(rows: RunRows) -> Pieces:

@@ -159,8 +159,13 @@ class Stage:
     @cached_property
     def search(self) -> Search:
         """The search over all causes."""
-        largest = LARGEST * float(np.sqrt((self.channel.y**2).mean()))
-        return Search(self.bench, self.channel, self.base, largest, self._repaired_base, self._trials, self._null)
+        repaired, trials = self._repaired_base, self._trials
+        return Search(self.bench, self.channel, self.base, self.largest, repaired, trials, self._null)
+
+    @property
+    def largest(self) -> float:
+        """RMS of the largest effect thought possible [m]."""
+        return LARGEST * float(np.sqrt((self.channel.y**2).mean()))
 
     @cached_property
     def _null(self) -> tuple[Levels, float]:

@@ -9,6 +9,7 @@ import numpy.typing as npt
 from scipy.integrate import cumulative_trapezoid
 
 from hexathermal.learn.diagnosis.last_move import last_moves
+from hexathermal.learn.diagnosis.pieces import going_on
 from hexathermal.learn.diagnosis.trials import PREFIX, Trial, Workbench
 from hexathermal.learn.diagnosis.view import View
 from hexathermal.poses import FloatArray
@@ -79,13 +80,9 @@ def _stood(view: View) -> FloatArray:
 
     Where there is one zero it goes on from run to run.
     """
-    sums, gone = [], 0.0
-    for signals, piece in zip(view.signals, view.pieces, strict=True):
-        total = gone + cumulative_trapezoid(signals.q, signals.time, initial=0.0)
-        zero = total[piece.used[0]] if view.zeroed_by_run else 0.0
-        sums.append(piece.means(total) - zero)
-        gone = float(total[-1])
-    return np.concatenate(sums)
+    sums = (cumulative_trapezoid(signals.q, signals.time, initial=0.0) for signals in view.signals)
+    stood, zero = going_on(sums, view.pieces, zeroed_by_run=view.zeroed_by_run)
+    return stood - zero
 
 
 def _rhythms(view: View) -> Iterator[Trial]:

@@ -10,7 +10,7 @@ from typing import Any, TypeVar, cast
 import numpy as np
 
 from hexathermal.learn.diagnosis.channels import Channel
-from hexathermal.learn.diagnosis.pieces import Pieces, pieces_of
+from hexathermal.learn.diagnosis.pieces import Pieces, going_on, pieces_of
 from hexathermal.learn.diagnosis.smoothing import FEWEST_SMOOTHED, SMOOTHED_S, smoothed, smoothing_rows
 from hexathermal.learn.signals import RunRows, follows_on
 from hexathermal.machine.leg_signals import LegSignals, Memory
@@ -246,13 +246,8 @@ class View:
     @cached_property
     def travelled(self) -> tuple[FloatArray, FloatArray]:
         """The way gone since the first run's begin in windows, and that at each window's zero, shape (n,) [m]."""
-        ways, zeros, gone = [], [], 0.0
-        for signals, piece in zip(self.signals, self.pieces, strict=True):
-            way = gone + np.cumsum(np.abs(Memory().moves(signals.q)))
-            ways.append(piece.means(way))
-            zeros.append(np.full(len(ways[-1]), float(way[piece.used[0]]) if self.zeroed_by_run else 0.0))
-            gone = float(way[-1])
-        return np.concatenate(ways), np.concatenate(zeros)
+        ways = (np.cumsum(np.abs(Memory().moves(signals.q))) for signals in self.signals)
+        return going_on(ways, self.pieces, zeroed_by_run=self.zeroed_by_run)
 
     def weather(self, column: int) -> FloatArray | None:
         """Return a column of the weather, at once and behind half an hour, less its value at the zero, shape (n, 2)."""

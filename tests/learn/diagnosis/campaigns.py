@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import csv
 from collections.abc import Callable
 from dataclasses import replace
 from functools import cache
@@ -55,3 +56,14 @@ def altered(view: View, sensor: str, change: Callable[[int, LegSignals], FloatAr
         values = change(k, rows.signals)
         runs.append(replace(rows, signals=replace(rows.signals, dT={**rows.signals.dT, sensor: values})))
     return replace(view, runs=tuple(runs))
+
+
+def rewritten(file: Path, change: Callable[[list[dict[str, str]]], None]) -> None:
+    """Write a run's table anew after its rows, values by column as text, were changed in place."""
+    with file.open(newline="") as lines:
+        rows = list(csv.DictReader(lines))
+    change(rows)
+    with file.open("w", newline="") as lines:
+        table = csv.DictWriter(lines, list(rows[0]))
+        table.writeheader()
+        table.writerows(rows)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import csv
 import json
 from collections.abc import Callable
 from dataclasses import replace
@@ -25,6 +24,7 @@ from hexathermal.learn.signals import RunRows, campaign_rows
 from hexathermal.poses import FloatArray
 from hexathermal.simulate.hidden.drawing import campaign_of
 from hexathermal.simulate.hidden.writing import write_campaign
+from tests.learn.diagnosis.campaigns import rewritten
 from tests.learn.shared_draws import fresh_entropy
 
 THRESHOLD = 6.0
@@ -118,19 +118,15 @@ def test_the_diagnosis_names_it_and_no_law_holds_it(tmp_path: Path) -> None:
     truth, answer = campaign_of("quiet", 8, causes=())
     write_campaign(tmp_path / "campaign", truth, answer)
     run = load_campaign(tmp_path / "campaign").runs_of("validation")[0]
-    with run.path.open() as lines:
-        rows = list(csv.DictReader(lines))
-    middle = float(rows[len(rows) // 2]["time_s"])
-    for row in rows:
-        # 90 s long, so that no row is a step that cleaning takes back
-        way = np.clip((float(row["time_s"]) - middle) / 90.0, 0.0, 1.0)
-        row.update(
-            {name: repr(float(value) + 2e-3 * float(way)) for name, value in row.items() if name.startswith("beam")}
-        )
-    with run.path.open("w", newline="") as lines:
-        table = csv.DictWriter(lines, list(rows[0]))
-        table.writeheader()
-        table.writerows(rows)
+
+    def stepped(rows: list[dict[str, str]]) -> None:
+        """2 um in all beams from the middle on, 90 s long, so that no row is a step that cleaning takes back."""
+        middle = float(rows[len(rows) // 2]["time_s"])
+        for row in rows:
+            higher = 2e-3 * min(max((float(row["time_s"]) - middle) / 90.0, 0.0), 1.0)
+            row.update({name: repr(float(value) + higher) for name, value in row.items() if name.startswith("beam")})
+
+    rewritten(run.path, stepped)
     found = diagnose(load_campaign(tmp_path / "campaign"), answer.base)
     assert [(one.cause, one.target) for one in found.effects] == [("zero-jump", run.name)]
     effect = found.effects[0]

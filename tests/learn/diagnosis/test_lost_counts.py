@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import csv
 import json
 from collections.abc import Sequence
 from dataclasses import replace
@@ -22,7 +21,7 @@ from hexathermal.learn.diagnosis.stage import Stage
 from hexathermal.learn.diagnosis.view import View
 from hexathermal.simulate.hidden.drawing import campaign_of
 from hexathermal.simulate.hidden.writing import write_campaign
-from tests.learn.diagnosis.campaigns import viewed
+from tests.learn.diagnosis.campaigns import rewritten, viewed
 
 Found = tuple[Diagnosis, float]
 
@@ -35,19 +34,18 @@ def _lost(
     place.mkdir(exist_ok=True)
     write_campaign(place / "campaign", truth, answer)
     file = load_campaign(place / "campaign").runs_of(role)[1].path
-    with file.open() as lines:
-        rows = list(csv.DictReader(lines))
-    rest = np.array([float(row["settled"]) for row in rows]) > 0.5
-    long = np.flatnonzero(np.convolve(rest, np.ones(21), "valid") > 20.5)
-    at = int(long[len(long) // 2]) + 10
-    for row in rows[at:]:
-        row["beam2_mm"] = repr(float(row["beam2_mm"]) + step_um * 1e-3)
-    with file.open("w", newline="") as lines:
-        table = csv.DictWriter(lines, list(rows[0]))
-        table.writeheader()
-        table.writerows(rows)
-    moment = float(rows[at]["time_s"]) - float(rows[0]["time_s"])
-    return diagnose(load_campaign(place / "campaign"), answer.base), moment
+    moments = []
+
+    def losing(rows: list[dict[str, str]]) -> None:
+        rest = np.array([float(row["settled"]) for row in rows]) > 0.5
+        long = np.flatnonzero(np.convolve(rest, np.ones(21), "valid") > 20.5)
+        at = int(long[len(long) // 2]) + 10
+        for row in rows[at:]:
+            row["beam2_mm"] = repr(float(row["beam2_mm"]) + step_um * 1e-3)
+        moments.append(float(rows[at]["time_s"]) - float(rows[0]["time_s"]))
+
+    rewritten(file, losing)
+    return diagnose(load_campaign(place / "campaign"), answer.base), moments[0]
 
 
 @pytest.mark.parametrize("role", ["identification", "validation"])

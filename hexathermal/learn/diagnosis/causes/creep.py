@@ -75,12 +75,12 @@ def trials(bench: Workbench) -> Iterator[Trial]:
             alike = bench.term(CAUSE.name, "relaxation", None, kick="move", **times)
             yield alike
             longest = times["time_constant_s"] * 10.0 ** times.get("decades", 0.0)
-            signed = ("direction", "step") if longest <= LONGEST_SIGNED_S else ()
-            kicks: list[dict[str, Any]] = [{"kick": kick} for kick in signed]
-            kicks += [{"kick": kick, "saturation_m": full} for full in short for kick in ("move", *signed[:1])]
+            kicks: list[dict[str, Any]] = [{"kick": "direction"}, {"kick": "step"}]
+            kicks += [{"kick": kick, "saturation_m": full} for full in short for kick in ("move", "direction")]
             kicks.append({"kick": "move", "renewed": 1.0})
             if longest < LONGEST_RENEWED_S:
                 kicks.append({"kick": "direction", "renewed": 1.0})
+            kicks = [kick for kick in kicks if kick["kick"] == "move" or longest <= LONGEST_SIGNED_S]
             for kick in kicks:
                 trial = bench.term(CAUSE.name, "relaxation", None, **kick, **times)
                 unlike = kick["kick"] != "move" and _apart(trial.columns[:, 0], alike.columns[:, 0])
