@@ -22,14 +22,15 @@ class Tilts:
     Attributes
     ----------
     time : array, shape (m,) [s]
-    reach : array, shape (m,) [m]
-        Span of the displacement over five rows before and five behind.
+    reach, lasted : array, shape (m,) [m], [s]
+        Span of the displacement, and of the time, over five rows before and five behind.
     size : array, shape (m,) [m]
         Largest of the beams' jumps against the others, medians of five rows.
     """
 
     time: FloatArray
     reach: FloatArray
+    lasted: FloatArray
     size: FloatArray
 
 
@@ -88,7 +89,7 @@ def beam_scales(sheet: Sheet, rest: Flags) -> BeamScales:
     at_rest = TO_SIGMA * float(np.median(np.abs(bend[within]))) / np.sqrt(1.5) if within.sum() >= FEWEST else between
     if not sheet.beams.shape[1]:
         none = np.zeros(0)
-        return BeamScales(none, none, none, none, at_rest, between, Tilts(none, none, none))
+        return BeamScales(none, none, none, none, at_rest, between, Tilts(none, none, none, none))
     apart = against_others(sheet.beams)
     jump = jumps(apart)
     usual = TO_SIGMA * np.median(np.abs(jump), axis=0) if len(jump) else np.zeros(apart.shape[1])
@@ -105,7 +106,8 @@ def beam_scales(sheet: Sheet, rest: Flags) -> BeamScales:
 def _tilts(sheet: Sheet, rest: Flags, jump: FloatArray) -> Tilts:
     """Return how far the beams part where the rod moves."""
     rows = np.flatnonzero(~rest)
-    return Tilts(sheet.time[rows, 0], reaches(sheet.q[:, 0])[rows], np.abs(jump[rows]).max(axis=1))
+    time, q = sheet.time[:, 0], sheet.q[:, 0]
+    return Tilts(time[rows], spans(q)[rows], spans(time)[rows], np.abs(jump[rows]).max(axis=1))
 
 
 def _held(rest: Flags) -> Flags:
@@ -114,9 +116,9 @@ def _held(rest: Flags) -> Flags:
     return np.asarray(windows.all(axis=1))
 
 
-def reaches(q: FloatArray) -> FloatArray:
-    """Return the span of a displacement over the five rows before each row and five from it on, shape (n,)."""
-    windows = np.lib.stride_tricks.sliding_window_view(np.pad(q, (5, 4), mode="edge"), 10)
+def spans(values: FloatArray) -> FloatArray:
+    """Return the span of values over the five rows before each row and five from it on, shape (n,)."""
+    windows = np.lib.stride_tricks.sliding_window_view(np.pad(values, (5, 4), mode="edge"), 10)
     return np.asarray(np.ptp(windows, axis=1))
 
 

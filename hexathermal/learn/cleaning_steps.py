@@ -8,7 +8,7 @@ beam
 - within a rest, where it is made from one row to the next, or to the next but one where a row averages over its
   interval, and the other two beams moved by less than a quarter of it;
 - at a movement of the rod, or beside a gap, only where besides it is several times larger than what the beams part by
-  at the other movements of that size, and these leave the mean known well enough.
+  at the other movements of that size and length, and these leave the mean known well enough.
 
 What is taken back is what the beam stepped by against the others; the mean is then known again to a third of what the
 beams part by of themselves.
@@ -20,7 +20,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from hexathermal.learn.cleaning_beam_scales import BeamScales, against_others, jumps, reaches, resting
+from hexathermal.learn.cleaning_beam_scales import BeamScales, against_others, jumps, resting, spans
 from hexathermal.learn.cleaning_rules import Flags
 from hexathermal.learn.cleaning_sheets import Sheet
 from hexathermal.poses import FloatArray
@@ -47,7 +47,7 @@ MOVE_TIMES = 3.0
 """and so many times the 90 % quantile of what the beams part by at other movements of that size,"""
 
 FEWEST_MOVES, ALIKE = 5, 0.5
-"""of which there must be so many: movements of at least this share of its reach."""
+"""of which there must be so many: of at least this share of its reach, and of the time that its ten rows span."""
 
 WORST_REPAIR_M = 0.1e-6
 """A step is taken back only where the mean is then known better than this (standard deviation)."""
@@ -55,13 +55,13 @@ WORST_REPAIR_M = 0.1e-6
 STEP_RULE = (
     f"one beam alone jumps by more than {STEP_SCALES:g} usual jumps and {SMALLEST_STEP_M * 1e6:g} um from one row of a "
     "rest to the next, or the next but one, and stays there (at a movement: by more than "
-    f"{MOVE_STEP_M * 1e6:g} um and {MOVE_TIMES:g} times what the beams part by at others of that size): its step is "
+    f"{MOVE_STEP_M * 1e6:g} um and {MOVE_TIMES:g} times what the beams part by at others as far and long): its step is "
     "taken back"
 )
 NOT_ALONE = "the beams move apart by more than usual, but not one of them alone: a tilt, or several lost count"
 NOT_SHARP = "one beam moves away from the others over three or more rows of a rest: a tilt that creeps"
 AS_OTHERS = (
-    "one beam moves away from the others where the rod moves, by no more than tilt at other such movements might: "
+    "one beam moves away from the others where the rod moves, by no more than tilt at such a movement might: "
     "nothing is changed"
 )
 
@@ -90,7 +90,7 @@ def steps_in(sheet: Sheet, own: slice, scales: BeamScales) -> list[Step]:
         return []
     apart = against_others(sheet.beams)
     jump = jumps(apart)[:n]
-    rest, reach = resting(sheet), reaches(sheet.q[:, 0])
+    rest = resting(sheet)
     calm = np.maximum(STEP_SCALES * scales.calm, SMALLEST_STEP_M)
     limit = np.where(_within(rest)[:, None], calm, np.maximum(STEP_SCALES * scales.jump, SMALLEST_STEP_M))
     worst = (np.abs(jump) / limit).max(axis=1)
@@ -110,7 +110,7 @@ def steps_in(sheet: Sheet, own: slice, scales: BeamScales) -> list[Step]:
             sharp, part, once = _made(apart[:, k] - level, sharp, size)
             why = _doubt(error) if once and abs(size) > calm[k] else NOT_SHARP
         elif not why:
-            why, error = _at_movement(sheet, sharp, float(reach[sharp]), abs(size), k, scales)
+            why, error = _at_movement(sheet, sharp, abs(size), k, scales)
         begun = sharp - (part != 0.0)
         if own.start <= begun < own.stop and all(abs(sharp - other.row) >= 5 for other in found):
             found.append(Step(sharp, k, size, error, within, why, part))
@@ -159,11 +159,12 @@ def _alone(sheet: Sheet, k: int, before: slice, behind: slice, size: float, nois
     return bool((moved <= OTHERS * abs(size) + 2.0 * noise).all())
 
 
-def _at_movement(sheet: Sheet, sharp: int, reach: float, size: float, k: int, scales: BeamScales) -> tuple[str, float]:
+def _at_movement(sheet: Sheet, sharp: int, size: float, k: int, scales: BeamScales) -> tuple[str, float]:
     """Return why a step at a movement is not taken back, nothing where it is, and what beams part by there [m]."""
     tilts, time = scales.tilts, sheet.time[:, 0]
+    reach, lasted = (spans(values)[sharp] for values in (sheet.q[:, 0], time))
     near = (tilts.time >= time[max(0, sharp - 6)]) & (tilts.time <= time[min(len(time) - 1, sharp + 6)])
-    others = tilts.size[~near & (tilts.reach >= ALIKE * reach)]
+    others = tilts.size[~near & (tilts.reach >= ALIKE * reach) & (tilts.lasted >= ALIKE * lasted)]
     if len(others) < FEWEST_MOVES:
         return AS_OTHERS, float(scales.jump[k])
     usual = float(np.quantile(others, 0.9))
