@@ -1,9 +1,9 @@
 """Rows of a run that may be used: cleaned, zeroed, numbered by rest, as a stream in constant memory.
 
-The order of the steps: clock; missing values, missing codes, stuck channels and spikes of each channel; rows that are
-not settled; beams that spike or lose count; the index of air; the zero. Each leaves a reason and a count in a
-`CleaningRecord`. A value that is left out is NaN in `Block.dT`; a row without a drift is left out. Tables are never
-altered, and what comes out does not depend on the size of the blocks.
+The order of the steps: clock; missing values, missing codes, stuck channels and spikes of each channel; beams that lose
+count while the rod moves; rows that are not settled; beams that spike or lose count; the index of air; the zero. Each
+leaves a reason and a count in a `CleaningRecord`. A value that is left out is NaN in `Block.dT`; a row without a drift
+is left out. Tables are never altered, and what comes out does not depend on the size of the blocks.
 """
 
 from __future__ import annotations
@@ -29,6 +29,7 @@ from hexathermal.learn.cleaning_channels import (
     settled_rows,
     studied,
 )
+from hexathermal.learn.cleaning_moving_steps import without_moving_steps
 from hexathermal.learn.cleaning_record import NOTED, ROW, CleaningRecord, Ledger
 from hexathermal.learn.cleaning_rules import noise_of
 from hexathermal.learn.cleaning_sheets import Sheet, sheets_of
@@ -127,7 +128,8 @@ class UsableBlocks(Iterator[Block]):
         if not study:
             return
         rules = ChannelRules(self.campaign, study[0], self._ledger)
-        whole = self._watched(self._aired(displaced(rules.cleaned(sheets), self._ledger), table))
+        sheets = without_moving_steps(study[0], displaced(rules.cleaned(sheets), self._ledger), self._ledger)
+        whole = self._watched(self._aired(sheets, table))
         good = without_missing(settled_rows(whole, self._ledger), self._ledger)
         first, rest = studied(good)
         if not first:

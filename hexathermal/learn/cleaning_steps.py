@@ -100,15 +100,15 @@ def steps_in(sheet: Sheet, own: slice, scales: BeamScales) -> list[Step]:
         if row < 3 or row > n - 3 or worst[row] < near.max():
             continue
         k = int(np.argmax(np.abs(jump[row])))
-        sharp = _sharpest(apart[:, k], int(row))
+        sharp = sharpest(apart[:, k], int(row))
         before, behind, within = _beside(rest, sharp)
         size = float(np.median(apart[behind, k]) - np.median(apart[before, k]))
         why, error = "" if _alone(sheet, k, before, behind, size, scales.at_rest) else NOT_ALONE, float(scales.calm[k])
         part = 0.0
         if within and not why:
             level = float(np.median(apart[before, k]))
-            sharp, part, once = _made(apart[:, k] - level, sharp, size)
-            why = _doubt(error) if once and abs(size) > calm[k] else NOT_SHARP
+            sharp, part, once = made(apart[:, k] - level, sharp, size)
+            why = doubt(error) if once and abs(size) > calm[k] else NOT_SHARP
         elif not why:
             why, error = _at_movement(sheet, sharp, abs(size), k, scales)
         begun = sharp - (part != 0.0)
@@ -117,18 +117,18 @@ def steps_in(sheet: Sheet, own: slice, scales: BeamScales) -> list[Step]:
     return found
 
 
-def _made(level: FloatArray, sharp: int, size: float) -> tuple[int, float, bool]:
+def made(level: FloatArray, sharp: int, size: float) -> tuple[int, float, bool]:
     """Return the first row that has the whole of a step, what the row before has of it, and whether that is all."""
-    made = ONE_ROW * abs(size)
-    if abs(level[sharp] - level[sharp - 1]) >= made:
+    whole = ONE_ROW * abs(size)
+    if abs(level[sharp] - level[sharp - 1]) >= whole:
         return sharp, 0.0, True
     for row in (sharp, sharp + 1):
-        if row < len(level) and abs(level[row] - level[row - 2]) >= made and 0.0 < level[row - 1] / size < 1.0:
+        if row < len(level) and abs(level[row] - level[row - 2]) >= whole and 0.0 < level[row - 1] / size < 1.0:
             return row, float(level[row - 1]), True
     return sharp, 0.0, False
 
 
-def _sharpest(apart: FloatArray, row: int) -> int:
+def sharpest(apart: FloatArray, row: int) -> int:
     """Return the row near `row` at which a beam steps."""
     low, high = max(1, row - 3), min(len(apart), row + 4)
     return low + int(np.argmax(np.abs(np.diff(apart[low - 1 : high]))))
@@ -170,12 +170,12 @@ def _at_movement(sheet: Sheet, sharp: int, size: float, k: int, scales: BeamScal
     usual = float(np.quantile(others, 0.9))
     # the 90 % quantile of the size of a normal deviate is 1.645 of its standard deviation
     error = max(float(scales.jump[k]), usual / 1.645)
-    return AS_OTHERS if size <= max(MOVE_STEP_M, MOVE_TIMES * usual) else _doubt(error), error
+    return AS_OTHERS if size <= max(MOVE_STEP_M, MOVE_TIMES * usual) else doubt(error), error
 
 
-def _doubt(apart: float) -> str:
+def doubt(apart: float) -> str:
     """Return that the mean would be known too badly by what beams part by of themselves [m]; nothing where not."""
-    doubt = apart / 3.0
-    if doubt <= WORST_REPAIR_M:
+    error = apart / 3.0
+    if error <= WORST_REPAIR_M:
         return ""
-    return f"a beam steps and the mean is no better known than {doubt * 1e6:.2f} um behind it"
+    return f"a beam steps and the mean is no better known than {error * 1e6:.2f} um behind it"
