@@ -29,8 +29,7 @@ NEAR = 5
 
 MOVING_RULE = (
     f"while the rod moves, one beam alone jumps against the others within one row by more than {MOVE_STEP_M * 1e6:g} "
-    f"um, {STEP_SCALES:g} usual jumps and {MOVE_TIMES:g} times all but {MOST_LOST} others of the run: its step is taken "
-    "back"
+    f"um, {STEP_SCALES:g} usual jumps and {MOVE_TIMES:g} times all but {MOST_LOST} others: its step is taken back"
 )
 
 

@@ -89,7 +89,7 @@ def test_play_that_tilts_at_each_reversal_is_never_taken_back(tmp_path: Path) ->
 
 
 def test_two_beams_that_step_together_are_left_as_they_are(tmp_path: Path) -> None:
-    """Where two beams jump by different sizes in one row nothing tells which of them lost count, or whether all tilt."""
+    """Two beams jump in one row: nothing tells which of them lost count, or whether all tilt."""
 
     def edit(table: Table) -> None:
         swept(table)
