@@ -76,10 +76,16 @@ def exchange_rows(told: Sequence[int]) -> Iterator[Row]:
 def term_cells(term: dict[str, Any]) -> tuple[str, ...]:
     """Return the cells of a term: cause, amplitudes, their standard uncertainties, unit, shape with parameters."""
     known = {"cause", "shape", "amplitudes", "amplitudes_std", "unit", "covariance"}
-    parameters = [f"{key} {value if isinstance(value, str) else numbers(value)}"
-                  for key, value in term.items() if key not in known]  # fmt: skip
+    parameters = [f"{key} {_told(value)}" for key, value in term.items() if key not in known]
     shape = f"{term['shape']}: {', '.join(parameters)}" if parameters else term["shape"]
     return term["cause"], numbers(term["amplitudes"]), numbers(term["amplitudes_std"]), term["unit"], shape
+
+
+def _told(value: Any) -> str:
+    """Return a parameter as text: a word, numbers, or a number for each of some thermometers."""
+    if isinstance(value, dict):
+        return " ".join(f"{name} {number:+.3g}" for name, number in value.items())
+    return value if isinstance(value, str) else numbers(value)
 
 
 def _valued(table: dict[str, Any], key: str, spread: str, unit: str) -> str:

@@ -11,7 +11,9 @@ import pytest
 
 import hexathermal as ht
 from hexathermal.cli import main
+from hexathermal.learn.leg_law_files import write_leg_law
 from tests.extended_machines import SCREW, SLACK, extended_machine
+from tests.learn.extended_laws import EXAMPLES, law_with, terms_of
 
 
 def test_extensions_are_told(tmp_path: Path, rng: np.random.Generator, capsys: pytest.CaptureFixture[str]) -> None:
@@ -59,3 +61,20 @@ def test_a_machine_without_extensions_tells_none(capsys: pytest.CaptureFixture[s
     assert main(["show-machine", "reference"]) == 0
     said = capsys.readouterr().out
     assert not any(word in said for word in ("payload", "measuring frame", "thermometers as recorded", "std of"))
+
+
+def test_terms_of_every_shape_are_shown(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """A machine may have any term that a leg's law may have, a reading that others foretell with weights among them."""
+    shapes = set(EXAMPLES) - {"time", "tilt", "air-index", "room"}  # of the bench, not of the leg
+    terms = tuple(term for shape in sorted(shapes) for term in terms_of(shape))
+    write_leg_law(law_with(terms), tmp_path / "leg.toml")
+    folder = tmp_path / "machine"
+    assert main(["apply", str(tmp_path / "leg.toml"), "--machine", "reference", "--out", str(folder)]) == 0
+    capsys.readouterr()
+    assert main(["show-machine", str(folder)]) == 0
+    said = capsys.readouterr().out
+    assert [shape for shape in shapes if f" {shape}" not in said] == []
+    assert "weights T02 +0.4 T03 +0.7" in said
+    assert main(["show-machine", str(folder), "--json"]) == 0
+    shown = json.loads(capsys.readouterr().out)["thermal"]["legs"][0]["terms"]
+    assert {"T02": 0.4, "T03": 0.7} in [term.get("weights") for term in shown]

@@ -255,7 +255,8 @@ def _two_for(stage: Stage, decision: Decision, threshold: float) -> Decision:
     if second is None or not next_best.named or names[0].value + second.value < alone.value + TWO_LEAD:
         return decision
     both = max(names[0].value, second.value)
-    if decided(after.with_effect(second.best).step, threshold + LATER, before=both).leader is not None:
+    left = decided(after.with_effect(second.best).step, threshold + LATER, before=both).leader
+    if left is not None and (left.named or left.value > SHAPE_ERROR * both):
         return decision
     return replace(decision, leader=names[0], probability=together(names[0], second, alone))
 

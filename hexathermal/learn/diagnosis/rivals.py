@@ -14,6 +14,9 @@ from hexathermal.learn.diagnosis.ranking import SURE_WITNESS, Ranked
 LATE, OFF, SHIFTED = "thermal-lag", "clock-offset", 0.05
 """A lag, a clock that is off, and the part of a lag's evidence by which the clock must lead it."""
 
+BENT = 0.25
+"""What something nameless takes beside a name, over what is visible of that, up to which the name's shape is bent."""
+
 System = Callable[[Scored], Base]
 """Gives the base with a trial in it."""
 
@@ -28,21 +31,23 @@ def nameless_bounded(channel: Channel, system: System, ranked: list[Ranked]) -> 
     """Return the ranking in which what is nameless leads a name only as far as it shows beside that name.
 
     A name whose shape is a little wrong leaves a little: the lead of anything that takes that too is bounded as
-    that of any small misfit, by what it takes over `LITTLE` of the noise.
+    that of any small misfit, by what it takes over `LITTLE` of the noise; and where that is small beside what the name
+    takes, nothing leads: a scale is hardly ever wrong by the same part in all of its length.
     """
     best = _first_name(ranked)
     if best is None:
         return ranked
     base, own = system(best.best), best.best.trial
     law = np.column_stack([base.X[:, : base.plain], own.columns])
-    found = []
+    found, most = [], BENT * best.best.visible
     for item in ranked:
         if not item.named and item.value > best.value:
             trial = item.best.trial
             both = base.extended(trial.columns, item.best.size)
             _, mean, _ = channel.solved(both.X, both.sd, item.levels)
             taken = beside(trial.columns, law) @ mean[len(mean) - trial.columns.shape[1] :]
-            lead = 0.5 * float((taken**2).mean()) / (LITTLE * item.levels.rms) ** 2
+            size = float(np.sqrt((taken**2).mean()))
+            lead = 0.5 * (size / (LITTLE * item.levels.rms)) ** 2 if size > most else 0.0
             item = replace(item, value=min(item.value, best.value + lead))
         found.append(item)
     return found

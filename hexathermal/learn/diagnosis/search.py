@@ -170,7 +170,7 @@ class Search:
                 if name in fits:
                     grid = value - best.value
                     each = [self._beside(item, grid, pool, nulls, believing, scored) for item in fits[name]]
-                    ranked[name] = max(each, key=lambda item: item.gated)
+                    ranked[name] = _fullest(each)
                 else:
                     value = min(value, 0.0) if name not in ranked else ranked[name].value
                     ranked[name] = Ranked(name, value, as_joined(best, scored), levels)
@@ -178,10 +178,10 @@ class Search:
             levels, null = pool[better], nulls[better]
             if gained < TRIFLE:
                 break
-        bounded = nameless_bounded(self.channel, self.system, shaped(list(ranked.values())))
-        timed = late_or_off(bounded, timed=self._timed)
+        timed = late_or_off(shaped(list(ranked.values())), timed=self._timed)
         believed = with_a_misfit(self.channel, self.system, timed)
-        order = tuple(sorted(believed, key=lambda item: -item.value))
+        bounded = nameless_bounded(self.channel, self.system, believed)
+        order = tuple(sorted(bounded, key=lambda item: -item.value))
         return Step(order, levels, null)
 
     def _beside(
@@ -354,6 +354,15 @@ def _at_rest(best: Scored, scored: list[Scored]) -> list[Scored]:
         return []
     own = [item for item in scored if item.trial.cause == best.trial.cause and not item.trial.starts]
     return [max(own, key=lambda item: item.value)] if own else []
+
+
+def _fullest(forms: list[Ranked]) -> Ranked:
+    """Return the form of a cause that explains most; against nothing it stands as the form does that stands best."""
+    surest, fullest = max(forms, key=lambda item: item.gated), max(forms, key=lambda item: item.value)
+    if fullest.value <= surest.value:
+        return surest
+    trial = replace(fullest.best.trial, doubt=max(fullest.value - surest.gated, 0.0))
+    return replace(fullest, best=replace(fullest.best, trial=trial))
 
 
 def as_joined(best: Scored, scored: list[Scored]) -> Scored:
