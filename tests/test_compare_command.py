@@ -25,6 +25,8 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
 def test_the_cause_is_said_first_and_drawn(folder: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     """The first line names the motor's heat; JSON holds the same; every picture is there."""
     pictures, answer = tmp_path / "pictures", tmp_path / "answer.json"
+    pictures.mkdir()
+    (pictures / "run-08-channels.png").write_text("of another campaign")
     assert main(["compare", str(folder), "--plots", str(pictures), "--json", str(answer)]) == 0
     out = capsys.readouterr().out
     assert out.startswith("The bench differs in heat of the motor")
@@ -44,7 +46,8 @@ def test_the_cause_is_said_first_and_drawn(folder: Path, tmp_path: Path, capsys:
     assert channels["drift"]["unit"] == "um"
     assert channels["T01"]["rmse_after"] < 0.5 * channels["T01"]["rmse_before"]
     names = {f"{run}-{kind}.png" for run in ("run-01", "run-02", "run-03") for kind in ("channels", "residuals")}
-    assert {file.name for file in pictures.iterdir()} == {"parameters.png", *names}
+    assert {file.name for file in pictures.iterdir()} == {"parameters.png", "run-08-channels.png", *names}
+    assert f"Older pictures stay in {pictures}: run-08-channels.png" in out
     assert sorted(Path(file).name for file in facts["written"]) == sorted({"parameters.png", *names})
 
 

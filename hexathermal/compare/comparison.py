@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from math import exp, log
 from pathlib import Path
@@ -137,6 +137,7 @@ def compare_campaign(
     scored = [k for k, run in enumerate(runs) if run.role == role]
     names = tuple(campaign.sensors[k] for k in where.sensors)
     score = channel_scores([every[k] for k in scored], [runs[k] for k in scored], names, where.places)
+    notes += _worse(score, role)
     error_K, error_m = discretisation_error(bench, fitted[0])
     return Comparison(
         campaign.title or campaign.folder.name, where, names, differences(calibration, names),
@@ -183,6 +184,21 @@ def _refuse_unchanged(campaign: Campaign, runs: list[MeasuredRun]) -> None:
 def _unchanged(campaign: Campaign, what: str) -> ArgumentError:
     """Return the error of a campaign in which too little happens."""
     return ArgumentError(f"{campaign.folder}: {what}: do the temperatures, the drift or q change at all?")
+
+
+def _worse(scores: Sequence[ChannelScore], role: str) -> list[str]:
+    """Return which channels are proven to be simulated worse than before, in words."""
+    worse = [one for one in scores if one.reduction.high < 0.0]
+    if not worse:
+        return []
+    most = min(worse, key=lambda one: one.reduction.value)
+    names = ", ".join(one.channel for one in worse)
+    grown = [-100.0 * value for value in (most.reduction.value, most.reduction.high, most.reduction.low)]
+    return [
+        f"with what was named {names} {'is' if len(worse) == 1 else 'are'} simulated worse on the runs for {role} than "
+        f"by the bench as it is ({most.channel}: RMSE up by {grown[0]:.0f} %, 95 % interval {grown[1]:.0f} to "
+        f"{grown[2]:.0f} %): what was named stands for something there that the bench lacks"
+    ]
 
 
 def _doubts(role: str, named: int, logs: Mapping[str, float]) -> list[str]:

@@ -10,21 +10,13 @@ import numpy as np
 
 from hexathermal.compare.bench_runs import CONTACT_ERROR
 from hexathermal.compare.evidence import CONTACT_FREE, CONTACT_SD
-from hexathermal.compare.parameters import FREE, JOINT, NAMES, PARAMETERS, SENSOR_EXPERIMENT, TOLERANCES
+from hexathermal.compare.parameters import FREE, NAMES, PARAMETERS, SENSOR_EXPERIMENT, TOLERANCES, half_interval
 from hexathermal.compare.steps import PROBABILITY, Calibration
 
 ALIKE = 0.95
 """Two numbers whose marks are alike by more than this (correlation) cannot be separated by the data."""
 
 SENSOR = "sensor-reads-air"
-
-WIDE = 1.96
-"""Half a 95 % interval in standard deviations."""
-
-CELLS, CELLS_JOINT, CELLS_CONTACT = 0.015, 0.05, 0.01
-"""What another cutting into cells makes of a factor's logarithm, of that of a contact between parts, and of a
-thermocouple's part of the air: standard deviations, measured on benches cut otherwise. They are in the intervals.
-"""
 
 LARGEST_LOG = log(100.0)
 """Factors beyond 100 count as never found."""
@@ -128,14 +120,6 @@ def _value(place: int, x: float) -> float:
     return exp(x) if place < len(NAMES) else CONTACT_ERROR + x
 
 
-def _half(place: int, variance: float) -> float:
-    """Return half a 95 % interval."""
-    cells = CELLS_CONTACT
-    if place < len(NAMES):
-        cells = CELLS_JOINT if TOLERANCES[place] >= JOINT else CELLS
-    return WIDE * sqrt(variance + cells**2)
-
-
 def named_values(calibration: Calibration) -> tuple[dict[str, float], dict[int, float]]:
     """Return what was named: logarithms of factors by name, and parts of the air by thermocouple."""
     x = calibration.last.x
@@ -152,7 +136,7 @@ def differences(calibration: Calibration, sensors: Sequence[str]) -> tuple[Diffe
         if not step.accepted:
             continue
         j = step.candidate
-        x, half = float(last.x[j]), _half(j, float(last.covariance[j, j]))
+        x, half = float(last.x[j]), half_interval(j, float(last.covariance[j, j]))
         same = tuple((label(other, sensors), _value(other, value)) for other, value in step.equivalent)
         parameter = PARAMETERS[j] if j < len(NAMES) else None
         if parameter is None:
@@ -181,7 +165,7 @@ def parameters_found(calibration: Calibration, sensors: Sequence[str]) -> tuple[
         free = last.free if j in last.free else (*last.free, j)
         precision = last.sums.precision(free)
         x, covariance = last.sums.estimate(precision)
-        own, half = float(x[j]), _half(j, float(covariance[j, j]))
+        own, half = float(x[j]), half_interval(j, float(covariance[j, j]))
         limit = _limit(float(last.sums.information((j,), last.sums.precision(last.free))[0, 0]), j, count)
         parameter = PARAMETERS[j] if j < len(NAMES) else None
         target = "" if parameter else sensors[j - len(NAMES)]

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
-from math import exp
+from math import exp, sqrt
 
 from hexathermal.errors import UnknownNameError
 from hexathermal.simulate.bench.leg import VirtualLeg
@@ -18,6 +18,14 @@ say so), and what cells of some 20 mm make of a contact differs by some per cent
 
 FREE = 0.5
 """The same of a number that is not: factors from 0.4 to 2.7 lie within two of it."""
+
+WIDE = 1.96
+"""Half a 95 % interval in standard deviations."""
+
+CELLS, CELLS_JOINT, CELLS_CONTACT = 0.015, 0.05, 0.01
+"""What another cutting into cells makes of a factor's logarithm, of that of a contact between parts, and of a
+thermocouple's part of the air: standard deviations, measured on benches cut otherwise. They are in the intervals.
+"""
 
 
 @dataclass(frozen=True)
@@ -148,3 +156,11 @@ def scaled_leg(leg: VirtualLeg, logs: Mapping[str, float]) -> VirtualLeg:
             old = getattr(leg, part)
             leg = replace(leg, **{part: replace(old, **{field: getattr(old, field) * exp(value)})})
     return leg
+
+
+def half_interval(place: int, variance: float) -> float:
+    """Return half a 95 % interval of a candidate: a factor's logarithm, or a part of the air."""
+    cells = CELLS_CONTACT
+    if place < len(NAMES):
+        cells = CELLS_JOINT if TOLERANCES[place] >= JOINT else CELLS
+    return WIDE * sqrt(variance + cells**2)

@@ -23,7 +23,7 @@ from hexathermal.compare.evidence import (
     sensitivities,
 )
 from hexathermal.compare.noise import Noise, first_noise, fitted_noise
-from hexathermal.compare.parameters import NAMES
+from hexathermal.compare.parameters import NAMES, half_interval
 from hexathermal.poses import FloatArray
 
 PROBABILITY = 0.99
@@ -165,8 +165,20 @@ def calibrated(bench: BenchRuns, progress: Progress | None = None) -> Calibratio
         now = fit
     if len(now.free) > 1:
         now = _fit(bench, now.found, sought_noise(bench, now.found, now.noise), now.free)
+        now = _without_needless(bench, now)
         gains = _gains(now)
+    steps = [replace(step, accepted=step.accepted and step.candidate in now.free) for step in steps]
     return Calibration(first, now, tuple(steps), gains)
+
+
+def _without_needless(bench: BenchRuns, now: Fit) -> Fit:
+    """Return the fit without numbers that later ones made needless: whose 95 % intervals hold the bench's own."""
+    while True:
+        sure = {j: abs(float(now.x[j])) / half_interval(j, float(now.covariance[j, j])) for j in now.free}
+        least = min(sure, key=lambda j: sure[j], default=None)
+        if least is None or sure[least] > 1.0:
+            return now
+        now = _settled(bench, followed(bench, now, tuple(j for j in now.free if j != least)))
 
 
 def sought_noise(bench: BenchRuns, found: Sensitivities, noise: Noise) -> Noise:

@@ -231,7 +231,10 @@ def parameters_figure(found: Comparison) -> Figure:
         top.axvline(1.0, color=GREEN, lw=0.9)
         top.set_xticks(*_factor_ticks(low, high))
         top.minorticks_off()
-        top.set_xlabel("factor on the bench's number, 95 % interval\n(grey: too small to be named; orange: named)")
+        top.set_xlabel(
+            "factor on the bench's number, 95 % interval\n(grey: too small to be named; orange: named; open: beside what "
+            "is named\nnot needed to foretell runs left out, or not told apart from it)"
+        )
         top.set_title(f"{found.title}: the bench's numbers")
         for axes in below:
             ends = [
@@ -278,7 +281,9 @@ def _rows(axes: Axes, shown: Sequence[ParameterFound], ends: tuple[float, float]
         colour = VERMILION if one.named else BLACK
         axes.plot(np.clip([one.low, one.high], low, high), [k, k], color=colour, lw=2.2 if one.named else 1.0, zorder=3)
         if low <= one.value <= high:
-            axes.plot(one.value, k, "o", color=colour, ms=5.0 if one.named else 3.0, zorder=4)
+            doubtful = not one.named and not one.limit_low <= one.value <= one.limit_high
+            face = "white" if doubtful else colour
+            axes.plot(one.value, k, "o", color=colour, mfc=face, ms=3.0 + 2.0 * one.named + doubtful, zorder=4)
         for arrow, edge, beyond in (("<", low, one.low < low), (">", high, one.high > high)):
             if beyond:
                 axes.plot(edge, k, arrow, color=colour, ms=4.0, zorder=3, clip_on=False)

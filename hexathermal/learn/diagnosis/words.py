@@ -59,6 +59,9 @@ HIDDEN = ("ratio", "path_m", "stroke_share", "decay_runs", "from_share", "order"
 LONG_S = 120.0
 """Times from here on are told in minutes."""
 
+UNSURE = 2.0
+"""Amplitudes of fewer standard uncertainties tell neither size nor sign."""
+
 WORKSHOP: dict[str, tuple[str, float]] = {
     "1/K": ("um/m/K", 1e6),
     "1/K^2": ("um/m/K^2", 1e6),
@@ -120,6 +123,7 @@ def effect_of(found: Found, stage: Stage, final: Stage, covariance: FloatArray, 
         parameters[name] = Quantity(float(value), float(std), unit)
     visible = found.ranked.best.visible
     sentence = _sentence(trial.cause, trial.target, parameters, settings, visible, joined=found.joined)
+    sentence = sentence.removesuffix(".") + _doubts(found, amplitudes, spread) + "."
     return Effect(trial.cause, trial.target, parameters, settings, found.decision.probability,
                   found.decision.equivalent, visible, sentence, found.joined)  # fmt: skip
 
@@ -221,6 +225,14 @@ def _sentence(
         words = words.replace("moves the part", "goes along with the drift")
     alone = "" if joined else ", but runs left out do without it: it stays out of the law"
     return f"The residual is {cause}{inside}: {words}; {stays}{alone}."
+
+
+def _doubts(found: Found, amplitudes: FloatArray, spread: FloatArray) -> str:
+    """Return what a sentence adds where a size is not told from none, or another name is as likely."""
+    shape, alike = found.ranked.best.trial.shape, found.decision.equivalent
+    loose = bool(shape) and len(amplitudes) > 0 and bool((np.abs(amplitudes) < UNSURE * spread).all())
+    size = "; beside the law's own coefficients neither its size nor its sign is sure" if loose else ""
+    return size + (f"; as likely by these data: {', '.join(alike)}" if alike else "")
 
 
 def two_digits(value: float) -> str:

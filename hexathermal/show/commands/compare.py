@@ -41,6 +41,9 @@ examples:
 
 {EXIT_CODES}"""
 
+KINDS = ("channels", "residuals")
+"""Pictures of each run."""
+
 
 def add(commands: Any) -> None:
     """Declare the command."""
@@ -51,7 +54,7 @@ def add(commands: Any) -> None:
         "--plots",
         type=path,
         metavar="DIR",
-        help="draw channels, residuals and factors into this folder, which is created",
+        help="draw channels, residuals and factors into this folder, which is created; earlier ones are replaced",
     )
 
 
@@ -80,6 +83,9 @@ def run(arguments: argparse.Namespace, progress: Progress) -> Answer:
     texts += [lambda pretty, _: scores_table(found, pretty), lambda pretty, _: parameters_table(found, pretty)]
     if written:
         texts.append("Written:\n" + "\n".join(f"  {file}" for file in written))
+        old = sorted({file for kind in KINDS for file in arguments.plots.glob(f"*-{kind}.png")} - set(written))
+        if old:
+            texts.append(f"Older pictures stay in {arguments.plots}: {', '.join(file.name for file in old)}")
     return Answer(tuple(texts), facts)
 
 
@@ -111,7 +117,7 @@ def _drawn(found: Comparison, folder: Path, progress: Progress) -> list[Path]:
         for k, one in enumerate(found.runs):
             progress(k, len(found.runs), "drawing")
             stem = "".join(letter if letter.isalnum() or letter in "-_." else "_" for letter in one.name)
-            for kind, figure in (("channels", channels_figure), ("residuals", residuals_figure)):
+            for kind, figure in zip(KINDS, (channels_figure, residuals_figure), strict=True):
                 names.append(f"{stem}-{kind}.png")
                 draw(figure(found, one), part / names[-1], "png")
     return [folder / name for name in names]

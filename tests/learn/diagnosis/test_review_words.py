@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from hexathermal.learn.diagnosis.result import Effect, Quantity
-from hexathermal.learn.diagnosis.words import _amplitudes, _sentence, told
+from hexathermal.learn.diagnosis.words import _amplitudes, _doubts, _sentence, told
 from hexathermal.show.diagnosis_words import effect_rows
 
 
@@ -71,3 +71,19 @@ def test_a_kick_that_short_moves_give_in_part_is_that_of_a_long_one() -> None:
     assert rows[2][:2] == ("time constant of what is rubbed", "10.7")
     assert rows[2][-1] == "min"
     assert rows[3][:2] == ("reference index", "1.0002712")
+
+
+def test_a_sentence_tells_what_is_as_likely_and_what_is_not_sure() -> None:
+    """A name that others equal says which; an amplitude below two standard uncertainties has neither size nor sign."""
+
+    def said(amplitudes: list[float], spread: list[float], alike: tuple[str, ...] = (), shape: str = "any") -> str:
+        trial = SimpleNamespace(shape=shape)
+        found: Any = SimpleNamespace(
+            ranked=SimpleNamespace(best=SimpleNamespace(trial=trial)), decision=SimpleNamespace(equivalent=alike)
+        )
+        return _doubts(found, np.array(amplitudes), np.array(spread))
+
+    assert said([3.0, 0.1], [1.0, 1.0]) == ""
+    assert said([0.1, 0.1], [1.0, 1.0], shape="") == ""
+    assert "neither its size nor its sign is sure" in said([-1.9, 0.1], [1.0, 1.0])
+    assert said([3.0], [1.0], ("hidden-heat", "creep")) == "; as likely by these data: hidden-heat, creep"
