@@ -22,7 +22,7 @@ from hexathermal.learn.diagnosis.lost_counts import lost_count
 from hexathermal.learn.diagnosis.mending import mended, mended_view
 from hexathermal.learn.diagnosis.next_experiments import next_experiments
 from hexathermal.learn.diagnosis.places import alias_words
-from hexathermal.learn.diagnosis.recorded import judged_runs, refuse_silent, silence_words
+from hexathermal.learn.diagnosis.recorded import judged_runs, refuse_silent, silence_words, units_words
 from hexathermal.learn.diagnosis.replugged import Exchange, exchanges_between_runs, told_of
 from hexathermal.learn.diagnosis.residuals import run_residuals, whiteness
 from hexathermal.learn.diagnosis.result import Candidate, Diagnosis, Effect, Limit
@@ -110,7 +110,7 @@ def _diagnosed(
     candidates = _candidates(course, told)
     notes = (
         *_notes(course), *_sees_little(verdict, limits, levels.rms),
-        *_chosen(base, given=sensors is not None or law is not None), *_unseen(course, rows, mute),
+        *_chosen(base, given=sensors is not None or law is not None), *units_words(rows), *_unseen(course, rows, mute),
         *copies, *_cleaned((*rows, *judged)),
     )  # fmt: skip
     return Diagnosis(

@@ -61,3 +61,16 @@ def test_causes_that_could_not_be_looked_for_are_told(tmp_path: Path) -> None:
     (note,) = [one for one in diagnose(load_campaign(folder), ("T01",)).notes if one.startswith("not looked for")]
     assert "air-refraction" in note
     assert "backlash" not in note
+
+
+def test_degrees_fahrenheit_are_told(tmp_path: Path) -> None:
+    """Tables in degrees Fahrenheit are not diagnosed without a word: a room of 68 degC is none."""
+    folder = leg_campaign(tmp_path)
+    assert not any("Fahrenheit" in note for note in diagnose(load_campaign(folder), ("T01",)).notes)
+    for file in (folder / "runs").glob("*.csv"):
+        table = np.genfromtxt(file, delimiter=",", names=True)
+        warm = [name for name in table.dtype.names or () if name.startswith("T") and name.endswith("_degC")]
+        columns = {name: table[name] * (1.8 if name in warm else 1.0) for name in table.dtype.names or ()}
+        write_table(file, {name: values + 32.0 * (name in warm) for name, values in columns.items()})
+    (note,) = [one for one in diagnose(load_campaign(folder), ("T01",)).notes if "Fahrenheit" in one]
+    assert note.startswith("all sensors: never below")
