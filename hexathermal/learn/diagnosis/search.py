@@ -21,6 +21,7 @@ from hexathermal.learn.diagnosis.evidence import (
     screened,
     terms_of,
 )
+from hexathermal.learn.diagnosis.forms import as_joined, at_rest, fullest
 from hexathermal.learn.diagnosis.ranking import Ranked, Step
 from hexathermal.learn.diagnosis.rivals import late_or_off, nameless_bounded, shaped, with_a_misfit
 from hexathermal.learn.diagnosis.stand_offs import stand_offs
@@ -160,7 +161,7 @@ class Search:
                 value, best = families[name]
                 witnessed = self._witnessed(best, scored)
                 families[name] = (witnessed.value + value - best.value, witnessed)
-                fits[name] = [witnessed, *_at_rest(witnessed, scored)]
+                fits[name] = [witnessed, *at_rest(witnessed, scored)]
                 pool += [self._fit(item, levels)[0] for item in fits[name]]
             # every noise is open to the null and to every leader
             nulls = [self.channel.evidence(self.base.X, self.base.sd, item) for item in pool]
@@ -170,7 +171,7 @@ class Search:
                 if name in fits:
                     grid = value - best.value
                     each = [self._beside(item, grid, pool, nulls, believing, scored) for item in fits[name]]
-                    ranked[name] = _fullest(each)
+                    ranked[name] = fullest(each)
                 else:
                     value = min(value, 0.0) if name not in ranked else ranked[name].value
                     ranked[name] = Ranked(name, value, as_joined(best, scored), levels)
@@ -343,32 +344,6 @@ class Search:
         top = asked + rest[:MOST_WITNESSED]
         return most_valued(top, lambda item: item.value + self.witnesses.most_spoken(item),
                            lambda item: item.value + self.witnesses.spoken(item))  # fmt: skip
-
-
-def _at_rest(best: Scored, scored: list[Scored]) -> list[Scored]:
-    """Return the best trial of a cause without columns of single runs, where the best one has some; else none.
-
-    What these explain by themselves does not count for the cause: it may stand better without.
-    """
-    if not best.trial.starts:
-        return []
-    own = [item for item in scored if item.trial.cause == best.trial.cause and not item.trial.starts]
-    return [max(own, key=lambda item: item.value)] if own else []
-
-
-def _fullest(forms: list[Ranked]) -> Ranked:
-    """Return the form of a cause that explains most; against nothing it stands as the form does that stands best."""
-    surest, fullest = max(forms, key=lambda item: item.gated), max(forms, key=lambda item: item.value)
-    if fullest.value <= surest.value:
-        return surest
-    trial = replace(fullest.best.trial, doubt=max(fullest.value - surest.gated, 0.0))
-    return replace(fullest, best=replace(fullest.best, trial=trial))
-
-
-def as_joined(best: Scored, scored: list[Scored]) -> Scored:
-    """Return what joins the law for a trial: itself, or another one that it is compared for."""
-    term = best.trial.term
-    return best if term is None else next(item for item in scored if item.trial.columns is term.columns)
 
 
 def most_valued(items: Sequence[Item], most: Callable[[Item], float], value: Callable[[Item], float]) -> Item:

@@ -1,0 +1,40 @@
+"""Forms of one cause beside each other: with what each run has of its own, or without; as compared, or as joined."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+from hexathermal.learn.diagnosis.evidence import Scored
+from hexathermal.learn.diagnosis.ranking import Ranked
+
+ALIKE = 1.0
+"""Evidence that a cause needs for what is alike in all runs, where its decays before each run, or rates, count too."""
+
+
+def at_rest(best: Scored, scored: list[Scored]) -> list[Scored]:
+    """Return the best trial of a cause without columns of single runs, where the best one has some; else none.
+
+    What these explain by themselves does not count for the cause: it may stand better without.
+    """
+    if not best.trial.starts:
+        return []
+    own = [item for item in scored if item.trial.cause == best.trial.cause and not item.trial.starts]
+    return [max(own, key=lambda item: item.value)] if own else []
+
+
+def fullest(forms: list[Ranked]) -> Ranked:
+    """Return the form of a cause that explains most; against nothing it stands as the form does that stands best.
+
+    What is alike in all runs must stand beside what is each run's own: else that is all there is, and no cause.
+    """
+    surest, whole = max(forms, key=lambda item: item.gated), max(forms, key=lambda item: item.value)
+    if whole.value <= surest.value or whole.gated < ALIKE:
+        return surest
+    trial = replace(whole.best.trial, doubt=max(whole.value - surest.gated, 0.0))
+    return replace(whole, best=replace(whole.best, trial=trial))
+
+
+def as_joined(best: Scored, scored: list[Scored]) -> Scored:
+    """Return what joins the law for a trial: itself, or another one that it is compared for."""
+    term = best.trial.term
+    return best if term is None else next(item for item in scored if item.trial.columns is term.columns)
