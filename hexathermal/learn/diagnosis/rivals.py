@@ -7,15 +7,14 @@ from dataclasses import replace
 
 import numpy as np
 
+from hexathermal.learn.diagnosis.causes import catalogue
 from hexathermal.learn.diagnosis.channels import Channel
 from hexathermal.learn.diagnosis.evidence import LEAST, Base, Scored, beside
 from hexathermal.learn.diagnosis.ranking import SURE_WITNESS, Ranked
+from hexathermal.poses import FloatArray
 
 LATE, OFF, SHIFTED = "thermal-lag", "clock-offset", 0.05
 """A lag, a clock that is off, and the part of a lag's evidence by which the clock must lead it."""
-
-BENT = 0.25
-"""What something nameless takes beside a name, over what is visible of that, up to which the name's shape is bent."""
 
 System = Callable[[Scored], Base]
 """Gives the base with a trial in it."""
@@ -31,26 +30,43 @@ def nameless_bounded(channel: Channel, system: System, ranked: list[Ranked]) -> 
     """Return the ranking in which what is nameless leads a name only as far as it shows beside that name.
 
     A name whose shape is a little wrong leaves a little: the lead of anything that takes that too is bounded as
-    that of any small misfit, by what it takes over `LITTLE` of the noise; and where that is small beside what the name
-    takes, nothing leads: a scale is hardly ever wrong by the same part in all of its length.
+    that of any small misfit, by what it takes over `LITTLE` of the noise. Of a name whose shape is hardly ever as pure
+    as its sketch (`Cause.bent`), what flexible columns take beside it may be its bend: then they do not lead at all.
     """
     best = _first_name(ranked)
     if best is None:
         return ranked
     base, own = system(best.best), best.best.trial
     law = np.column_stack([base.X[:, : base.plain], own.columns])
-    found, most = [], BENT * best.best.visible
+    most, found = catalogue()[best.cause].CAUSE.bent, list[Ranked]()
     for item in ranked:
         if not item.named and item.value > best.value:
             trial = item.best.trial
             both = base.extended(trial.columns, item.best.size)
             _, mean, _ = channel.solved(both.X, both.sd, item.levels)
-            taken = beside(trial.columns, law) @ mean[len(mean) - trial.columns.shape[1] :]
-            size = float(np.sqrt((taken**2).mean()))
-            lead = 0.5 * (size / (LITTLE * item.levels.rms)) ** 2 if size > most else 0.0
-            item = replace(item, value=min(item.value, best.value + lead))
+            amplitudes = mean[len(mean) - trial.columns.shape[1] :]
+            taken = beside(trial.columns, law) @ amplitudes
+            lead = 0.5 * float((taken**2).mean()) / (LITTLE * item.levels.rms) ** 2
+            if most > 0.0 and trial.columns.shape[1] > 1:
+                bend = _bend(channel, base, item, best, amplitudes)
+                lead = lead if bend > most else 0.0
+            item = replace(item, value=min(item.value, float(best.value + lead)))
         found.append(item)
     return found
+
+
+def _bend(channel: Channel, base: Base, item: Ranked, name: Ranked, amplitudes: FloatArray) -> float:
+    """Return what flexible columns take beside a name and the law over what that name takes itself, both whitened.
+
+    `base` is the null with the name, `amplitudes` are those of the columns beside it.
+    """
+    p, k = base.plain, name.best.trial.columns.shape[1]
+    table = np.column_stack([base.X[:, :p], name.best.trial.columns, item.best.trial.columns])
+    white, _ = channel.whitened(table, item.levels)
+    _, mean, _ = channel.solved(base.X, base.sd, item.levels)
+    own = beside(white[:, p : p + k], white[:, :p]) @ mean[len(mean) - k :]
+    taken = beside(white[:, p + k :], white[:, : p + k]) @ amplitudes
+    return float(np.linalg.norm(taken)) / max(float(np.linalg.norm(own)), 1e-300)
 
 
 def with_a_misfit(channel: Channel, system: System, ranked: list[Ranked]) -> list[Ranked]:

@@ -81,6 +81,9 @@ class Cause:
     readings : int
         Of the whole effect in that measurement, each with noise of its own, while what looks alike holds still; 0
         where the measurement shows the fault itself: a finger, a pulse.
+    bent : float
+        What flexible columns without a name may take beside it and be no more than a bend of its shape, over what it
+        takes itself, both whitened.
     """
 
     name: str
@@ -93,6 +96,7 @@ class Cause:
     thermal: bool = False
     wanders: bool = False
     readings: int = 0
+    bent: float = 0.0
 
 
 @dataclass(frozen=True)

@@ -1,0 +1,113 @@
+"""A name whose shape is a little bent stays the name; what is no cause is not named for what others leave of it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+from types import SimpleNamespace
+from typing import Any, cast
+
+import numpy as np
+import pytest
+
+from hexathermal.learn.diagnosis import course
+from hexathermal.learn.diagnosis.course import LATER_PART, PROVEN, _too_faint, _two_for
+from hexathermal.learn.diagnosis.deciding import Decision
+from hexathermal.learn.diagnosis.forms import ALIKE, fullest
+from hexathermal.learn.diagnosis.rivals import SHAPE_ERROR
+from hexathermal.learn.diagnosis.view import View
+from hexathermal.poses import FloatArray
+from tests.learn.diagnosis.campaigns import first_name, viewed
+from tests.learn.diagnosis.test_evidence import ranked, step
+from tests.learn.diagnosis.test_further_forms import THRESHOLD, doubted, with_drift
+
+Made = Callable[[View], list[FloatArray]]
+
+
+def parts_of_stroke(view: View) -> list[FloatArray]:
+    """The place of the rod in each row, 0 to 1 over all that the runs use."""
+    q = np.concatenate([rows.signals.q for rows in view.runs])
+    return [(rows.signals.q - q.min()) / np.ptp(q) for rows in view.runs]
+
+
+def bowed(view: View) -> list[FloatArray]:
+    """A scale with a bow of a fifth."""
+    return [x - 0.2 * 4.0 * x * (1.0 - x) for x in parts_of_stroke(view)]
+
+
+def in_two_pieces(view: View) -> list[FloatArray]:
+    """A scale in two pieces, the second of which is wrong by half as much."""
+    return [np.minimum(x, 0.5) + 0.5 * np.maximum(x - 0.5, 0.0) for x in parts_of_stroke(view)]
+
+
+def cubic(view: View) -> list[FloatArray]:
+    """A cube of the place about the middle: its slope goes to nothing there."""
+    return [(2.0 * x - 1.0) ** 3 for x in parts_of_stroke(view)]
+
+
+@pytest.mark.parametrize("made", [bowed, in_two_pieces])
+@pytest.mark.parametrize("bench", ["quiet", "modal"])
+def test_a_scale_that_is_a_little_bent_is_a_scale_error(made: Made, bench: str) -> None:
+    """What bends a scale is small beside it: that flexible columns take it too is no reason not to name it."""
+    view, _ = viewed(bench, 2, (), 1.0)
+    assert first_name(with_drift(view, made(view), 2.0)) == "scale-error"
+
+
+@pytest.mark.parametrize("bench", ["quiet", "finite_volume", "modal", "rough"])
+def test_a_cube_of_the_place_has_no_name(bench: str) -> None:
+    """A third of it no scale takes: something real that follows the displacement, and no thermometer either."""
+    view, _ = viewed(bench, 2, (), 1.0)
+    name = first_name(with_drift(view, cubic(view), 1.5))
+    assert name is not None
+    assert name.startswith("follows")
+
+
+def test_a_drift_of_the_zero_with_rates_of_its_own_in_each_run_is_named() -> None:
+    """Rates that differ by half of the common one are a drift of the zero, not a rhythm."""
+    view, _ = viewed("quiet", 2, (), 1.0)
+    rates = np.linspace(0.5, 1.5, len(view.runs))[np.argsort(np.sin(np.arange(len(view.runs)) * 5.0))]
+    drifts = [rate * rows.signals.time for rate, rows in zip(rates, view.runs, strict=True)]
+    assert first_name(with_drift(view, drifts, 2.0)) == "zero-drift"
+
+
+def test_rates_without_a_common_one_are_no_drift_of_the_zero() -> None:
+    """Half of the runs drift up, half down: nothing is alike in all of them."""
+    view, _ = viewed("quiet", 2, (), 1.0)
+    signs = np.where(np.arange(len(view.runs)) % 2 == 0, 1.0, -1.0)
+    drifts = [sign * rows.signals.time for sign, rows in zip(signs, view.runs, strict=True)]
+    assert first_name(with_drift(view, drifts, 2.0)) != "zero-drift"
+
+
+def test_a_form_that_explains_more_leads_only_with_something_alike_in_all_runs() -> None:
+    """With what each run has of its own a cause explains more; it stands against nothing as it does without."""
+    plain, without, alike = doubted("zero-drift", 14.0, 14.0), doubted("zero-drift", 64.0, -2.0), ALIKE + 1.0
+    assert fullest([without, plain]) is plain
+    whole = fullest([doubted("zero-drift", 64.0, alike), plain])
+    assert (whole.value, whole.gated) == (64.0, pytest.approx(14.0))
+
+
+@pytest.mark.parametrize(("left", "named"), [(SHAPE_ERROR * 200.0 - 1.0, True), (SHAPE_ERROR * 200.0 + 1.0, False)])
+def test_two_names_are_taken_although_a_trifle_is_left(
+    monkeypatch: pytest.MonkeyPatch, left: float, named: bool
+) -> None:
+    """Two names that explain more than something nameless stand in its place where what they leave is an error of
+    shapes.
+    """
+    nameless = ranked("follows the displacement", 250.0, columns=6)
+    first, second = ranked("abbe-tilt", 200.0), ranked("creep", 150.0)
+    rest = Decision(ranked("follows the displacement", left, columns=6), 0.9, {}, ())
+    decisions = iter([Decision(second, 0.9, {}, ()), rest])
+    monkeypatch.setattr(course, "decided", lambda *_args, **_more: next(decisions))
+    stage: Any = SimpleNamespace(step=step(nameless, first))
+    stage.with_effect = lambda _best: stage
+    alone = Decision(nameless, 0.9, {}, ())
+    assert (_two_for(stage, alone, THRESHOLD).leader is first) is named
+
+
+@pytest.mark.parametrize(("part", "faint"), [(LATER_PART - 0.01, True), (LATER_PART + 0.01, False)])
+def test_a_later_name_needs_a_part_of_what_the_first_ones_say(part: float, faint: bool) -> None:
+    """What is left of any shape that is a sketch has no name of its own, unless a parity proves it."""
+    found = [cast(Any, SimpleNamespace(ranked=ranked("backlash", 900.0)))]
+    later = ranked("frame-expansion", part * 900.0)
+    assert _too_faint(later, found, THRESHOLD) is faint
+    assert not _too_faint(replace(later, witness=PROVEN), found, THRESHOLD)
