@@ -83,7 +83,8 @@ def test_a_form_that_explains_more_leads_only_with_something_alike_in_all_runs()
     plain, without, alike = doubted("zero-drift", 14.0, 14.0), doubted("zero-drift", 64.0, -2.0), ALIKE + 1.0
     assert fullest([without, plain]) is plain
     whole = fullest([doubted("zero-drift", 64.0, alike), plain])
-    assert (whole.value, whole.gated) == (64.0, pytest.approx(14.0))
+    assert whole.value == 64.0
+    assert whole.gated == pytest.approx(14.0)
 
 
 @pytest.mark.parametrize(("left", "named"), [(SHAPE_ERROR * 200.0 - 1.0, True), (SHAPE_ERROR * 200.0 + 1.0, False)])
