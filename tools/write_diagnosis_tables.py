@@ -76,7 +76,9 @@ CONSTANTS = {
         "SECONDED",
         "EQUIVALENT",
     ),
+    "forms": ("ALIKE",),
     "course": (
+        "LATER_PART",
         "MOST_EFFECTS",
         "LATER",
         "TWO_LEAD",
