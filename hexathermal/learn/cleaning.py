@@ -128,7 +128,7 @@ class UsableBlocks(Iterator[Block]):
         if not study:
             return
         rules = ChannelRules(self.campaign, study[0], self._ledger)
-        sheets = without_moving_steps(study[0], displaced(rules.cleaned(sheets), self._ledger), self._ledger)
+        sheets = without_moving_steps(displaced(rules.cleaned(sheets), self._ledger), self._ledger)
         whole = self._watched(self._aired(sheets, table))
         good = without_missing(settled_rows(whole, self._ledger), self._ledger)
         first, rest = studied(good)

@@ -1,66 +1,105 @@
 """Beams that lose count while the rod moves: most do so there, where the mean of the beams tells nothing.
 
 The difference of one beam and the others is free of movement, so that it shows a lost count in rows that are not
-settled as well as in a rest: one beam against both others alike, once, within one row. Tilt goes with the rod or with
-heat, and takes many rows; where it turns over at a reversal, it does so at each of them.
+settled as well as in a rest: one beam against both others alike, once, within one row, and it stays. Tilt goes with the
+rod or with heat, and takes many rows, or parts the beams at every movement as far; where it turns over at a reversal,
+it turns back at the next. A target that is knocked at such a moment looks the same.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from hexathermal.learn.campaign_columns import BEAMS
-from hexathermal.learn.cleaning_beam_scales import FEWEST, against_others, jumps
-from hexathermal.learn.cleaning_channels import PIECE_ROWS
+from hexathermal.learn.cleaning_beam_scales import FEWEST, against_others, jumps, spans
+from hexathermal.learn.cleaning_channels import PIECE_ROWS, studied
 from hexathermal.learn.cleaning_record import BEAM_STEP, REPAIRED, BeamStep, Ledger
 from hexathermal.learn.cleaning_rules import MARGIN, TO_SIGMA, Flags, filled
 from hexathermal.learn.cleaning_sheets import Sheet, with_margins
-from hexathermal.learn.cleaning_steps import MOVE_STEP_M, MOVE_TIMES, OTHERS, STEP_SCALES, Step, doubt, made, sharpest
+from hexathermal.learn.cleaning_steps import (
+    ALIKE,
+    FEWEST_MOVES,
+    MOVE_STEP_M,
+    MOVE_TIMES,
+    OTHERS,
+    STEP_SCALES,
+    Step,
+    doubt,
+    made,
+    sharpest,
+)
 from hexathermal.poses import FloatArray
 
-MOST_LOST = 3
-"""Times that beams may lose count in a run's first rows: more jumps than these are what the beams do by themselves."""
+MOST_LOST = 2
+"""Other times that beams may lose count in a run's first rows: more jumps are what beams do by themselves."""
 
 NEAR = 5
-"""Rows within which jumps are one."""
+"""Rows within which jumps are one; twice as many before and behind must be there, without a gap."""
 
 MOVING_RULE = (
-    f"while the rod moves, one beam alone jumps against the others within one row by more than {MOVE_STEP_M * 1e6:g} "
-    f"um, {STEP_SCALES:g} usual jumps and {MOVE_TIMES:g} times all but {MOST_LOST} others: its step is taken back"
+    f"while the rod moves, one beam alone jumps against the others within one row, and stays there, by more than "
+    f"{MOVE_STEP_M * 1e6:g} um, {STEP_SCALES:g} usual jumps and {MOVE_TIMES:g} times all but {MOST_LOST} others at "
+    "movements as far: its step is taken back"
 )
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class MovingScales:
-    """What is usual of beams in rows that are not settled: their jumps against the others, and a limit to them [m]."""
+    """What is usual of beams in rows of a run's first that are not settled, m of them.
+
+    Attributes
+    ----------
+    usual : float [m]
+        Jump of one beam against the others, medians of five rows.
+    time, reach, size : array, shape (m,) [s], [m], [m]
+        Span of the displacement over five rows before and five behind, and the largest of the beams' jumps.
+    """
 
     usual: float
-    limit: float
+    time: FloatArray
+    reach: FloatArray
+    size: FloatArray
+
+    def largest(self, time: tuple[float, float], reach: float) -> float:
+        """Return all but `MOST_LOST` jumps at movements that go as far, those between two times apart [m].
+
+        Infinite where there are too few.
+        """
+        others = (self.reach >= ALIKE * reach) & ~((self.time >= time[0]) & (self.time <= time[1]))
+        peaks, size = list[int](), np.where(others, self.size, -1.0)
+        for row in np.argsort(-size):
+            if len(peaks) == FEWEST_MOVES or size[row] < 0.0:
+                break
+            if all(abs(row - other) >= NEAR for other in peaks):
+                peaks.append(int(row))
+        return float(size[peaks[MOST_LOST]]) if len(peaks) == FEWEST_MOVES else np.inf
 
 
-def without_moving_steps(study: Sheet, sheets: Iterator[Sheet], ledger: Ledger) -> Iterator[Sheet]:
+def without_moving_steps(sheets: Iterator[Sheet], ledger: Ledger) -> Iterator[Sheet]:
     """Take back the steps of single beams in rows that are not settled.
 
     Parameters
     ----------
-    study : Sheet
-        A run's first rows, which tell what is usual.
     sheets : iterator of Sheet
-        All its rows.
+        All rows of a run, whose first tell what is usual.
     ledger : Ledger
     """
-    scales = _scales(study) if study.settled.shape[1] and study.beams.shape[1] else None
+    study, sheets = studied(sheets)
+    scales = _scales(study[0]) if study else None
+    study.clear()
     if scales is None:
         yield from sheets
         return
-    offset = np.zeros(study.beams.shape[1])
+    offset = np.zeros(len(BEAMS))
     for sheet, own in with_margins(sheets, PIECE_ROWS, MARGIN):
         offsets = np.tile(offset, (own.stop - own.start + 1, 1))  # and of the row behind
-        for step in _steps_in(sheet, own, scales):
+        for step in _steps_in(sheet, scales):
             first = step.row - own.start
+            if not own.start <= step.row - (step.part != 0.0) < own.stop:
+                continue
             offsets[first:, step.beam] += step.size
             if step.part:
                 offsets[first - 1, step.beam] += step.part
@@ -73,43 +112,60 @@ def without_moving_steps(study: Sheet, sheets: Iterator[Sheet], ledger: Ledger) 
 
 
 def _scales(study: Sheet) -> MovingScales | None:
-    """Return what is usual of the beams while the rod moves; None where it hardly does."""
-    moving = _moving(study)
-    if moving.sum() < FEWEST:
+    """Return what is usual of the beams while the rod moves; None where it hardly does, or they part by too much."""
+    if not study.settled.shape[1] or not study.beams.shape[1] or not study.q.shape[1]:
         return None
-    jump = jumps(against_others(filled(study.beams)))[: len(study)]
-    size = np.where(moving, np.abs(jump).max(axis=1), 0.0)
-    usual = TO_SIGMA * float(np.median(size[moving]))
-    peaks: list[int] = []
-    for row in np.argsort(-size):
-        if all(abs(row - other) >= NEAR for other in peaks):
-            peaks.append(int(row))
-        if len(peaks) > MOST_LOST:
-            break
-    largest = float(size[peaks[-1]]) if len(peaks) > MOST_LOST else 0.0
-    return MovingScales(usual, max(MOVE_STEP_M, STEP_SCALES * usual, MOVE_TIMES * largest))
+    moving = np.flatnonzero(_moving(study) & _whole(study))
+    if len(moving) < FEWEST:
+        return None
+    size = np.abs(jumps(against_others(filled(study.beams)))[moving]).max(axis=1)
+    usual = TO_SIGMA * float(np.median(size))
+    if doubt(usual):
+        return None
+    return MovingScales(usual, study.time[moving, 0], spans(filled(study.q)[:, 0])[moving], size)
 
 
-def _steps_in(sheet: Sheet, own: slice, scales: MovingScales) -> list[Step]:
-    """Return the steps that begin in a piece's own rows."""
+def _steps_in(sheet: Sheet, scales: MovingScales) -> list[Step]:
+    """Return the steps of a piece, its margins among it; what goes and comes back is none."""
     found: list[Step] = []
-    if len(sheet) < 2 * NEAR or doubt(scales.usual):
+    if len(sheet) < 4 * NEAR:
         return found
     apart = against_others(filled(sheet.beams))
-    jump = jumps(apart)[: len(sheet)]
-    size = np.where(_moving(sheet), np.abs(jump).max(axis=1), 0.0)
-    for row in np.flatnonzero(size > scales.limit):
+    jump, moving, reach = jumps(apart)[: len(sheet)], _moving(sheet), spans(filled(sheet.q)[:, 0])
+    size = np.where(moving & _whole(sheet), np.abs(jump).max(axis=1), 0.0)
+    for row in np.flatnonzero(size > max(MOVE_STEP_M, STEP_SCALES * scales.usual)):
         if size[row] < size[max(0, row - NEAR + 1) : row + NEAR].max():
             continue
         k = int(np.argmax(np.abs(jump[row])))
         sharp = sharpest(apart[:, k], int(row))
-        level = np.median(apart[max(0, sharp - NEAR) : sharp], axis=0)
-        steps = np.median(apart[sharp : sharp + NEAR], axis=0) - level
-        sharp, part, once = made(apart[:, k] - level[k], sharp, float(steps[k]))
-        begins = own.start <= sharp - (part != 0.0) < own.stop
-        if once and begins and _alone(steps, k) and all(abs(sharp - other.row) >= NEAR for other in found):
-            found.append(Step(sharp, k, float(steps[k]), scales.usual, at_rest=False, part=part))
-    return found
+        if not 2 * NEAR <= sharp <= len(sheet) - 2 * NEAR:
+            continue
+        near = float(sheet.time[sharp - NEAR, 0]), float(sheet.time[sharp + NEAR, 0])
+        usual = scales.largest(near, float(reach[sharp - 1 : sharp + 2].max()))
+        step = _step_at(apart, sharp, k, scales.usual)
+        if step is None or not moving[step.row] or abs(step.size) <= MOVE_TIMES * usual:
+            continue
+        if all(step.row - other.row >= NEAR for other in found):
+            found.append(step)
+    return [step for step in found if not _comes_back(step, found)]
+
+
+def _step_at(apart: FloatArray, sharp: int, k: int, usual: float) -> Step | None:
+    """Return the step of one beam at a row; None where it is not alone, takes longer than a row, or does not stay."""
+    firsts = (sharp - 2 * NEAR, sharp - NEAR, sharp, sharp + NEAR)
+    early, level, soon, later = (np.median(apart[first : first + NEAR], axis=0) for first in firsts)
+    size = float(soon[k] - level[k])
+    row, part, once = made(apart[:, k] - level[k], sharp, size)
+    stood = bool((np.abs(early - level) <= OTHERS * abs(size)).all())
+    if not once or not stood or not _alone(soon - level, size, k) or not _alone(later - level, size, k):
+        return None
+    return Step(row, k, size, usual, at_rest=False, part=part)
+
+
+def _comes_back(step: Step, found: Sequence[Step]) -> bool:
+    """Whether the same beam makes as large a step the other way: play, not a count that is lost."""
+    others = (other for other in found if other.beam == step.beam and other.size * step.size < 0.0)
+    return any(abs(abs(other.size) - abs(step.size)) <= OTHERS * abs(step.size) for other in others)
 
 
 def _moving(sheet: Sheet) -> Flags:
@@ -118,7 +174,15 @@ def _moving(sheet: Sheet) -> Flags:
     return np.asarray(~(still & np.append(True, still[:-1])))
 
 
-def _alone(step: FloatArray, k: int) -> bool:
-    """Whether both others stayed: against them a beam steps by all, and each of them by half of it the other way."""
-    others = np.delete(step, k)
-    return bool((np.abs(others + 0.5 * step[k]) <= OTHERS * abs(step[k])).all())
+def _whole(sheet: Sheet) -> Flags:
+    """Return the rows around which no beam lacks a value, and no gap is."""
+    bad = np.isnan(sheet.beams).any(axis=1) | np.isnan(sheet.q[:, 0]) | sheet.fresh[:, 0].astype(bool)
+    around = np.lib.stride_tricks.sliding_window_view(np.pad(bad, (2 * NEAR + 1, 2 * NEAR)), 4 * NEAR + 2)
+    return np.asarray(~around.any(axis=1))
+
+
+def _alone(step: FloatArray, size: float, k: int) -> bool:
+    """Whether a beam steps by a size and both others stay: against it each goes by half of that the other way."""
+    expected = np.full(len(step), -0.5 * size)
+    expected[k] = size
+    return bool((np.abs(step - expected) <= OTHERS * abs(size)).all())
