@@ -3,7 +3,8 @@
 At each step every candidate is weighed in the linearised bench; the leading ones are followed to their own best value
 with the bench simulated anew (Gauss-Newton), the noise sought again where something was named. The best is named only
 if it is probable by `PROBABILITY` against "nothing more differs", all candidates taken together as equally likely as
-nothing, and if it foretells identification runs left out of its estimate better than without.
+nothing, and if it foretells identification runs left out of its estimate better than without. What later ones made
+needless in the end, so that its interval holds the bench's own number, is not named.
 """
 
 from __future__ import annotations
@@ -110,7 +111,8 @@ class Calibration:
     first, last : Fit
         The bench as it is, and with what was named.
     steps : tuple of Step
-        Those accepted, and the one refused at the end, if any.
+        As they were taken, each beside those before it: those accepted; not accepted are the one refused at the end,
+        if any, and those that later ones made needless.
     gains : array, shape (k,)
         Log-evidence of each candidate over `last`, in the linearised bench; NaN for what is free already.
     """
@@ -178,7 +180,11 @@ def _without_needless(bench: BenchRuns, now: Fit) -> Fit:
         least = min(sure, key=lambda j: sure[j], default=None)
         if least is None or sure[least] > 1.0:
             return now
-        now = _settled(bench, followed(bench, now, tuple(j for j in now.free if j != least)))
+        logs = now.found.logs.copy()
+        if least < len(NAMES):  # a part of the air is no number of the bench
+            logs[least] = 0.0
+        kept = tuple(j for j in now.free if j != least)
+        now = _settled(bench, _fit(bench, sensitivities(bench, logs), now.noise, kept))
 
 
 def sought_noise(bench: BenchRuns, found: Sensitivities, noise: Noise) -> Noise:
