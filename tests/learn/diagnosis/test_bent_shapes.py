@@ -10,11 +10,13 @@ from typing import Any, cast
 import numpy as np
 import pytest
 
-from hexathermal.learn.diagnosis import course
+from hexathermal.learn.diagnosis import course, search
 from hexathermal.learn.diagnosis.course import LATER_PART, PROVEN, _too_faint, _two_for
 from hexathermal.learn.diagnosis.deciding import Decision
 from hexathermal.learn.diagnosis.forms import ALIKE, fullest
-from hexathermal.learn.diagnosis.rivals import SHAPE_ERROR
+from hexathermal.learn.diagnosis.ranking import Ranked
+from hexathermal.learn.diagnosis.rivals import SHAPE_ERROR, with_a_misfit
+from hexathermal.learn.diagnosis.stage import Stage
 from hexathermal.learn.diagnosis.view import View
 from hexathermal.poses import FloatArray
 from tests.learn.diagnosis.campaigns import first_name, viewed
@@ -62,6 +64,20 @@ def test_a_cube_of_the_place_has_no_name(bench: str) -> None:
     assert name.startswith("follows")
 
 
+def test_names_are_weighed_against_each_other_before_what_has_none(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A name that leads another by what it explains beside its misfit does not lead what explains more than both."""
+    view, _ = viewed("finite_volume", 2, (), 1.0)
+    stage = Stage(with_drift(view, cubic(view), 2.0))
+
+    def raised(*given: Any) -> list[Ranked]:
+        return [replace(item, value=470.0) if item.cause == "scale-error" else item for item in with_a_misfit(*given)]
+
+    monkeypatch.setattr(search, "with_a_misfit", raised)
+    best, *_others = stage.step.ranking
+    assert best.cause == "follows the displacement"
+    assert best.value > 470.0
+
+
 def test_a_drift_of_the_zero_with_rates_of_its_own_in_each_run_is_named() -> None:
     """Rates that differ by half of the common one are a drift of the zero, not a rhythm."""
     view, _ = viewed("quiet", 2, (), 1.0)
@@ -70,12 +86,14 @@ def test_a_drift_of_the_zero_with_rates_of_its_own_in_each_run_is_named() -> Non
     assert first_name(with_drift(view, drifts, 2.0)) == "zero-drift"
 
 
-def test_rates_without_a_common_one_are_no_drift_of_the_zero() -> None:
-    """Half of the runs drift up, half down: nothing is alike in all of them."""
-    view, _ = viewed("quiet", 2, (), 1.0)
-    signs = np.where(np.arange(len(view.runs)) % 2 == 0, 1.0, -1.0)
-    drifts = [sign * rows.signals.time for sign, rows in zip(signs, view.runs, strict=True)]
-    assert first_name(with_drift(view, drifts, 2.0)) != "zero-drift"
+@pytest.mark.parametrize("bench", ["quiet", "modal"])
+@pytest.mark.parametrize("common", [0.0, 0.7])
+def test_rates_of_either_sign_are_no_drift_of_the_zero(bench: str, common: float) -> None:
+    """Half of the runs drift up, half down: also where they do not cancel, what they have in common says nothing."""
+    view, _ = viewed(bench, 2, (), 1.0)
+    rates = common + np.where(np.arange(len(view.runs)) % 2 == 0, 1.0, -1.0)
+    drifts = [rate * rows.signals.time for rate, rows in zip(rates, view.runs, strict=True)]
+    assert first_name(with_drift(view, drifts, 2.0)) == "follows time (a rhythm)"
 
 
 def test_a_form_that_explains_more_leads_only_with_something_alike_in_all_runs() -> None:
