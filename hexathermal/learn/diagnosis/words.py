@@ -60,7 +60,7 @@ LONG_S = 120.0
 """Times from here on are told in minutes."""
 
 UNSURE = 2.0
-"""Amplitudes of fewer standard uncertainties tell neither size nor sign."""
+"""Amplitudes that are together fewer standard uncertainties tell neither size nor sign."""
 
 WORKSHOP: dict[str, tuple[str, float]] = {
     "1/K": ("um/m/K", 1e6),
@@ -230,7 +230,7 @@ def _sentence(
 def _doubts(found: Found, amplitudes: FloatArray, spread: FloatArray) -> str:
     """Return what a sentence adds where a size is not told from none, or another name is as likely."""
     shape, alike = found.ranked.best.trial.shape, found.decision.equivalent
-    loose = bool(shape) and len(amplitudes) > 0 and bool((np.abs(amplitudes) < UNSURE * spread).all())
+    loose = bool(shape) and len(amplitudes) > 0 and float(np.linalg.norm(amplitudes / spread)) < UNSURE
     size = "; beside the law's own coefficients neither its size nor its sign is sure" if loose else ""
     return size + (f"; as likely by these data: {', '.join(alike)}" if alike else "")
 

@@ -85,5 +85,6 @@ def test_a_sentence_tells_what_is_as_likely_and_what_is_not_sure() -> None:
 
     assert said([3.0, 0.1], [1.0, 1.0]) == ""
     assert said([0.1, 0.1], [1.0, 1.0], shape="") == ""
+    assert said([1.6, -1.7], [1.0, 1.0], shape="periodic") == ""
     assert "neither its size nor its sign is sure" in said([-1.9, 0.1], [1.0, 1.0])
     assert said([3.0], [1.0], ("hidden-heat", "creep")) == "; as likely by these data: hidden-heat, creep"
