@@ -230,7 +230,8 @@ def _sentence(
 def _doubts(found: Found, amplitudes: FloatArray, spread: FloatArray) -> str:
     """Return what a sentence adds where a size is not told from none, or another name is as likely."""
     shape, alike = found.ranked.best.trial.shape, found.decision.equivalent
-    loose = bool(shape) and len(amplitudes) > 0 and float(np.linalg.norm(amplitudes / np.maximum(spread, 1e-300))) < UNSURE
+    seen = float(np.linalg.norm(amplitudes / np.maximum(spread, 1e-300)))
+    loose = bool(shape) and len(amplitudes) > 0 and seen < UNSURE
     size = "; beside the law's own coefficients neither its size nor its sign is sure" if loose else ""
     return size + (f"; as likely by these data: {', '.join(alike)}" if alike else "")
 
