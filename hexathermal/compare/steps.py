@@ -184,7 +184,7 @@ def _without_needless(bench: BenchRuns, now: Fit) -> Fit:
         if least < len(NAMES):  # a part of the air is no number of the bench
             logs[least] = 0.0
         kept = tuple(j for j in now.free if j != least)
-        now = _settled(bench, _fit(bench, sensitivities(bench, logs), now.noise, kept))
+        now = _settled_at(bench, logs, now.noise, kept)
 
 
 def sought_noise(bench: BenchRuns, found: Sensitivities, noise: Noise) -> Noise:
@@ -275,10 +275,14 @@ def _step(bench: BenchRuns, now: Fit, gains: FloatArray) -> tuple[Step, Fit]:
 
 def _settled(bench: BenchRuns, fit: Fit) -> Fit:
     """Return a fit with all sensitivities of its own point, which follows its estimate until it stays."""
-    logs = fit.found.logs
-    named = np.array([j in fit.free for j in range(len(NAMES))])
+    return _settled_at(bench, fit.found.logs, fit.noise, fit.free)
+
+
+def _settled_at(bench: BenchRuns, logs: FloatArray, noise: Noise, free: tuple[int, ...]) -> Fit:
+    """Return `_settled` from a point on."""
+    named = np.array([j in free for j in range(len(NAMES))])
     for _k in range(SETTLINGS):
-        fit = _fit(bench, sensitivities(bench, logs), fit.noise, fit.free)
+        fit = _fit(bench, sensitivities(bench, logs), noise, free)
         move = np.where(named, fit.x[: len(NAMES)] - logs, 0.0)
         if np.abs(move).max() < 2.0 * CONVERGED:
             break

@@ -122,6 +122,11 @@ def spans(values: FloatArray) -> FloatArray:
     return np.asarray(np.ptp(windows, axis=1))
 
 
+def span_at(values: FloatArray, row: int) -> float:
+    """Return what `spans` gives at one row."""
+    return float(np.ptp(values[max(0, row - 5) : row + 5]))
+
+
 def jumps(values: FloatArray) -> FloatArray:
     """Return the median of five rows from a row on less that of the five rows before it, mirrored at the ends."""
     fives = medians_of_five(np.pad(values, ((5, 4), (0, 0)), mode="symmetric"))

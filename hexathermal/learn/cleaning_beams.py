@@ -15,7 +15,7 @@ import numpy.typing as npt
 from hexathermal.learn.campaign_columns import BEAMS
 from hexathermal.learn.cleaning_beam_scales import BeamScales, against_others, jumps, measured, resting
 from hexathermal.learn.cleaning_channels import PIECE_ROWS, near_moves
-from hexathermal.learn.cleaning_record import BEAM_STEP, NOTED, REPAIRED, ROW, BeamStep, Ledger
+from hexathermal.learn.cleaning_record import NOTED, ROW, Ledger
 from hexathermal.learn.cleaning_rules import (
     MARGIN,
     SPIKE_NOISES,
@@ -25,7 +25,7 @@ from hexathermal.learn.cleaning_rules import (
     spikes_in,
 )
 from hexathermal.learn.cleaning_sheets import Sheet, with_margins
-from hexathermal.learn.cleaning_steps import MOVE_TIMES, SMALLEST_STEP_M, STEP_RULE, steps_in
+from hexathermal.learn.cleaning_steps import MOVE_TIMES, SMALLEST_STEP_M, STEP_RULE, steps_in, taken_back
 from hexathermal.poses import FloatArray
 
 ALL_LOST_M = 50e-6
@@ -94,23 +94,9 @@ class BeamRules:
     def _without_steps(self, sheets: Iterator[Sheet]) -> Iterator[Sheet]:
         """Take back the steps of single beams."""
         for sheet, own in with_margins(sheets, PIECE_ROWS, MARGIN):
-            offsets = np.tile(self.offset, (own.stop - own.start + 1, 1))  # and of the row behind
-            for step in steps_in(sheet, own, self.scales):
-                flags = np.arange(len(sheet)) == min(step.row, own.stop - 1)
-                name, action, reason = BEAM_STEP, REPAIRED, STEP_RULE
-                if step.kept:
-                    name, action, reason = "tilt or step", NOTED, step.kept
-                else:
-                    offsets[step.row - own.start :, step.beam] += step.size
-                    if step.part:
-                        offsets[step.row - 1 - own.start, step.beam] += step.part
-                    moment = float(sheet.time[step.row, 0])
-                    back = BeamStep(BEAMS[step.beam], moment, step.size, step.error, step.at_rest)
-                    self.ledger.beam_steps.append(back)
-                self.ledger.note(name, BEAMS[step.beam], action, reason, flags[own], sheet.time[own, 0])
-            self.offset = offsets[-1].copy()
-            kept = sheet.take(own)
-            yield kept.changed(beams=kept.beams - offsets[:-1])
+            steps = steps_in(sheet, own, self.scales)
+            kept, self.offset = taken_back(sheet, own, steps, self.offset, self.ledger, STEP_RULE)
+            yield kept
 
     def _without_outliers(self, sheets: Iterator[Sheet]) -> Iterator[Sheet]:
         """Leave out spikes of the drift, and all rows behind a jump that no expansion makes."""

@@ -14,9 +14,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from hexathermal.learn.campaign_columns import BEAMS
-from hexathermal.learn.cleaning_beam_scales import FEWEST, against_others, jumps, spans
+from hexathermal.learn.cleaning_beam_scales import FEWEST, against_others, jumps, span_at, spans
 from hexathermal.learn.cleaning_channels import PIECE_ROWS, studied
-from hexathermal.learn.cleaning_record import BEAM_STEP, REPAIRED, BeamStep, Ledger
+from hexathermal.learn.cleaning_record import Ledger
 from hexathermal.learn.cleaning_rules import MARGIN, TO_SIGMA, Flags, filled
 from hexathermal.learn.cleaning_sheets import Sheet, with_margins
 from hexathermal.learn.cleaning_steps import (
@@ -30,6 +30,7 @@ from hexathermal.learn.cleaning_steps import (
     doubt,
     made,
     sharpest,
+    taken_back,
 )
 from hexathermal.poses import FloatArray
 
@@ -95,20 +96,8 @@ def without_moving_steps(sheets: Iterator[Sheet], ledger: Ledger) -> Iterator[Sh
         return
     offset = np.zeros(len(BEAMS))
     for sheet, own in with_margins(sheets, PIECE_ROWS, MARGIN):
-        offsets = np.tile(offset, (own.stop - own.start + 1, 1))  # and of the row behind
-        for step in _steps_in(sheet, scales):
-            first = step.row - own.start
-            if not own.start <= step.row - (step.part != 0.0) < own.stop:
-                continue
-            offsets[first:, step.beam] += step.size
-            if step.part:
-                offsets[first - 1, step.beam] += step.part
-            time = sheet.time[step.row]
-            ledger.beam_steps.append(BeamStep(BEAMS[step.beam], float(time[0]), step.size, step.error, step.at_rest))
-            ledger.note(BEAM_STEP, BEAMS[step.beam], REPAIRED, MOVING_RULE, np.ones(1, dtype=bool), time)
-        offset = offsets[-1].copy()
-        kept = sheet.take(own)
-        yield kept.changed(beams=kept.beams - offsets[:-1])
+        kept, offset = taken_back(sheet, own, _steps_in(sheet, own, scales), offset, ledger, MOVING_RULE)
+        yield kept
 
 
 def _scales(study: Sheet) -> MovingScales | None:
@@ -125,13 +114,13 @@ def _scales(study: Sheet) -> MovingScales | None:
     return MovingScales(usual, study.time[moving, 0], spans(filled(study.q)[:, 0])[moving], size)
 
 
-def _steps_in(sheet: Sheet, scales: MovingScales) -> list[Step]:
-    """Return the steps of a piece, its margins among it; what goes and comes back is none."""
+def _steps_in(sheet: Sheet, own: slice, scales: MovingScales) -> list[Step]:
+    """Return the steps that begin in a piece's own rows; what goes and comes back, in its margins too, is none."""
     found: list[Step] = []
     if len(sheet) < 4 * NEAR:
         return found
     apart = against_others(filled(sheet.beams))
-    jump, moving, reach = jumps(apart)[: len(sheet)], _moving(sheet), spans(filled(sheet.q)[:, 0])
+    jump, moving, q = jumps(apart)[: len(sheet)], _moving(sheet), filled(sheet.q)[:, 0]
     size = np.where(moving & _whole(sheet), np.abs(jump).max(axis=1), 0.0)
     for row in np.flatnonzero(size > max(MOVE_STEP_M, STEP_SCALES * scales.usual)):
         if size[row] < size[max(0, row - NEAR + 1) : row + NEAR].max():
@@ -140,14 +129,15 @@ def _steps_in(sheet: Sheet, scales: MovingScales) -> list[Step]:
         sharp = sharpest(apart[:, k], int(row))
         if not 2 * NEAR <= sharp <= len(sheet) - 2 * NEAR:
             continue
-        near = float(sheet.time[sharp - NEAR, 0]), float(sheet.time[sharp + NEAR, 0])
-        usual = scales.largest(near, float(reach[sharp - 1 : sharp + 2].max()))
         step = _step_at(apart, sharp, k, scales.usual)
-        if step is None or not moving[step.row] or abs(step.size) <= MOVE_TIMES * usual:
+        if step is None or not moving[step.row] or any(step.row - other.row < NEAR for other in found):
             continue
-        if all(step.row - other.row >= NEAR for other in found):
+        near = float(sheet.time[sharp - NEAR, 0]), float(sheet.time[sharp + NEAR, 0])
+        reach = max(span_at(q, at) for at in (sharp - 1, sharp, sharp + 1))
+        if abs(step.size) > MOVE_TIMES * scales.largest(near, reach):
             found.append(step)
-    return [step for step in found if not _comes_back(step, found)]
+    own_steps = (step for step in found if own.start <= step.row - (step.part != 0.0) < own.stop)
+    return [step for step in own_steps if not _comes_back(step, found)]
 
 
 def _step_at(apart: FloatArray, sharp: int, k: int, usual: float) -> Step | None:

@@ -20,7 +20,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from hexathermal.learn.cleaning_beam_scales import BeamScales, against_others, jumps, resting, spans
+from hexathermal.learn.campaign_columns import BEAMS
+from hexathermal.learn.cleaning_beam_scales import BeamScales, against_others, jumps, resting, span_at
+from hexathermal.learn.cleaning_record import BEAM_STEP, NOTED, REPAIRED, BeamStep, Ledger
 from hexathermal.learn.cleaning_rules import Flags
 from hexathermal.learn.cleaning_sheets import Sheet
 from hexathermal.poses import FloatArray
@@ -117,6 +119,41 @@ def steps_in(sheet: Sheet, own: slice, scales: BeamScales) -> list[Step]:
     return found
 
 
+def taken_back(
+    sheet: Sheet, own: slice, steps: list[Step], offset: FloatArray, ledger: Ledger, rule: str
+) -> tuple[Sheet, FloatArray]:
+    """Return a piece's own rows without the steps that begin in them, and what the rows behind are off by, (3,) [m].
+
+    Parameters
+    ----------
+    sheet : Sheet
+        With its margins.
+    own : slice
+    steps : list of Step
+        Those that are kept are only noted.
+    offset : array, shape (3,) [m]
+        By steps before.
+    ledger : Ledger
+    rule : str
+        By which steps are taken back.
+    """
+    offsets = np.tile(offset, (own.stop - own.start + 1, 1))  # and of the row behind
+    for step in steps:
+        flags = np.arange(len(sheet)) == min(step.row, own.stop - 1)
+        name, action, reason = BEAM_STEP, REPAIRED, rule
+        if step.kept:
+            name, action, reason = "tilt or step", NOTED, step.kept
+        else:
+            offsets[step.row - own.start :, step.beam] += step.size
+            if step.part:
+                offsets[step.row - 1 - own.start, step.beam] += step.part
+            moment = float(sheet.time[step.row, 0])
+            ledger.beam_steps.append(BeamStep(BEAMS[step.beam], moment, step.size, step.error, step.at_rest))
+        ledger.note(name, BEAMS[step.beam], action, reason, flags[own], sheet.time[own, 0])
+    kept = sheet.take(own)
+    return kept.changed(beams=kept.beams - offsets[:-1]), offsets[-1].copy()
+
+
 def made(level: FloatArray, sharp: int, size: float) -> tuple[int, float, bool]:
     """Return the first row that has the whole of a step, what the row before has of it, and whether that is all."""
     whole = ONE_ROW * abs(size)
@@ -162,7 +199,7 @@ def _alone(sheet: Sheet, k: int, before: slice, behind: slice, size: float, nois
 def _at_movement(sheet: Sheet, sharp: int, size: float, k: int, scales: BeamScales) -> tuple[str, float]:
     """Return why a step at a movement is not taken back, nothing where it is, and what beams part by there [m]."""
     tilts, time = scales.tilts, sheet.time[:, 0]
-    reach, lasted = (spans(values)[sharp] for values in (sheet.q[:, 0], time))
+    reach, lasted = (span_at(values, sharp) for values in (sheet.q[:, 0], time))
     near = (tilts.time >= time[max(0, sharp - 6)]) & (tilts.time <= time[min(len(time) - 1, sharp + 6)])
     others = tilts.size[~near & (tilts.reach >= ALIKE * reach) & (tilts.lasted >= ALIKE * lasted)]
     if len(others) < FEWEST_MOVES:

@@ -220,7 +220,8 @@ def square(signals: LegSignals, parameters: Mapping[str, Any], memory: Memory) -
 
 def cube(signals: LegSignals, parameters: Mapping[str, Any], memory: Memory) -> FloatArray:
     """Return ``(q0 + ratio q) dT^3``: expansion whose slope changes alike above and below the zero [m K^3]."""
-    return np.asarray(signals.span(parameters["ratio"]) * signals.temperature(parameters["sensor"]) ** 3)
+    rise = signals.temperature(parameters["sensor"])
+    return np.asarray(signals.span(parameters["ratio"]) * (rise * rise * rise))  # a power is not odd to the last bit
 
 
 def bend(signals: LegSignals, parameters: Mapping[str, Any], memory: Memory) -> FloatArray:

@@ -14,14 +14,18 @@ from .campaign_folders import Table, cleaned
 SWEEP = slice(300, 400)
 
 
+def led(table: Table, rows: slice, place: np.ndarray) -> None:
+    """Lead the rod to other places [mm] in some rows; the beams go with it."""
+    moved = place - table["q_mm"][rows]
+    table["q_mm"][rows] = place
+    for k in (1, 2, 3):
+        table[f"beam{k}_mm"][rows] += moved
+
+
 def swept(table: Table) -> None:
     """Let the rod go to and fro for half an hour, as a warming up does."""
-    place = 5.0 + np.abs((12.0 * np.arange(100)) % 440.0 - 220.0)
-    moved = place - table["q_mm"][SWEEP]
-    table["q_mm"][SWEEP] = place
+    led(table, SWEEP, 5.0 + np.abs((12.0 * np.arange(100)) % 440.0 - 220.0))
     table["settled"][SWEEP] = 0.0
-    for k in (1, 2, 3):
-        table[f"beam{k}_mm"][SWEEP] += moved
 
 
 def turned(table: Table) -> np.ndarray:
@@ -197,10 +201,8 @@ def test_play_that_tilts_at_few_reversals_is_never_taken_back(tmp_path: Path, st
     def edit(table: Table) -> None:
         rows = np.arange(100)
         place = 5.0 + 200.0 * np.abs((strokes * rows / 100.0 + 1.0) % 2.0 - 1.0)
-        moved = place - table["q_mm"][SWEEP]
-        table["q_mm"][SWEEP], table["settled"][SWEEP] = place, 0.0
-        for k in (1, 2, 3):
-            table[f"beam{k}_mm"][SWEEP] += moved
+        led(table, SWEEP, place)
+        table["settled"][SWEEP] = 0.0
         way = np.sign(np.diff(place, prepend=place[0]))
         way[0] = way[1]
         table["beam1_mm"][SWEEP] += 3e-3 * (way > 0.0)
@@ -214,11 +216,7 @@ def test_tilt_over_the_one_long_move_is_never_taken_back(tmp_path: Path) -> None
     """Stairs of 10 mm, and once back by 160 mm: tilt goes with the place, and no other move goes as far."""
 
     def edit(table: Table) -> None:
-        moved = -table["q_mm"]
-        table["q_mm"] = 5.0 + 10.0 * ((np.arange(600) // 25) % 17).astype(float)
-        moved += table["q_mm"]
-        for k in (1, 2, 3):
-            table[f"beam{k}_mm"] += moved
+        led(table, slice(None), 5.0 + 10.0 * ((np.arange(600) // 25) % 17).astype(float))
         table["beam1_mm"] += 3e-3 * (table["q_mm"] - table["q_mm"][0]) / 160.0
 
     _block, record = cleaned(tmp_path, edit)

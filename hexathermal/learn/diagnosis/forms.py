@@ -30,7 +30,7 @@ def fullest(forms: list[Ranked]) -> Ranked:
     surest, whole = max(forms, key=lambda item: item.gated), max(forms, key=lambda item: item.value)
     if whole.value <= surest.value or whole.gated < ALIKE:
         return surest
-    trial = replace(whole.best.trial, doubt=max(whole.value - surest.gated, 0.0))
+    trial = replace(whole.best.trial, doubt=whole.value - surest.gated)
     return replace(whole, best=replace(whole.best, trial=trial))
 
 
