@@ -27,6 +27,7 @@ from rich.progress import BarColumn, Progress, TaskProgressColumn, TextColumn, T
 import hexathermal
 from hexathermal.errors import (
     ArgumentError,
+    DataError,
     FileFormatError,
     HexathermalError,
     KinematicsError,
@@ -108,7 +109,7 @@ def _explain(error: Exception) -> int:
         return USAGE
     if isinstance(error, HexathermalError):
         _say(f"error: {in_millimetres(str(error))}")
-        if isinstance(error, FileFormatError | TemperatureError):
+        if isinstance(error, FileFormatError | TemperatureError | DataError):
             return BAD_INPUT
         return UNREACHABLE if isinstance(error, KinematicsError) else USAGE
     if isinstance(error, OSError):

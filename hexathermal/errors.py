@@ -16,6 +16,10 @@ class ArgumentError(HexathermalError, ValueError):
     """An argument has the wrong shape, type, unit or value."""
 
 
+class DataError(ArgumentError):
+    """Measured data do not suffice for what is asked of them: too few rows, no values, nothing that changes."""
+
+
 class UnknownNameError(HexathermalError, ValueError):
     """A name is not known; `available` lists those that are."""
 

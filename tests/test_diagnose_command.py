@@ -116,8 +116,8 @@ def test_wrong_usage_is_said_in_one_message(
 
 
 def test_too_little_data_is_answered_as_such(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    """A part measured for a few hours: the message says what there is and what it needs."""
-    assert main(["diagnose", str(component_campaign(tmp_path / "short")), "--sensors", "T1"]) == 2
+    """A part measured for a few hours: the message says what there is and what it needs; bad input, exit code 3."""
+    assert main(["diagnose", str(component_campaign(tmp_path / "short")), "--sensors", "T1"]) == 3
     shown = capsys.readouterr()
     assert "too little data" in shown.err
     assert not shown.out

@@ -22,7 +22,7 @@ from hexathermal.compare.noise import Noise
 from hexathermal.compare.placing import Placed, placed
 from hexathermal.compare.scores import ChannelScore, ComparedRun, channel_scores, compared_run
 from hexathermal.compare.steps import MOST_NAMED, calibrated
-from hexathermal.errors import ArgumentError
+from hexathermal.errors import DataError
 from hexathermal.learn.campaign import Campaign
 from hexathermal.learn.campaign_files import load_campaign
 from hexathermal.learn.copied_runs import without_copies
@@ -108,8 +108,10 @@ def compare_campaign(
     Raises
     ------
     ArgumentError
-        The campaign is of another kind, without positions or room, has fewer than `FEWEST_RUNS` runs for identification
-        that can be compared, or nothing changes in them.
+        The campaign is of another kind.
+    DataError
+        It has no positions or room, fewer than `FEWEST_RUNS` runs for identification that can be compared, or nothing
+        changes in them.
     CampaignError
         A file is at fault.
     """
@@ -159,11 +161,11 @@ def _measured(campaign: Campaign, where: Placed, tell: Progress) -> tuple[list[M
     return runs, skipped
 
 
-def _too_few(campaign: Campaign, count: int, skipped: Mapping[str, str]) -> ArgumentError:
+def _too_few(campaign: Campaign, count: int, skipped: Mapping[str, str]) -> DataError:
     """Return the error of a campaign with too few runs that the bench can be fitted to, its reasons one a line."""
     reasons = [skipped[run.name] for run in campaign.runs_of("identification") if run.name in skipped]
     if not reasons and not count:
-        return ArgumentError(f"{campaign.folder} has no run for identification; give a run role = 'identification'")
+        return DataError(f"{campaign.folder} has no run for identification; give a run role = 'identification'")
     first = f"{campaign.folder}: no run for identification can be compared"
     if count:
         first = (
@@ -171,7 +173,7 @@ def _too_few(campaign: Campaign, count: int, skipped: Mapping[str, str]) -> Argu
             f"needs {FEWEST_RUNS}, for a number is named only where a run left out is foretold better: measure "
             "more runs"
         )
-    return ArgumentError("\n  ".join([first, *reasons]))
+    return DataError("\n  ".join([first, *reasons]))
 
 
 def _refuse_unchanged(campaign: Campaign, runs: list[MeasuredRun]) -> None:
@@ -181,9 +183,9 @@ def _refuse_unchanged(campaign: Campaign, runs: list[MeasuredRun]) -> None:
         raise _unchanged(campaign, "no thermocouple changes in any run for identification")
 
 
-def _unchanged(campaign: Campaign, what: str) -> ArgumentError:
+def _unchanged(campaign: Campaign, what: str) -> DataError:
     """Return the error of a campaign in which too little happens."""
-    return ArgumentError(f"{campaign.folder}: {what}: do the temperatures, the drift or q change at all?")
+    return DataError(f"{campaign.folder}: {what}: do the temperatures, the drift or q change at all?")
 
 
 def _worse(scores: Sequence[ChannelScore], role: str) -> list[str]:

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from hexathermal.errors import ArgumentError
+from hexathermal.errors import DataError
 from hexathermal.learn.campaign import Block, Campaign, RunFile, joined
 from hexathermal.learn.campaign_dataset import read_run
 from hexathermal.learn.cleaning import usable_blocks
@@ -140,7 +140,7 @@ def measured_run(campaign: Campaign, run: RunFile, sensors: tuple[int, ...]) -> 
 
     Raises
     ------
-    ArgumentError
+    DataError
         The room's temperature is not recorded.
     CampaignError
         The table is at fault.
@@ -181,7 +181,7 @@ def _course(campaign: Campaign, run: RunFile) -> tuple[FloatArray, FloatArray, F
     """Return time since the first row, displacement and air temperature of all rows that have them."""
     data = read_run(campaign, run)
     if "air_temperature" not in data:
-        raise ArgumentError(
+        raise DataError(
             f"run {run.name} of {campaign.file} has no column air_temperature_degC: the bench cannot be driven by a "
             "room that is not known"
         )

@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from hexathermal.errors import ArgumentError
+from hexathermal.errors import ArgumentError, DataError
 from hexathermal.learn.campaign import Campaign
 from hexathermal.simulate.bench.leg import VirtualLeg
 
@@ -52,7 +52,9 @@ def placed(campaign: Campaign, leg: VirtualLeg | None = None) -> Placed:
     Raises
     ------
     ArgumentError
-        The campaign is of another kind, states no positions, or its leg cannot be built.
+        The campaign is of another kind, or its leg cannot be built.
+    DataError
+        It states no positions.
     """
     if campaign.kind != "leg" or campaign.leg is None:
         why = {"component": "a part without a rod: the bench has no model of its heat and of its shape",
@@ -63,7 +65,7 @@ def placed(campaign: Campaign, leg: VirtualLeg | None = None) -> Placed:
         )
     known = [item for item in campaign.thermocouples if item.part in PARTS and item.position is not None]
     if not known:
-        raise ArgumentError(
+        raise DataError(
             f'no thermocouple of {campaign.file} states both part = "body" or "rod" and position_mm: without a '
             "place there is nothing to simulate; add them under [[thermocouples]]"
         )
@@ -78,7 +80,7 @@ def placed(campaign: Campaign, leg: VirtualLeg | None = None) -> Placed:
             sensors.append(k)
             places.append((item.part, float(item.position or 0.0)))
     if not sensors:
-        raise ArgumentError(f"no thermocouple can be placed on the leg: {'; '.join(notes)}")
+        raise DataError(f"no thermocouple can be placed on the leg: {'; '.join(notes)}")
     return Placed(built, tuple(sensors), tuple(places), tuple(notes))
 
 

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from hexathermal.errors import ArgumentError
+from hexathermal.errors import ArgumentError, DataError
 from hexathermal.learn.campaign import Campaign, RunFile
 from hexathermal.learn.campaign_columns import Column
 from hexathermal.learn.campaign_streams import RunTable
@@ -72,7 +72,7 @@ def read_run(campaign: Campaign, run: RunFile | str) -> xr.Dataset:
     table = RunTable(campaign, chosen)
     parts = list(table)
     if not parts:
-        raise ArgumentError(f"run {chosen.name!r} has no rows")
+        raise DataError(f"run {chosen.name!r} has no rows")
     numbers = np.concatenate([part.numbers for part in parts])
     data = xr.Dataset(attrs=_attributes(campaign, chosen, table.others))
     for part, (name, dimension, words) in GROUPED.items():

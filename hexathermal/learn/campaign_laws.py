@@ -12,7 +12,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from hexathermal.errors import ArgumentError
+from hexathermal.errors import ArgumentError, DataError
 from hexathermal.learn.campaign import Block, Campaign
 from hexathermal.learn.campaign_dataset import fingerprint, table_digest
 from hexathermal.learn.check_remarks import of_fahrenheit, of_stroke
@@ -128,7 +128,7 @@ def _refuse_no_law(campaign: Campaign) -> None:
             "its legs one by one on a bench"
         )
     if not campaign.sensors:
-        raise ArgumentError("the campaign has no thermocouples, so there is nothing that a law could read")
+        raise DataError("the campaign has no thermocouples, so there is nothing that a law could read")
 
 
 def identify_campaign(
@@ -160,7 +160,9 @@ def identify_campaign(
     Raises
     ------
     ArgumentError
-        The campaign is of kind ``"hexapod"`` or has no thermocouples; otherwise as `identify`.
+        The campaign is of kind ``"hexapod"``; otherwise as `identify`.
+    DataError
+        The campaign has no thermocouples; otherwise as `identify`.
     UnknownNameError
         No such sensor or material.
     CampaignError

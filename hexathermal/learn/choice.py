@@ -13,7 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from hexathermal.errors import ArgumentError
+from hexathermal.errors import DataError
 from hexathermal.learn.gram import Grams
 from hexathermal.learn.selection import RankedSets, SetFits, fit_sets, sets_of
 from hexathermal.poses import FloatArray
@@ -89,7 +89,7 @@ def _decide(single: FloatArray, double: FloatArray, rows: npt.NDArray[np.int64])
     part = rows / rows.sum()
     one, two = part @ single, part @ double
     if not np.isfinite(one).any():
-        raise ArgumentError(
+        raise DataError(
             "no sensor's law can be judged on runs left out: in all runs but one the temperatures hardly leave their "
             "zero, or q does not; record longer runs with moves"
         )

@@ -14,7 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from hexathermal.errors import ArgumentError, HexathermalError, Problem, UnknownNameError
+from hexathermal.errors import ArgumentError, DataError, HexathermalError, Problem, UnknownNameError
 from hexathermal.learn.campaign import AIR_COLUMN, Block, Campaign, RunFile, joined
 from hexathermal.learn.campaign_columns import AIR
 from hexathermal.learn.campaign_faults import CampaignError, Faults
@@ -233,7 +233,7 @@ class UsableBlocks(Iterator[Block]):
         """Refuse a run whose beams count from its own first row in a campaign whose runs count from the first run."""
         start = float(measured(sheet)[0]) - zero.drift
         if sheet.beams.shape[1] and abs(start) > LARGEST_START_M:
-            raise ArgumentError(
+            raise DataError(
                 f"run {self.run.name!r} begins {start * 1e3:.3f} mm off the first row of the campaign: its beams count "
                 'from its own first row; write zero = "run" in campaign.toml'
             )
@@ -372,7 +372,9 @@ def usable_blocks(
     Raises
     ------
     ArgumentError
-        The campaign is of kind ``"hexapod"``, or no weather is there to correct the beams by.
+        The campaign is of kind ``"hexapod"``.
+    DataError
+        No weather is there to correct the beams by.
     CampaignError
         The table is at fault, or cleaning left less than `least` of the run; all such runs of its role are listed.
     """

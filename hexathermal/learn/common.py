@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from hexathermal.errors import ArgumentError
+from hexathermal.errors import ArgumentError, DataError
 from hexathermal.learn.gram import Grams
 from hexathermal.poses import FloatArray
 
@@ -85,7 +85,9 @@ def fit_common(legs: Mapping[str, Grams], sensors: Sequence[str]) -> CommonLaw:
     Raises
     ------
     ArgumentError
-        Fewer legs or runs than needed, or a sensor is missing.
+        Fewer legs than needed.
+    DataError
+        Fewer runs than needed, or a sensor is missing.
     """
     if len(legs) < 2:
         raise ArgumentError(f"a common law needs at least two legs, found {len(legs)}")
@@ -132,9 +134,9 @@ def _reduced(name: str, grams: Grams, sensors: Sequence[str]) -> tuple[FloatArra
     """Return the Gram matrices of ``q0 dT_s, q dT_s`` and the drift for the law's sensors, and the runs' rows."""
     missing = [sensor for sensor in sensors if sensor not in grams.columns.sensors or sensor in grams.left_out]
     if missing:
-        raise ArgumentError(f"leg {name} has no usable sensor {missing[0]!r}, which the common law needs")
+        raise DataError(f"leg {name} has no usable sensor {missing[0]!r}, which the common law needs")
     if len(grams.runs) < 2:
-        raise ArgumentError(f"leg {name} has one run; at least two are needed to judge on runs left out")
+        raise DataError(f"leg {name} has one run; at least two are needed to judge on runs left out")
     which = grams.columns.of([grams.columns.sensors.index(sensor) for sensor in sensors])
     which = np.append(which, grams.columns.count)
     G = grams.matrices[:, which[:, None], which[None, :]]
@@ -148,10 +150,10 @@ def _solved(G: FloatArray) -> FloatArray:
     """Return the least-squares coefficients."""
     inner, size = G[:-1, :-1], np.sqrt(np.diagonal(G)[:-1])
     if not size.all():
-        raise ArgumentError("a sensor of the law never leaves its zero in some leg: its coefficient cannot be told")
+        raise DataError("a sensor of the law never leaves its zero in some leg: its coefficient cannot be told")
     scaled = inner / np.outer(size, size)
     if np.linalg.cond(scaled) > 1e13:
-        raise ArgumentError("the sensors' columns depend on each other in some leg: choose fewer sensors")
+        raise DataError("the sensors' columns depend on each other in some leg: choose fewer sensors")
     return np.asarray(np.linalg.solve(scaled, G[:-1, -1] / size) / size)
 
 

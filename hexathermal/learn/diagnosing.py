@@ -77,7 +77,9 @@ def diagnose(
     Raises
     ------
     ArgumentError
-        An argument belongs to the other kind of campaign, or there is too little data.
+        An argument belongs to the other kind of campaign.
+    DataError
+        There is too little data, or the law's sensors have no values.
     ThermalModelError
         A machine has no thermal law.
     CampaignError

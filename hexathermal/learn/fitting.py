@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from hexathermal.errors import ArgumentError
+from hexathermal.errors import DataError
 from hexathermal.learn.noise import (
     NormalEquations,
     ResidualNoise,
@@ -95,7 +95,7 @@ def fit_law(windows: WindowSet, sensors: Sequence[int], errors: SensorErrors) ->
 
     Raises
     ------
-    ArgumentError
+    DataError
         There are fewer windows than needed, or their columns depend on each other.
     """
     columns, runs = windows.columns, windows.runs
@@ -180,27 +180,27 @@ def _enough(X: Sequence[FloatArray], windows: WindowSet) -> None:
     stacked = np.concatenate(X)
     p = stacked.shape[1]
     if len(stacked) < p + 3:
-        raise ArgumentError(
+        raise DataError(
             f"{len(stacked)} windows of rest cannot determine {p} coefficients and their uncertainty; "
             f"at least {p + 3} are needed: record longer, or choose fewer sensors"
         )
     size = np.sqrt((stacked**2).sum(axis=0))
     if not size.all():
         which = " and ".join(str(k + 1) for k in np.flatnonzero(size == 0.0))
-        raise ArgumentError(
+        raise DataError(
             f"column {which} of the law's {p} is zero in every window of rest: the temperature of that sensor never "
             "leaves its zero, or q does not; its coefficient cannot be told"
         )
     sizes = np.linalg.svd(stacked / size, compute_uv=False)
     if sizes[-1] < 1e-9 * sizes[0]:
-        raise ArgumentError(
+        raise DataError(
             "the chosen sensors' columns depend on each other: their coefficients cannot be told apart; choose fewer "
             "sensors, or record a campaign in which q and the temperatures change independently"
         )
     for k, own in enumerate(X):
         others = [item for other, item in enumerate(X) if other != k]
         if others and np.linalg.matrix_rank(np.concatenate(others) / size, tol=1e-9 * float(sizes[0])) < p:
-            raise ArgumentError(
+            raise DataError(
                 f"one run alone, of {len(own)} windows of rest, tells the law's {p} coefficients: in all others the "
                 "temperatures hardly leave their zero, or q does not, so that nothing can be judged on runs left out; "
                 "record longer runs with moves, or choose fewer sensors"

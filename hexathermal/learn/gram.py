@@ -16,7 +16,7 @@ from typing import TypeAlias
 import numpy as np
 import numpy.typing as npt
 
-from hexathermal.errors import ArgumentError
+from hexathermal.errors import ArgumentError, DataError
 from hexathermal.learn.campaign import Block, LegDimensions
 from hexathermal.poses import FloatArray
 
@@ -164,7 +164,9 @@ def gather(rows: Iterable[Block], columns: Columns, progress: Callable[[int], No
     Raises
     ------
     ArgumentError
-        A block has other sensors or no displacement, a value is infinite, or no row is left.
+        A block has other sensors.
+    DataError
+        A block has no displacement, a value is infinite, or no row is left.
     """
     runs: dict[str, _RunSum] = {}
     size = columns.count + 1
@@ -179,7 +181,7 @@ def gather(rows: Iterable[Block], columns: Columns, progress: Callable[[int], No
         if progress is not None:
             progress(done)
     if not runs:
-        raise ArgumentError("there are no rows to learn from: no run for identification has a usable row")
+        raise DataError("there are no rows to learn from: no run for identification has a usable row")
     return _chosen(runs, columns)
 
 
@@ -190,7 +192,7 @@ def _checked(block: Block, columns: Columns) -> None:
             f"rows of run {block.run.name} have shape {block.dT.shape}; expected {len(columns.sensors)} sensors"
         )
     if columns.stroke and block.q is None:
-        raise ArgumentError(f"run {block.run.name} has no displacement q (column q_mm), which a leg's law needs")
+        raise DataError(f"run {block.run.name} has no displacement q (column q_mm), which a leg's law needs")
 
 
 def _add_chunk(run: _RunSum, block: Block, part: slice, columns: Columns, buffer: FloatArray) -> None:
@@ -207,7 +209,7 @@ def _add_chunk(run: _RunSum, block: Block, part: slice, columns: Columns, buffer
         run.add(bytes(s), gram, len(Z))
         return
     if np.isinf(Z).any():
-        raise ArgumentError(f"run {block.run.name} holds an infinite value at {block.time[part][0]:g} s or soon after")
+        raise DataError(f"run {block.run.name} holds an infinite value at {block.time[part][0]:g} s or soon after")
     good = np.isfinite(Z[:, -1]) & (np.isfinite(block.q[part]) if columns.stroke and block.q is not None else True)
     run.lost += int((~good).sum())
     Z = Z[good]
@@ -248,10 +250,10 @@ def _chosen(runs: dict[str, _RunSum], columns: Columns) -> Grams:
     lacking_in = {columns.sensors[k]: worst_run[k] for k in np.flatnonzero(out)}
     if len(left_out) == s:
         worst = ", ".join(f"{name} {100.0 * part:.0f} % in {lacking_in[name]}" for name, part in left_out.items())
-        raise ArgumentError(f"every sensor lacks more than {100.0 * MOST_MISSING:g} % of a run's rows: {worst}")
+        raise DataError(f"every sensor lacks more than {100.0 * MOST_MISSING:g} % of a run's rows: {worst}")
     empty = [name for name, n in zip(runs, counts, strict=True) if not n]
     if empty:
-        raise ArgumentError(
+        raise DataError(
             f"run{'s' if len(empty) > 1 else ''} {', '.join(empty)} hold{'' if len(empty) > 1 else 's'} no row in "
             "which all compared sensors have a value; give another role, or leave the run out of campaign.toml"
         )

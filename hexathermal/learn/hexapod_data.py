@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import numpy.typing as npt
 
-from hexathermal.errors import ArgumentError, FileFormatError, HexathermalError, UnknownNameError
+from hexathermal.errors import ArgumentError, DataError, UnknownNameError
 from hexathermal.learn.campaign import Campaign, RunFile
 from hexathermal.learn.campaign_dataset import read_run
 from hexathermal.learn.cleaning_rules import CODE_RULE, codes_in
@@ -31,17 +31,6 @@ if TYPE_CHECKING:
 AXES = ("x", "y", "z", "rx", "ry", "rz")
 PLATES = ("platform", "base")
 AIR = "air_temperature"
-
-
-class UnusableRowsError(FileFormatError, ArgumentError):
-    """Rows of a campaign that cannot tell what is asked of them: the data are at fault, not the call."""
-
-    def __init__(self, message: str) -> None:
-        HexathermalError.__init__(self, message)
-        self.path, self.problems = "", ()
-
-    def __reduce__(self) -> tuple[object, ...]:
-        return (UnusableRowsError, (str(self),))
 
 
 @dataclass(frozen=True, eq=False)
@@ -167,7 +156,7 @@ def hexapod_rows(
     ------
     ArgumentError
         The campaign is of another kind, or has no run of the role.
-    UnusableRowsError
+    DataError
         The campaign has no thermometer that all legs share, or no usable row.
     UnknownNameError
         A leg lacks one of the sensors; `available` lists those recorded.
@@ -183,7 +172,7 @@ def hexapod_rows(
     marks = RowFingerprints()
     runs = campaign.runs_of(role)
     if not runs:
-        raise ArgumentError(f"there is no {role} run in the campaign: give a run role = {role!r} in campaign.toml")
+        raise DataError(f"there is no {role} run in the campaign: give a run role = {role!r} in campaign.toml")
     first = None
     if campaign.zero == "campaign":
         first = _zero(_table(campaign, campaign.runs[0], names, plates, machine, {}, RowFingerprints()))
@@ -195,7 +184,7 @@ def hexapod_rows(
         table |= {"run": np.full(len(table["time"]), k), "zero": zero[0], "plates_zero": zero[1], "air_zero": zero[2]}
         found.append(table)
     if not found:
-        raise UnusableRowsError(f"{campaign.file}: no row of the {role} runs can be used: {_said(left_out)}")
+        raise DataError(f"{campaign.file}: no row of the {role} runs can be used: {_said(left_out)}")
     whole = {name: np.concatenate([table[name] for table in found]) for name in ("run", "time", "six", "seen", "q")}
     heat, plate, air = (np.concatenate([table[name] - table[zero] for table in found]) for name, zero in
                         (("heat", "zero"), ("plates", "plates_zero"), ("air", "air_zero")))  # fmt: skip
@@ -231,7 +220,7 @@ def leg_sensors(campaign: Campaign, wanted: Sequence[str] | None = None) -> tupl
                 )
         return tuple(wanted)
     if not common:
-        raise UnusableRowsError(
+        raise DataError(
             f"{campaign.file}: no thermometer is on all six legs: a law needs columns as leg1_T1_degC to leg6_T1_degC; "
             f"the tables have {', '.join(campaign.sensors) or 'none'}"
         )
@@ -334,7 +323,5 @@ def _zero(table: dict[str, Any]) -> tuple[FloatArray, FloatArray, float]:
     """
     first: tuple[FloatArray, FloatArray, float] | None = table["first"]
     if first is None:
-        raise UnusableRowsError(
-            "the run that temperatures count from has no row with all of them; set zero in campaign.toml"
-        )
+        raise DataError("the run that temperatures count from has no row with all of them; set zero in campaign.toml")
     return first

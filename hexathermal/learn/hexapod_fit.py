@@ -18,7 +18,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from hexathermal.learn.hexapod_data import UnusableRowsError
+from hexathermal.errors import DataError
 from hexathermal.learn.hexapod_model import HexapodEquations, RunEquations
 from hexathermal.poses import FloatArray
 
@@ -150,7 +150,7 @@ def solved(model: HexapodModel, S: FloatArray, z: FloatArray) -> tuple[FloatArra
 
     Raises
     ------
-    UnusableRowsError
+    DataError
         A coefficient has no effect in these rows, or coefficients cannot be told apart; names them.
     """
     C = model.C
@@ -160,7 +160,7 @@ def solved(model: HexapodModel, S: FloatArray, z: FloatArray) -> tuple[FloatArra
     size = np.sqrt(np.diagonal(M))
     if not (size > 0.0).all():
         names = ", ".join(word for word, one in zip(model.words, size, strict=True) if not one > 0.0)
-        raise UnusableRowsError(
+        raise DataError(
             f"{names}: nothing in these rows depends on it, its temperature never leaves its zero; leave the sensor "
             "out, or take plates from the machine (--plates known, or none)"
         )
@@ -168,7 +168,7 @@ def solved(model: HexapodModel, S: FloatArray, z: FloatArray) -> tuple[FloatArra
     values, vectors = np.linalg.eigh(scaled)
     if values[0] * LARGEST_CONDITION < values[-1]:
         weak = np.argsort(-np.abs(vectors[:, 0]))[:4]
-        raise UnusableRowsError(
+        raise DataError(
             f"these rows cannot tell {', '.join(model.words[j] for j in weak)} apart; measure more different poses and "
             "temperatures (--propose), choose fewer sensors, or take plates from the machine (--plates known)"
         )
@@ -193,7 +193,7 @@ def fit_model(equations: HexapodEquations, model: HexapodModel) -> HexapodFit:
 
     Raises
     ------
-    UnusableRowsError
+    DataError
         As `solved`.
     """
     S, z, R = equations.S, equations.z, len(equations.runs)
@@ -228,5 +228,5 @@ def _without(
         return None
     try:
         return solved(model, S - run.S, z - run.z)[0]
-    except UnusableRowsError:
+    except DataError:
         return None

@@ -12,9 +12,9 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from hexathermal.errors import ArgumentError
+from hexathermal.errors import ArgumentError, DataError
 from hexathermal.learn.choice import decided
-from hexathermal.learn.hexapod_data import PLATES, HexapodRows, UnusableRowsError
+from hexathermal.learn.hexapod_data import PLATES, HexapodRows
 from hexathermal.learn.hexapod_fit import HexapodFit
 from hexathermal.learn.hexapod_model import HexapodEquations, pose_residuals
 from hexathermal.learn.hexapod_noise import Kinds, frames_of, leg_and_plate, settled
@@ -176,7 +176,7 @@ def identify_hexapod(
         thermometer that is not chosen.
     UnknownNameError
         The machine's measuring frame follows a temperature that is not recorded.
-    UnusableRowsError
+    DataError
         Too few rows, or coefficients that these rows cannot tell apart.
     """
     if plates not in PLATES_CHOICES:
@@ -189,7 +189,7 @@ def identify_hexapod(
     for name in ("common", "leg-specific"):
         try:
             fits[name] = kinds.fit(equations, name)
-        except UnusableRowsError as error:
+        except DataError as error:
             if not fits:
                 raise
             notes.append(f"no {name} law: {error}")
@@ -211,7 +211,7 @@ def _told_by(rows: HexapodRows, sensors: Sequence[str] | None) -> tuple[str, ...
     refuse_unread_terms(rows.hexapod, chosen)
     need = 12 * len(chosen) + 8
     if len(rows) * 6 < 2 * need:
-        raise UnusableRowsError(f"{len(rows)} poses cannot tell {need} unknowns; at least {need // 3 + 1} are needed")
+        raise DataError(f"{len(rows)} poses cannot tell {need} unknowns; at least {need // 3 + 1} are needed")
     return chosen
 
 
@@ -284,7 +284,7 @@ def _stated_plates(equations: HexapodEquations, kinds: Kinds) -> list[str]:
         fit = replace(kinds, plates=(None if kinds.plates[0] else 0.0, None if kinds.plates[1] else 0.0)).widest(
             equations
         )
-    except UnusableRowsError:
+    except DataError:
         return []
     notes = []
     for part, stated in zip(("platform", "base"), kinds.plates, strict=True):

@@ -11,8 +11,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from hexathermal.errors import DataError
 from hexathermal.kinematics.jacobian import jacobian
-from hexathermal.learn.hexapod_data import AXES, HexapodRows, UnusableRowsError
+from hexathermal.learn.hexapod_data import AXES, HexapodRows
 from hexathermal.learn.hexapod_fit import HexapodFit, fit_model, model_of
 from hexathermal.learn.hexapod_model import HexapodEquations, hexapod_equations, pose_residuals, used
 from hexathermal.poses import FloatArray
@@ -52,7 +53,7 @@ class Kinds:
         """Return the leg-specific fit, or the common one where rows cannot tell the legs apart."""
         try:
             return self.fit(equations, "leg-specific")
-        except UnusableRowsError:
+        except DataError:
             return self.fit(equations, "common")
 
 
@@ -138,7 +139,7 @@ def without_misses(rows: HexapodRows) -> tuple[HexapodRows, str]:
         return rows, f"{len(rows)} poses are too few to tell misses of the positioning system: none was looked for"
     try:
         return settled(rows, kinds, None, rounds=JUDGED)[0], ""
-    except UnusableRowsError:
+    except DataError:
         return (
             rows,
             "misses of the positioning system cannot be told, for temperatures hardly change: none was looked for",

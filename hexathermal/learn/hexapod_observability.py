@@ -12,7 +12,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from hexathermal.learn.hexapod_data import UnusableRowsError
+from hexathermal.errors import DataError
 from hexathermal.learn.hexapod_fit import HexapodModel, without_frame
 from hexathermal.poses import FloatArray
 
@@ -131,7 +131,7 @@ def observability(information: FloatArray, model: HexapodModel) -> Observability
 
     Raises
     ------
-    UnusableRowsError
+    DataError
         The rows depend on no coefficient.
 
     Examples
@@ -152,7 +152,7 @@ def observability(information: FloatArray, model: HexapodModel) -> Observability
     size = np.sqrt(np.maximum(np.diagonal(M), 0.0))
     live = np.flatnonzero(size > 0.0)
     if not live.size:
-        raise UnusableRowsError("no temperature of legs and plates leaves its zero: nothing tells of any law")
+        raise DataError("no temperature of legs and plates leaves its zero: nothing tells of any law")
     scaled = M[np.ix_(live, live)] / np.outer(size[live], size[live])
     values, vectors = np.linalg.eigh(scaled)
     order = np.argsort(-values)

@@ -11,7 +11,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from hexathermal.errors import ArgumentError, UnknownNameError
+from hexathermal.errors import ArgumentError, DataError, UnknownNameError
 from hexathermal.learn.campaign import LegDimensions
 from hexathermal.learn.choice import Choice, choose, given
 from hexathermal.learn.fitting import LEAST_RELIABILITY, LawFit, fit_law
@@ -123,7 +123,7 @@ def identify(
 
     Raises
     ------
-    ArgumentError
+    DataError
         No rows, or too few; columns that depend on each other; a wanted sensor was left out for its gaps.
     UnknownNameError
         No such sensor or material.
@@ -178,7 +178,7 @@ def _choice(ranked: RankedSets, grams: Grams, names: tuple[str, ...] | None, lac
     choice = choose(ranked, grams) if names is None else given(names)
     gone = [name for name in choice.sensors if name in grams.left_out]
     if gone:
-        raise ArgumentError(
+        raise DataError(
             f"sensor {gone[0]} lacks {lacking[gone[0]]}, allowed {100.0 * MOST_MISSING:g} %; choose another, or leave "
             "that run out"
         )

@@ -22,7 +22,7 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from hexathermal.errors import ArgumentError
+from hexathermal.errors import ArgumentError, DataError
 from hexathermal.learn.air import RED_HELIUM_NEON, refractive_index
 from hexathermal.learn.campaign import BeamLayout
 from hexathermal.learn.campaign_columns import AIR
@@ -53,7 +53,7 @@ def index_along_run(
 
     Raises
     ------
-    ArgumentError
+    DataError
         A reading is missing (NaN) or outside the range of Ciddor's equation: without it there is no correction.
     """
     weather = as_array(air, "air")
@@ -66,7 +66,7 @@ def index_along_run(
             for name, count, first in zip(AIR, missing.sum(axis=0), missing.argmax(axis=0), strict=True)
             if count
         ]
-        raise ArgumentError(
+        raise DataError(
             f"{run}: the beams were not compensated for the index of air, and they cannot be corrected without "
             f"{'; '.join(parts)}; record the weather, leave those rows out, or say index_compensated = true where "
             "the laser's electronics did it"
@@ -74,7 +74,7 @@ def index_along_run(
     try:
         return refractive_index(wavelength, weather[:, 0], weather[:, 1], weather[:, 2], co2)
     except ArgumentError as error:
-        raise ArgumentError(f"{run}: {error}") from None
+        raise DataError(f"{run}: {error}") from None
 
 
 def corrected_beams(

@@ -14,7 +14,7 @@ from itertools import combinations
 import numpy as np
 import numpy.typing as npt
 
-from hexathermal.errors import ArgumentError
+from hexathermal.errors import DataError
 from hexathermal.learn.campaign import Block
 from hexathermal.learn.gram import Columns, Grams
 from hexathermal.poses import FloatArray
@@ -239,7 +239,7 @@ def rank_sets(
 
     Raises
     ------
-    ArgumentError
+    DataError
         No set's coefficients can be told apart.
     """
     kept = grams.kept
@@ -254,7 +254,7 @@ def rank_sets(
     names = tuple(tuple(grams.columns.sensors[k] for k in row) for one in fits for row in one.sets)
     fit, left_out = total.criteria()
     if not np.isfinite(fit.rmse).any():
-        raise ArgumentError("no sensor's coefficients can be told apart: do the temperatures or q change at all?")
+        raise DataError("no sensor's coefficients can be told apart: do the temperatures or q change at all?")
     return RankedSets(
         names,
         np.concatenate([np.full(len(one.sets), one.sets.shape[1]) for one in fits]),

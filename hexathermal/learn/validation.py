@@ -14,7 +14,7 @@ from enum import Enum
 import numpy as np
 import numpy.typing as npt
 
-from hexathermal.errors import ArgumentError, UnknownNameError
+from hexathermal.errors import DataError, UnknownNameError
 from hexathermal.learn.campaign import Block
 from hexathermal.learn.law import IdentifiedLaw
 from hexathermal.learn.merged_sums import MergedSums
@@ -246,7 +246,9 @@ def validate(
     UnknownNameError
         The campaign lacks a sensor of the law.
     ArgumentError
-        There are no rows, or a leg's law meets a part without q; or a law with terms has no `predictor`.
+        A law with terms has no `predictor`.
+    DataError
+        There are no rows, or a leg's law meets a part without q.
     """
     return _summary(law, *_gathered(law, blocks, sensors, predictor))
 
@@ -274,7 +276,7 @@ def _gathered(
     marks, lost = RowFingerprints(), 0
     for block in marks.passing(blocks):
         if law.kind == "leg" and block.q is None:
-            raise ArgumentError(f"run {block.run.name} has no displacement q_mm, which a leg's law needs")
+            raise DataError(f"run {block.run.name} has no displacement q_mm, which a leg's law needs")
         good = _readable(law, block, sensors) & np.isfinite(block.drift)
         if block.q is not None:
             good &= np.isfinite(block.q)
@@ -283,7 +285,7 @@ def _gathered(
             kept = block if good.all() else _some(block, good)
             runs.setdefault(block.run.name, _Run()).add(law, kept, predicted(kept))
     if not runs:
-        raise ArgumentError(
+        raise DataError(
             'there is no row to validate on: a campaign needs runs with role = "validation", never fitted, in which '
             "the law's sensors have values"
         )

@@ -6,7 +6,7 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from hexathermal.errors import ArgumentError
+from hexathermal.errors import DataError
 from hexathermal.learn.campaign import Block, Campaign
 from hexathermal.learn.law import IdentifiedLaw
 from hexathermal.learn.signals import RunRows, follows_on, run_rows
@@ -66,7 +66,7 @@ class RowsPredictor:
         at = np.searchsorted(self._time, block.time - 1e-9)
         said = Predicted(self._said.dT[at], self._said.drift[at], self._said.variance[at])
         if not np.isfinite(said.drift).all():
-            raise ArgumentError(
+            raise DataError(
                 f"run {name}: the law has no prediction from {block.time[~np.isfinite(said.drift)][0]:g} s on: a "
                 "signal that its terms read has no values; take runs that hold it"
             )

@@ -14,7 +14,6 @@ from hexathermal.show.diagnosis_words import (
     VERDICTS,
     changed,
     effect_rows,
-    feigned,
     gain_words,
     how_apart,
     noise_rows,
@@ -86,9 +85,9 @@ def _finding(found: Diagnosis) -> str:
         return "".join([*(_effect(one, found.law.kind) for one in found.effects), *left])
     if found.verdict == "none":
         return paragraph(
-            f"Every cause that these data could show was tried, and none {NONE_NAMED[bool(feigned(found))]}. "
+            f"Every cause that these data could show was tried, and none {NONE_NAMED[bool(found.unnamed)]}. "
             "That is no proof that there is none: how small an effect can hide is told below, cause by cause."
-        ) + "".join(paragraph(words, "note") for words in feigned(found))
+        ) + "".join(paragraph(words, "note") for words in found.unnamed)
     best = next((settings_words(one.settings) for one in found.candidates if one.cause == found.follows), "")
     at = f" (at best with {best})" if best else ""
     return paragraph(
@@ -223,7 +222,7 @@ def _ranking(found: Diagnosis, drawn: dict[str, str]) -> str:
             "what those before it left; the others with what they had before anything was named. Of several "
             "thermometers that explain the runs fitted, the one is named that foretells runs left out best."
         )
-        + "".join(paragraph(FEIGNED) for _words in feigned(found))
+        + "".join(paragraph(FEIGNED) for _words in found.unnamed)
         + drawn["ranking"]
         + table("Candidates: those named, then the others, best first", head, rows, range(len(found.effects)))
     )

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
@@ -318,34 +318,6 @@ def changed(found: Diagnosis) -> bool:
 def sentences(found: Diagnosis) -> list[str]:
     """Return the finding: one sentence, and one for each further cause."""
     return list(found.sentences) or [found.sentence]
-
-
-def feigned(found: Diagnosis) -> list[str]:
-    """Return `feigned_words` of a diagnosis."""
-    shown = [(one.cause, one.target, one.evidence) for one in found.candidates]
-    return feigned_words(found.verdict, found.threshold, shown)
-
-
-def feigned_words(verdict: str, threshold: float, candidates: Sequence[tuple[str, str | None, float]]) -> list[str]:
-    """Return why nothing is named although some candidates stand above chance; nothing where none does.
-
-    Parameters
-    ----------
-    verdict : str
-    threshold : float
-        Log evidence that a name needed.
-    candidates : sequence of (cause, target, evidence)
-    """
-    above = [(cause, target) for cause, target, evidence in candidates if evidence >= threshold]
-    if verdict != "none" or not above:
-        return []
-    names = "; ".join(placed(cause, target) for cause, target in above)
-    they, are, them = ("these stand", "are", "them") if len(above) > 1 else ("this stands", "is", "it")
-    return [
-        f"{names}: {they} above chance, but {are} not named: small errors of the law or of its thermometers would look "
-        f"like {them}, or runs left out of the fit do not bear {them} out. The law explains these data as far as its "
-        "thermometers can be trusted, not row by row."
-    ]
 
 
 def shared_words(one: Effect) -> list[str]:

@@ -28,8 +28,9 @@ exit codes:
   1    could not be finished: disk full, file cannot be read, or an error inside hexathermal
   2    wrong usage: unknown option, command or machine, no such file, result file exists already or is no plain file,
        or a machine without a thermal law is to be corrected
-  3    bad input: a row, a header or a machine file breaks its format, or a temperature is out of range; also a command
-       that is not known and near to none, or to 'accept': its 2 is a verdict
+  3    bad input: a row, a header or a machine file breaks its format, a temperature is out of range, or measurements do
+       not suffice for what is asked of them; also a command that is not known and near to none, or to 'accept': its 2
+       is a verdict
   4    cannot be reached: out of stroke, of a joint's cone or of the maker's travel, singular
   130  interrupted (Ctrl-C, SIGTERM, SIGHUP); nothing half-written is left
 Errors are one message on stderr. HEXATHERMAL_TRACEBACK=1 in the environment shows where they come from.

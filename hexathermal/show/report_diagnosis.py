@@ -16,7 +16,6 @@ from hexathermal.show.diagnosis_tables import probability, verdict_probability
 from hexathermal.show.diagnosis_words import (
     NONE_NAMED,
     VERDICTS,
-    feigned_words,
     how_apart,
     odds,
     parameter,
@@ -157,15 +156,16 @@ def _finding(told: Facts) -> Section:
         )
     if told["follows"]:
         parts.append(paragraph(f"What is left, and has no name, {told['follows']}.", "note"))
-    feigned = [] if whole else feigned_words(told["verdict"], told["threshold"], [
-        (one["cause"], one["target"], float(one["evidence"])) for one in told["candidates"]
-    ])  # fmt: skip
+    above = (
+        not whole
+        and told["verdict"] == "none"
+        and any(one["evidence"] >= told["threshold"] for one in told["candidates"])
+    )
     if not parts:
         parts.append(paragraph(
-            f"Every cause that these data could show was tried, and none {NONE_NAMED[bool(feigned)]}. "
+            f"Every cause that these data could show was tried, and none {NONE_NAMED[above]}. "
             "That is no proof that there is none: how small an effect can hide is told below."
         ))  # fmt: skip
-    parts += [paragraph(words, "note") for words in feigned]
     return Section("finding", "Finding", "What was found", tuple(parts))
 
 

@@ -20,7 +20,6 @@ from hexathermal.show.diagnosis_sections import all_sections, opening
 from hexathermal.show.diagnosis_tables import visible_words
 from hexathermal.show.diagnosis_words import (
     ENDINGS,
-    feigned,
     gain_words,
     how_apart,
     noise_rows,
@@ -169,15 +168,16 @@ def test_of_several_causes_the_later_ones_are_what_is_left() -> None:
 def test_what_stands_above_chance_without_a_name_is_explained() -> None:
     """Where nothing is named, but evidence passes the dotted line, the page says why; else it says nothing of it."""
     above = drawn("none")
-    (said,) = feigned(above)
+    (said,) = above.unnamed
     assert said.startswith("backlash; creep: these stand above chance, but are not named")
     page = words_of(all_sections(above, PICTURES))
     assert said in page
     assert "better than chance could" not in page
+    assert said.removesuffix(".") in above.to_json()["notes"]
     below = drawn("none", candidates=(replace(CANDIDATES[0], evidence=5.9),))
-    assert feigned(below) == []
+    assert below.unnamed == ()
     assert "better than chance could" in words_of(all_sections(below, PICTURES))
-    assert feigned(drawn()) == []
+    assert drawn().unnamed == ()
 
 
 def test_a_size_whose_interval_holds_0_is_explained() -> None:

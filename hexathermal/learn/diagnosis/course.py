@@ -6,7 +6,7 @@ import hashlib
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
-from hexathermal.errors import ArgumentError, UnknownNameError
+from hexathermal.errors import ArgumentError, DataError, UnknownNameError
 from hexathermal.learn.campaign import Campaign
 from hexathermal.learn.campaign_laws import identify_campaign
 from hexathermal.learn.diagnosis.base_choice import FEWEST_WINDOWS, likelier_sensors
@@ -311,7 +311,7 @@ def _refuse_too_little(view: View) -> None:
     """Refuse a campaign from which nothing can be told."""
     windows, runs = len(view.channel), len(view.runs)
     if windows < FEWEST_WINDOWS or runs < FEWEST_RUNS:
-        raise ArgumentError(
+        raise DataError(
             f"too little data for a diagnosis: {windows} windows of landings in {runs} runs for identification; it "
             f"needs {FEWEST_WINDOWS} and {FEWEST_RUNS}: measure more runs, or longer ones with more moves and rests"
         )

@@ -68,7 +68,9 @@ def diagnose(
     Raises
     ------
     ArgumentError
-        The campaign is of another kind, or has too little data.
+        The campaign is of another kind.
+    DataError
+        There is too little data, or the law's sensors have no values.
     CampaignError
         A table is at fault.
     """

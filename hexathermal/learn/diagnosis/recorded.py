@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from hexathermal.errors import ArgumentError
+from hexathermal.errors import ArgumentError, DataError
 from hexathermal.learn.check_remarks import of_fahrenheit
 from hexathermal.learn.cleaning_rules import TO_SIGMA
 from hexathermal.learn.law import IdentifiedLaw
@@ -88,7 +88,7 @@ def refuse_silent(runs: Iterable[RunRows], sensors: Sequence[str]) -> None:
     for rows in runs:
         lost = [name for name in silent_sensors([rows]) if name in sensors]
         if lost:
-            raise ArgumentError(
+            raise DataError(
                 f"sensor {lost[0]} of the law has no values in run {rows.run.name}: choose another with --sensors, or "
                 "take that run out of campaign.toml"
             )

@@ -275,6 +275,20 @@ class Diagnosis(Shown):
             )
         return f"S{left}"
 
+    @property
+    def unnamed(self) -> tuple[str, ...]:
+        """Why nothing is named although some candidates stand above chance; empty where none does."""
+        above = [one.cause + (f", {at}" if (at := _target(one)) and at not in one.cause else "")
+                 for one in self.candidates if one.evidence >= self.threshold]  # fmt: skip
+        if self.verdict != "none" or not above:
+            return ()
+        they, are, them = ("these stand", "are", "them") if len(above) > 1 else ("this stands", "is", "it")
+        return (
+            f"{'; '.join(above)}: {they} above chance, but {are} not named: small errors of the law or of its "
+            f"thermometers would look like {them}, or runs left out of the fit do not bear {them} out. The law "
+            "explains these data as far as its thermometers can be trusted, not row by row.",
+        )
+
     def to_json(self) -> dict[str, Any]:
         """Return the diagnosis as its JSON document."""
         first = self.effects[0] if self.effects else None
@@ -317,7 +331,7 @@ class Diagnosis(Shown):
                 "band_95": self.whiteness.band},
             "threshold": self.threshold,
             "sensors": list(self.law.sensors),
-            "notes": list(self.notes),
+            "notes": [*self.notes, *(one.removesuffix(".") for one in self.unnamed)],
         }  # fmt: skip
 
 

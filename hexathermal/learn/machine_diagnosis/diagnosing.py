@@ -8,9 +8,10 @@ from typing import TypeAlias
 import numpy as np
 from threadpoolctl import threadpool_limits
 
+from hexathermal.errors import DataError
 from hexathermal.learn.campaign import Campaign
 from hexathermal.learn.copied_runs import without_copies
-from hexathermal.learn.hexapod_data import HexapodRows, UnusableRowsError
+from hexathermal.learn.hexapod_data import HexapodRows
 from hexathermal.learn.hexapod_noise import without_misses
 from hexathermal.learn.hexapod_offset import far_poses
 from hexathermal.learn.machine_diagnosis.case import Case, case_of
@@ -77,7 +78,7 @@ def diagnose_machine(
         The campaign is of another kind, the machine has no thermal law, or `laws` is neither.
     UnknownNameError
         The campaign lacks a thermometer that the law reads.
-    UnusableRowsError
+    DataError
         Too few usable rows, or temperatures and poses that never change.
     """
     if progress is not None:
@@ -145,18 +146,18 @@ def diagnosed(
 def _refuse_dull(rows: HexapodRows) -> None:
     """Refuse rows in which nothing can show."""
     if len(rows) < FEWEST_ROWS:
-        raise UnusableRowsError(
+        raise DataError(
             f"{len(rows)} usable poses of runs for identification; a diagnosis needs {FEWEST_ROWS} at least, and is "
             "sharp with some hundred: measure more poses"
         )
     plates, air = np.nan_to_num(rows.plates), np.zeros(1) if rows.air is None else np.nan_to_num(rows.air)
     if not (np.ptp(rows.dT) or np.ptp(plates) or np.ptp(air)) and not np.ptp(rows.q, axis=0).any():
-        raise UnusableRowsError(
+        raise DataError(
             "neither a temperature nor a pose ever changes: nothing can show; measure several poses, cold and warm"
         )
     runs = [rows.measured[rows.run == k].reshape(-1, 16) for k in np.unique(rows.run)]
     if not any(np.ptp(poses, axis=0).any() for poses in runs):
-        raise UnusableRowsError(
+        raise DataError(
             "no measured pose changes within a run, not even by noise: these are no measurements; look at the table's "
             "columns measured_x_mm ... measured_rz_deg"
         )
@@ -168,7 +169,7 @@ def _held_out(campaign: Campaign, hexapod: Hexapod, further: tuple[str, ...]) ->
         return None, ""
     try:
         return without_misses(law_rows(campaign, "validation", hexapod, further))[0], ""
-    except UnusableRowsError as error:
+    except DataError as error:
         return None, f"runs for validation cannot be used: {error}"
 
 

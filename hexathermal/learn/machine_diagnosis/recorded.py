@@ -10,8 +10,9 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from hexathermal.errors import DataError
 from hexathermal.learn.campaign import Campaign
-from hexathermal.learn.hexapod_data import HexapodRows, UnusableRowsError, hexapod_rows
+from hexathermal.learn.hexapod_data import HexapodRows, hexapod_rows
 from hexathermal.learn.hexapod_validation import readable_law
 from hexathermal.machine.files import read_hexapod
 from hexathermal.machine.hexapod import Hexapod
@@ -78,6 +79,6 @@ def _whole(campaign: Campaign, rows: HexapodRows, sensor: str) -> bool:
             held = law_rows(campaign, "validation", rows.hexapod, (sensor,))
             if len(held) != len(usual) or not np.array_equal(held.dT[..., :s], usual.dT):
                 return False
-    except UnusableRowsError:
+    except DataError:
         return False
     return bool((np.ptp(wide.dT[..., -1], axis=0) > LEAST_K).all())

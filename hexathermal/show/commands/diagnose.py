@@ -188,14 +188,14 @@ def _refuse_other_law(campaign: Campaign, law: IdentifiedLaw | None) -> None:
 def _shown(found: Diagnosis) -> list[Any]:
     """Return texts and tables, the finding first."""
     from hexathermal.show import diagnosis_tables as tables
-    from hexathermal.show.diagnosis_words import changed, feigned, gain_words, sentences
+    from hexathermal.show.diagnosis_words import changed, gain_words, sentences
     from hexathermal.show.identification_tables import gain_table
 
     texts: list[Any] = ["\n".join(sentences(found)), _summary(found)]
     if found.effects:
         texts.append(lambda pretty, _: tables.effects_table(found, pretty))
     texts.append(lambda pretty, _: tables.ranking_table(found, pretty))
-    texts += feigned(found)
+    texts += found.unnamed
     if found.gain is not None and changed(found):
         better = found.gain
         texts.append(lambda pretty, _: gain_table(better, pretty))

@@ -9,8 +9,7 @@ import numpy as np
 import pytest
 
 import hexathermal as ht
-from hexathermal.errors import ArgumentError, ThermalModelError
-from hexathermal.learn.hexapod_data import UnusableRowsError
+from hexathermal.errors import ArgumentError, DataError, ThermalModelError
 from hexathermal.learn.machine_diagnosis.candidate import called
 from hexathermal.learn.machine_diagnosis.diagnosing import diagnosed
 from hexathermal.learn.machine_diagnosis.result import MachineDiagnosis
@@ -134,13 +133,13 @@ def test_laws_fitted_anew_hide_no_single_leg() -> None:
 def test_too_little_is_said() -> None:
     """Few poses, poses and temperatures that never change, and a machine without a law are refused with what to do."""
     rows = drawn(1, runs=1, poses=20)
-    with pytest.raises(UnusableRowsError, match="measure more poses"):
+    with pytest.raises(DataError, match="measure more poses"):
         diagnosed(rows)
     many = drawn(1, runs=1, poses=40)
     with pytest.raises(ThermalModelError, match="identify"):
         diagnosed(replace(many, hexapod=replace(many.hexapod, thermal=None)))
     still = replace(many, dT=0.0 * many.dT, plates=0.0 * many.plates, air=None, q=np.tile(many.q[:1], (40, 1)))
-    with pytest.raises(UnusableRowsError, match="nothing can show"):
+    with pytest.raises(DataError, match="nothing can show"):
         diagnosed(still)
 
 
