@@ -25,7 +25,9 @@ from hexathermal.compare.steps import MOST_NAMED, calibrated
 from hexathermal.errors import DataError
 from hexathermal.learn.campaign import Campaign
 from hexathermal.learn.campaign_files import load_campaign
+from hexathermal.learn.check_remarks import of_fahrenheit
 from hexathermal.learn.copied_runs import without_copies
+from hexathermal.learn.gram import MOST_MISSING
 from hexathermal.simulate.bench.leg import VirtualLeg
 
 Progress = Callable[[int, int, str], None]
@@ -139,6 +141,8 @@ def compare_campaign(
     scored = [k for k, run in enumerate(runs) if run.role == role]
     names = tuple(campaign.sensors[k] for k in where.sensors)
     score = channel_scores([every[k] for k in scored], [runs[k] for k in scored], names, where.places)
+    coldest = min(float(run.air.min()) for run in runs)
+    notes += [*_gaps(runs, names), *of_fahrenheit(names, [run.lowest_degC for run in runs], coldest)]
     notes += _worse(score, role)
     error_K, error_m = discretisation_error(bench, fitted[0])
     return Comparison(
@@ -186,6 +190,18 @@ def _refuse_unchanged(campaign: Campaign, runs: list[MeasuredRun]) -> None:
 def _unchanged(campaign: Campaign, what: str) -> DataError:
     """Return the error of a campaign in which too little happens."""
     return DataError(f"{campaign.folder}: {what}: do the temperatures, the drift or q change at all?")
+
+
+def _gaps(runs: Sequence[MeasuredRun], names: Sequence[str]) -> list[str]:
+    """Return which thermocouples have no values in most of the settled rows of some run, in words."""
+    lacking = {name: [run.name for run in runs if np.isnan(run.rises[:, k]).mean() > MOST_MISSING]
+               for k, name in enumerate(names)}  # fmt: skip
+    return [
+        f"{name} lacks more than {100.0 * MOST_MISSING:g} % of the settled rows of {', '.join(where)}: it is compared "
+        "where it has values"
+        for name, where in lacking.items()
+        if where
+    ]
 
 
 def _worse(scores: Sequence[ChannelScore], role: str) -> list[str]:

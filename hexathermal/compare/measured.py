@@ -7,6 +7,7 @@ rows (`hexathermal.learn.cleaning`) say what was measured; they are brought into
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 import numpy.typing as npt
@@ -17,6 +18,9 @@ from hexathermal.learn.campaign_dataset import read_run
 from hexathermal.learn.cleaning import usable_blocks
 from hexathermal.learn.cleaning_channels import SMALLEST_MOVE_M
 from hexathermal.poses import FloatArray
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 STEP = 20.0
 """Step of time of the simulation [s], a longer one for runs with rarer rows."""
@@ -105,6 +109,8 @@ class MeasuredRun:
         Standard deviation of one reading, from row to row.
     course : array, shape (4, r)
         Of all rows: time [s], displacement [m], way [m], air temperature [degC].
+    lowest_degC : array, shape (s,)
+        Lowest reading of each compared thermocouple, as recorded; NaN without any.
     """
 
     name: str
@@ -125,6 +131,7 @@ class MeasuredRun:
     landing_scatter: float
     row_noise: FloatArray
     course: FloatArray
+    lowest_degC: FloatArray
 
 
 def measured_run(campaign: Campaign, run: RunFile, sensors: tuple[int, ...]) -> MeasuredRun | str:
@@ -145,7 +152,8 @@ def measured_run(campaign: Campaign, run: RunFile, sensors: tuple[int, ...]) -> 
     CampaignError
         The table is at fault.
     """
-    time, q, air = _course(campaign, run)
+    data = read_run(campaign, run)
+    time, q, air = _course(campaign, run, data)
     if time.size < 3:
         return f"run {run.name} is not compared: it has fewer than three rows with displacement and air temperature"
     gap = float(np.diff(time).max())
@@ -167,19 +175,18 @@ def measured_run(campaign: Campaign, run: RunFile, sensors: tuple[int, ...]) -> 
         return f"run {run.name} is not compared: it has fewer than {FEWEST_WINDOWS} windows with enough rows"
     way, doubt = _ways(q)
     edges = time[0] + step * np.arange(int(np.ceil((time[-1] - time[0]) / step)) + 1)
-    rises = rows.dT[:, list(sensors)]
+    rises, names = rows.dT[:, list(sensors)], [campaign.sensors[k] for k in sensors]
     return MeasuredRun(
         run.name, run.role, step, _means(time, q, edges), np.diff(np.interp(edges, time, way)),
         _means(time, air, edges), doubt, float(q[0]), float(air[0]), rows.time, rows.q,
         np.interp(rows.time, time, air) - air[0], rises, rows.drift, windows,
         _scatter(rows, windows), _row_noise(rises, rows.time),
-        np.array([time, q, way, air]),
+        np.array([time, q, way, air]), np.fmin.reduce(data["temperature"].sel(thermocouple=names).values, axis=0),
     )  # fmt: skip
 
 
-def _course(campaign: Campaign, run: RunFile) -> tuple[FloatArray, FloatArray, FloatArray]:
+def _course(campaign: Campaign, run: RunFile, data: xr.Dataset) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Return time since the first row, displacement and air temperature of all rows that have them."""
-    data = read_run(campaign, run)
     if "air_temperature" not in data:
         raise DataError(
             f"run {run.name} of {campaign.file} has no column air_temperature_degC: the bench cannot be driven by a "

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import csv
 import shutil
 from pathlib import Path
 
@@ -123,3 +124,25 @@ def test_another_length_is_the_bench_longer_or_shorter(folder: Path, tmp_path: P
     found = placed(load_campaign(place))
     assert found.leg.retracted_length == pytest.approx(0.6 * factor)
     assert any("multiplied" in note for note in found.notes)
+
+
+def test_what_is_odd_about_the_thermocouples_is_told(tmp_path: Path) -> None:
+    """A thermocouple without values in a run, and readings in degrees Fahrenheit, are told of with their names."""
+    bench, place = Bench(), tmp_path / "odd"
+    plans = planned_runs(bench, SEED, identification=2, validation=0, duration=5400.0)
+    write_campaign(place, bench, plans, simulate_bench(bench, SEED, plans))
+    for file in sorted((place / "runs").glob("*.csv")):
+        with file.open(newline="") as stream:
+            head, *rows = csv.reader(stream)
+        for k, name in enumerate(head):
+            if name.endswith("_degC") and name != "air_temperature_degC":
+                for row in rows:
+                    row[k] = f"{1.8 * float(row[k]) + 32.0:.3f}"
+            if name == "T05_degC" and file.stem == "run-02":
+                for row in rows:
+                    row[k] = ""
+        with file.open("w", newline="") as stream:
+            csv.writer(stream).writerows([head, *rows])
+    notes = compare_campaign(place).notes
+    assert any("T05 lacks more than 10 % of the settled rows of run-02" in note for note in notes)
+    assert any(note.startswith("all sensors") and "degrees Fahrenheit" in note for note in notes)
