@@ -16,7 +16,7 @@ from hexathermal.machine.leg_signals import LegSignals
 from hexathermal.machine.leg_states import (
     LegController,
     LegMemory,
-    of_bench,
+    of_leg,
     sensors_of,
     terms_columns,
     terms_drift,
@@ -297,8 +297,7 @@ class IdentifiedLaw(Shown):
         ArgumentError
             A repair needs rows that have not come yet.
         """
-        law = self if bench else replace(self, terms=tuple(term for term in self.terms if not of_bench(term)),
-                                         joint_covariance=None)  # fmt: skip
+        law = self if bench else replace(self, terms=of_leg(self.terms), joint_covariance=None)
         return LegController(law.predict_signals, law.read_sensors, law.terms, law.repairs,
                              law.retracted_length or 1.0, reference_degC)  # fmt: skip
 
@@ -324,8 +323,8 @@ class IdentifiedLaw(Shown):
     def leg_law(self) -> LegLaw:
         """Return the law as a machine's leg carries it.
 
-        Terms of the bench and repairs of the campaign's data are left out: they are no property of the leg. Sensors
-        that only terms read have A and B of 0.
+        Terms of the bench and repairs of the campaign's data are left out, and from which side the bench's runs began:
+        they are no property of the leg. Sensors that only terms read have A and B of 0.
         """
         if self.kind != "leg":
             raise ArgumentError("a law of kind 'component' has no A and B: no leg can carry it")
@@ -334,7 +333,7 @@ class IdentifiedLaw(Shown):
         whole_terms = [
             replace(term, covariance=whole[a:b, a:b]) for term, (a, b) in zip(self.terms, pairwise(edges), strict=True)
         ]
-        carried = [term for term in whole_terms if not of_bench(term)]
+        carried = of_leg(whole_terms)
         added = tuple(name for name in sensors_of(carried) if name not in self.sensors)
         k, more = len(self.sensors), np.zeros(len(added))
         covariance = np.zeros((p + 2 * len(added),) * 2)

@@ -6,7 +6,7 @@ measures, but are no property of the leg: a machine does not carry them.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -38,6 +38,18 @@ LENGTH_STEP = 1e-15
 def of_bench(term: LegTerm) -> bool:
     """Whether a term tells of the bench, not of the leg."""
     return term.cause in BENCH_CAUSES or term.shape in BENCH_SHAPES
+
+
+def of_leg(terms: Iterable[LegTerm]) -> tuple[LegTerm, ...]:
+    """Return the terms that a leg carries elsewhere, without those of the bench.
+
+    From which side the bench's runs began says nothing of other runs.
+    """
+    return tuple(
+        replace(term, parameters={name: value for name, value in term.parameters.items() if name != "approach"})
+        for term in terms
+        if not of_bench(term)
+    )
 
 
 def stateless(term: LegTerm) -> bool:

@@ -217,3 +217,12 @@ def test_the_terms_of_the_formats_page_are_read(tmp_path: Path) -> None:
     law = read_leg_law(file)
     assert law.terms[0].parameters["time_constant_s"] == 1200.0
     assert law.repairs[0].parameters["from_s"] == {"run-03": 5400.0, "run-04": 0.0}
+
+
+def test_from_which_side_runs_of_the_bench_began_stays_on_the_bench() -> None:
+    """A leg carries its backlash to a machine, and how the bench reached its first positions is not known there."""
+    law = law_with((LegTerm("backlash", "direction", {"approach": 1.0, "play_m": 0.001}, [1e-7], [[1e-18]]),))
+    (carried,) = law.leg_law().terms
+    assert carried.parameters == {"play_m": 0.001}
+    assert carried.amplitudes.tolist() == [1e-7]
+    assert carried.covariance.tolist() == [[1e-18]]
