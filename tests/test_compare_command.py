@@ -94,7 +94,7 @@ def test_too_short_a_run_says_how_long_it_must_be(
     assert isinstance(found, str)
     assert "run-01" in found
     assert "45 min" in found
-    assert main(["compare", str(place)]) == 2
+    assert main(["compare", str(place)]) == 3
     said = capsys.readouterr().err.splitlines()
     assert said[0].endswith("no run for identification can be compared")
     assert said[1].startswith("  run run-01 is not compared: its usable rows last less than 45 min")
@@ -108,7 +108,7 @@ def test_one_run_names_nothing(folder: Path, tmp_path: Path, capsys: pytest.Capt
     shutil.copytree(folder, place)
     text = (place / "campaign.toml").read_text()
     (place / "campaign.toml").write_text(text.replace('"identification"', '"validation"', 1))
-    assert main(["compare", str(place)]) == 2
+    assert main(["compare", str(place)]) == 3
     shown = capsys.readouterr()
     assert "1 run for identification can be compared; it needs 2" in shown.err
     assert "left out is foretold better: measure more runs" in shown.err
@@ -129,7 +129,7 @@ def test_data_that_never_change_are_refused(
                 for row in rows[2:]:
                     row[k] = rows[1][k]
         file.write_text("".join(",".join(row) + "\n" for row in rows))
-    assert main(["compare", str(place)]) == 2
+    assert main(["compare", str(place)]) == 3
     shown = capsys.readouterr()
     assert "no thermocouple changes in any run for identification: do the temperatures" in shown.err
     assert "inside hexathermal" not in shown.err
@@ -145,7 +145,7 @@ def test_channels_that_cannot_be_weighed_are_refused(
         raise np.linalg.LinAlgError("not positive definite")
 
     monkeypatch.setattr(comparison, "calibrated", singular)
-    assert main(["compare", str(folder)]) == 2
+    assert main(["compare", str(folder)]) == 3
     shown = capsys.readouterr()
     assert "leave nothing to weigh by: do the temperatures, the drift or q change at all?" in shown.err
     assert "inside hexathermal" not in shown.err

@@ -13,7 +13,7 @@ from pathlib import Path
 import pytest
 
 from hexathermal.cli import main
-from hexathermal.errors import ArgumentError, DataError, FileFormatError
+from hexathermal.errors import DataError
 from hexathermal.learn.campaign_files import load_campaign
 from hexathermal.learn.hexapod_data import hexapod_rows
 
@@ -83,10 +83,8 @@ def test_missing_codes_are_left_out_and_counted(campaign: Path, tmp_path: Path) 
     assert all("missing code" in reason for reason in rows.left_out)
     assert abs(rows.dT).max() < 30.0
     every = altered(campaign, tmp_path / "all", lambda name, _k, text: "-180" if name == "leg1_T1_degC" else text)
-    with pytest.raises(DataError, match="no row of the validation runs|no row with all of them") as caught:
+    with pytest.raises(DataError, match="no row of the validation runs|no row with all of them"):
         hexapod_rows(load_campaign(every), "validation")
-    assert isinstance(caught.value, FileFormatError)
-    assert isinstance(caught.value, ArgumentError)
     assert main(["identify", str(every)]) == 3
 
 
