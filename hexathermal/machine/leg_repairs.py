@@ -12,6 +12,10 @@ temperatures are zero they stay so.
 ``detached``: ``sensor``, ``weights`` (of other sensors), optionally ``from_s`` (by the name of each run concerned, the
 time since its zero from which on it is detached; without it everywhere) and ``again_in`` (names of later runs in which
 it sat on the part again). ``dT := sum_s w_s dT_s``.
+``loose``: ``sensor``, ``share`` of the air in its reading (0 to below 1), optionally ``from_s`` and ``again_in`` as
+above, and ``air_above_K`` (by the name of a run in which it came loose after the zero: by how much the air was warmer
+there than it). ``T = (1 - share) T_part + share T_air`` is undone: ``dT := dT + share / (1 - share) (dT - dT_air -
+air_above)``.
 
 A controller has no rows of the future: it can run all of them but a clock with a positive offset.
 """
@@ -30,11 +34,12 @@ from hexathermal.poses import FloatArray
 
 KINDS: dict[str, tuple[str, ...]] = {
     "clock": ("offset_s",), "swap": ("first", "second"), "drift": ("sensor", "rate_K_per_h"),
-    "detached": ("sensor", "weights"),
+    "detached": ("sensor", "weights"), "loose": ("sensor", "share"),
 }  # fmt: skip
 """Kinds of repairs and the parameters that each of them needs."""
 
-BY_RUN = {"swap": ("not_in", "only_in"), "drift": ("rates_K_per_h",), "detached": ("from_s", "again_in")}
+BY_RUN = {"swap": ("not_in", "only_in"), "drift": ("rates_K_per_h",), "detached": ("from_s", "again_in"),
+          "loose": ("from_s", "again_in", "air_above_K")}  # fmt: skip
 """What they may have of single runs, by their names."""
 
 
@@ -59,7 +64,9 @@ class SensorRepair:
     def __post_init__(self) -> None:
         if self.kind not in KINDS:
             raise UnknownNameError(f"no repair {self.kind!r}; there are: {', '.join(KINDS)}", tuple(KINDS))
-        given = {key: dict(value) if isinstance(value, Mapping) else value for key, value in self.parameters.items()}
+        given: dict[str, Any] = {
+            key: dict(value) if isinstance(value, Mapping) else value for key, value in self.parameters.items()
+        }
         known = {*KINDS[self.kind], *BY_RUN.get(self.kind, ())}
         missing, strange = [key for key in KINDS[self.kind] if key not in given], sorted(set(given) - known)
         if missing or strange:
@@ -67,6 +74,8 @@ class SensorRepair:
             raise ArgumentError(f"repair {self.kind!r} of {self.cause!r} {wrong}; it takes {', '.join(sorted(known))}")
         if self.kind == "detached" and (not given["weights"] or given["sensor"] in given["weights"]):
             raise ArgumentError(f"repair of {given['sensor']!r}: weights are those of other sensors, one or more")
+        if self.kind == "loose" and not 0.0 <= float(given["share"]) < 1.0:
+            raise ArgumentError(f"repair of {given['sensor']!r}: share must be 0 to below 1, found {given['share']!r}")
         for key in ("not_in", "only_in", "again_in"):
             if isinstance(given.get(key, ()), str):
                 raise ArgumentError(f"repair {self.kind!r}: {key} holds names of runs, found one text")
@@ -77,7 +86,7 @@ class SensorRepair:
             raise ArgumentError(
                 f"repair of {given['sensor']!r}: again_in names runs after those of from_s, others than these"
             )
-        for key in ("from_s", "rates_K_per_h"):
+        for key in ("from_s", "rates_K_per_h", "air_above_K"):
             if not isinstance(given.get(key, {}), dict):
                 raise ArgumentError(f"repair {self.kind!r}: {key} is a table by the names of runs")
         object.__setattr__(self, "parameters", given)
@@ -88,7 +97,7 @@ class SensorRepair:
         p = self.parameters
         if self.kind == "detached":
             return (*(() if "from_s" not in p else (p["sensor"],)), *p["weights"])
-        names = {"swap": ("first", "second"), "drift": ("sensor",), "clock": ()}[self.kind]
+        names = {"swap": ("first", "second"), "drift": ("sensor",), "loose": ("sensor",), "clock": ()}[self.kind]
         return tuple(p[name] for name in names)
 
     @property
@@ -180,17 +189,35 @@ def _without_drift(signals: LegSignals, parameters: Mapping[str, Any], run: str 
 
 def _foretold(signals: LegSignals, parameters: Mapping[str, Any], run: str | None) -> dict[str, FloatArray]:
     """Return a detached sensor's temperature as the others foretell it."""
+    return _from_then_on(signals, parameters, run, lambda: signals.weighted(parameters["weights"]))
+
+
+def _without_air(signals: LegSignals, parameters: Mapping[str, Any], run: str | None) -> dict[str, FloatArray]:
+    """Return the temperature of a sensor that reads the air in part, without it."""
+    share, above = float(parameters["share"]), parameters.get("air_above_K", {}).get(run, 0.0)
+
+    def alone() -> FloatArray:
+        """Return the part's temperature less that of the zero."""
+        own = signals.temperature(parameters["sensor"])
+        return np.asarray(own + share / (1.0 - share) * (own - signals.recorded("air") - above))
+
+    return _from_then_on(signals, parameters, run, alone)
+
+
+def _from_then_on(
+    signals: LegSignals, parameters: Mapping[str, Any], run: str | None, put_right: Callable[[], FloatArray]
+) -> dict[str, FloatArray]:
+    """Return a sensor's temperature, put right from the moment on that the parameters tell of this run."""
     name, starts = parameters["sensor"], parameters.get("from_s")
-    others = signals.weighted(parameters["weights"])
     if starts is None or (run is None and not parameters.get("again_in")):
-        return {name: others}
+        return {name: put_right()}
     if run is None or run not in starts:
         return {}
-    return {name: np.where(signals.time >= starts[run], others, signals.temperature(name))}
+    return {name: np.where(signals.time >= starts[run], put_right(), signals.temperature(name))}
 
 
 _AT_ONCE: dict[str, Callable[[LegSignals, Mapping[str, Any], str | None], dict[str, FloatArray]]] = {
-    "swap": _swapped, "drift": _without_drift, "detached": _foretold,
+    "swap": _swapped, "drift": _without_drift, "detached": _foretold, "loose": _without_air,
 }  # fmt: skip
 
 

@@ -99,6 +99,7 @@ REPAIRS: dict[str, dict[str, str]] = {
     "swap": {"first": "text!", "second": "text!", "not_in": "texts", "only_in": "texts"},
     "drift": {"sensor": "text!", "rate_K_per_h": "number!", "rates_K_per_h": "table"},
     "detached": {"sensor": "text!", "weights": "table!", "from_s": "table", "again_in": "texts"},
+    "loose": {"sensor": "text!", "share": "number!", "from_s": "table", "again_in": "texts", "air_above_K": "table"},
 }
 
 TERM_TABLES: dict[str, dict[str, str]] = {
@@ -327,7 +328,7 @@ def _read_repair(form: Form, data: Any, path: Where) -> SensorRepair | None:
 
 def _read_numbers(form: Form, found: dict[str, Any], path: Where) -> None:
     """Read tables of numbers by name, in place; what is no number is complained of."""
-    for key in ("weights", "from_s", "rates_K_per_h"):
+    for key in ("weights", "from_s", "rates_K_per_h", "air_above_K"):
         if key in found:
             numbers = {name: form.value(value, (*path, key, name), "number") for name, value in found[key].items()}
             found[key] = {name: float(value) for name, value in numbers.items() if value is not None}

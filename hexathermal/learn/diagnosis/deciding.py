@@ -54,6 +54,9 @@ LEAST_NAMED = 0.25
 SECONDED = 2.0
 """Log evidence by which its own parity must speak for a fault that is told to be as good as the name."""
 
+DENIED = 1.0
+"""Log evidence by which its parity must be against it to deny one whose error the drift and the parity both tell."""
+
 EQUIVALENT = 0.05
 """Share of the leader's probability from which on another name is equivalent."""
 
@@ -183,7 +186,7 @@ def _as_good(best: Ranked, named: Sequence[Ranked]) -> dict[str, float]:
     found = {}
     for item in named:
         lead = item.value + item.withheld - best.value
-        may_be = item.seconded > SECONDED or item.agreed >= 0.0
+        may_be = item.seconded > SECONDED or item.agreed > -DENIED
         if item is not best and may_be and item.withheld > 0.0 and lead > np.log(EQUIVALENT):
             found[item.cause] = float(np.exp(min(lead, 0.0)))
     return found

@@ -57,6 +57,11 @@ def view_of(campaign: Campaign, runs: Sequence[RunRows], base: tuple[str, ...]) 
     )  # fmt: skip
 
 
+OWN_READING = 1.05
+"""What a thermometer's own reading, put right, may leave of runs left out (squared) over what is left where others
+speak for it: they have errors of their own, which look like causes."""
+
+
 @dataclass(frozen=True, eq=False)
 class Stage:
     """A view with what joined the law so far.
@@ -227,7 +232,7 @@ class Stage:
         sensors = {item.trial.target for item in self.joined}
         late = {item.trial.target for item in self.joined if item.trial.shape == FORETOLD}
         off = {next(iter(repair.parameters["from_s"])) for repair in self.repairs
-               if repair.kind == "detached" and "from_s" in repair.parameters}  # fmt: skip
+               if repair.kind in ("detached", "loose") and "from_s" in repair.parameters}  # fmt: skip
         return [trial for trial in self.search.trials
                 if trial.cause not in gone and not (trial.cause == REPEATED and trial.target in sensors)
                 and (trial.cause not in twins or (trial.cause == STEP and trial.target not in off))
@@ -268,10 +273,11 @@ class Stage:
         trial = scored.trial
         if trial.repair is None:
             return replace(self, joined=(*self.joined, scored), most=None)
-        stages = [self._repaired(trial.repair())]
-        if trial.lessened is not None:
-            stages.append(self._repaired(trial.lessened(self.search.witnesses.error(scored, self.levels))))
-        return min(stages, key=lambda stage: stage.kinder_left) if len(stages) > 1 else stages[0]
+        told = self._repaired(trial.repair())
+        if trial.lessened is None:
+            return told
+        lessened = self._repaired(trial.lessened(self.search.witnesses.error(scored, self.levels)))
+        return lessened if lessened.kinder_left < OWN_READING * told.kinder_left else told
 
     def _repaired(self, repair: SensorRepair) -> Stage:
         """Return the stage with a repair made."""

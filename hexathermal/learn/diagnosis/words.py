@@ -114,6 +114,10 @@ def effect_of(found: Found, stage: Stage, final: Stage, covariance: FloatArray, 
     elif trial.partly:
         shown = stage.search.witnesses.shown(trial)
         parameters |= {} if shown is None else {"share": Quantity(shown.amplitude, shown.uncertainty, "1")}
+    elif trial.cause == "sensor-detached" and len(amplitudes):
+        slope = stage.bench.slopes[str(trial.target)]
+        ratio, error = float(amplitudes[-1] / slope), float(spread[-1] / abs(slope))
+        parameters["share"] = Quantity(ratio / (1.0 + ratio), error / (1.0 + ratio) ** 2, "1")
     elif trial.cause in STEPS and STEPS[trial.cause][0] not in parameters and len(amplitudes):
         name, unit, factor = STEPS[trial.cause]
         value, std = amplitudes[0] * factor, spread[0] * factor

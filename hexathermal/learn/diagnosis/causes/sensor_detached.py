@@ -103,9 +103,14 @@ def trials(bench: Workbench) -> Iterator[Trial]:
             apart = loss.begun and view.kind == "leg" and view.moves
             columns = np.column_stack([view.q, np.full(len(lost), view.length)]) if apart else span[:, None]
             price = math.log(KINDS * SCANNED / len(even))
-            yield Trial(CAUSE.name, columns * lost[:, None], sensor, "", _where(model, loss), partly=True,
-                        parity=_parity_of(loss), repair=partial(_repair, model, loss), asked=asked or loss.begun,
-                        tight=loss.begun, advantage=-price if asked else 0.0)  # fmt: skip
+            whole = Trial(CAUSE.name, columns * lost[:, None], sensor, "", _where(model, loss), partly=True,
+                          parity=_parity_of(loss), repair=partial(_repair, model, loss), asked=asked or loss.begun,
+                          tight=loss.begun, advantage=-price if asked else 0.0)  # fmt: skip
+            yield whole
+            if not loss.begun:
+                column = span * view.once((CAUSE.name, sensor, loss, "own"), partial(_aired, model, loss))
+                yield replace(whole, columns=column[:, None], partly=False, in_parity=1.0,
+                              lessened=partial(_loose, model, loss))  # fmt: skip
 
 
 def _from_the_beginning(model: SensorModel) -> list[Loss]:
@@ -187,19 +192,58 @@ def _repair(model: SensorModel, loss: Loss) -> SensorRepair:
     They speak for it in whatever run where it was off from the beginning.
     """
     parameters = {"sensor": model.sensor, "weights": model.sensor_weights(_weights(model, loss))}
-    if loss.begun:
-        return SensorRepair(CAUSE.name, "detached", parameters)
+    return SensorRepair(CAUSE.name, "detached", parameters if loss.begun else parameters | _since(model, loss))
+
+
+def _loose(model: SensorModel, loss: Loss, error: float) -> SensorRepair:
+    """Return the repair that takes the air out of the reading: `error` is its share over that of the part."""
+    since = _since(model, loss)
+    above = _air_above_at_zero(model, loss.run)
+    zeros = [model.view.runs[loss.run].run.name] if model.view.zeroed_by_run else list(since["from_s"])
+    if not model.view.zeroed_by_run or loss.moment > 0.0:
+        since |= {"air_above_K": dict.fromkeys(zeros, above)}
+    return SensorRepair(CAUSE.name, "loose", {"sensor": model.sensor, "share": share_of(error)} | since)
+
+
+def share_of(error: float) -> float:
+    """Return the share of the air in a reading, from its ratio to that of the part.
+
+    >>> share_of(0.25)
+    0.2
+    """
+    ratio = max(error, 0.0)
+    return min(ratio / (1.0 + ratio), MOST_SHARE)
+
+
+def _since(model: SensorModel, loss: Loss) -> dict[str, Any]:
+    """Return the runs that a loss concerns, from which time on in each [s], and in which it was mended again."""
     runs = model.view.order
     at = runs.index(model.view.runs[loss.run].run.name)
     later = runs[at + 1 :]
     begins = {runs[at]: loss.moment} | (dict.fromkeys(later, 0.0) if loss.stays else {})
-    again = {} if loss.stays else {"again_in": list(later)}
-    return SensorRepair(CAUSE.name, "detached", parameters | {"from_s": begins} | again)
+    return {"from_s": begins} | ({} if loss.stays else {"again_in": list(later)})
 
 
 def _told(model: SensorModel, loss: Loss) -> FloatArray:
     """Return what the other sensors foretell in windows, learnt while it sat on the part."""
     return model.view.windows_zeroed(model.foretold(_weights(model, loss)))[:, 0]
+
+
+def _aired(model: SensorModel, loss: Loss) -> FloatArray:
+    """Return by how much the reading itself differs from the air in windows, once contact is lost in part [K].
+
+    ``T = (1 - s) T_part + s T_air`` is ``T_part = T + s / (1 - s) (T - T_air)``: no other thermometer need tell.
+    """
+    airs = model.view.airs
+    assert airs is not None  # looked at before
+    gaps = []
+    for i, (signals, air, own) in enumerate(zip(model.view.signals, airs, model.own, strict=True)):
+        gap, first = np.zeros(len(own)), loss.first_row(i, signals.time)
+        gap[first:] = own[first:] - air[first:]
+        if first or not model.view.zeroed_by_run:
+            gap[first:] -= _air_above_at_zero(model, i)
+        gaps.append(gap)
+    return model.view.windows_zeroed(gaps)[:, 0]
 
 
 def _weights(model: SensorModel, loss: Loss) -> FloatArray:
