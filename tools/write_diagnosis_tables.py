@@ -74,6 +74,7 @@ CONSTANTS = {
         "ALIKE",
         "CLEAR",
         "SECONDED",
+        "DENIED",
         "EQUIVALENT",
     ),
     "forms": ("ALIKE",),
@@ -99,7 +100,7 @@ CONSTANTS = {
     ),
     "exchange": ("RIVAL", "AHEAD"),
     "pruning": ("LEAST_HARM",),
-    "stage": ("CONTACT", "DISBELIEVED", "FIRST_ROW", "LARGEST", "TAKEN_BACK"),
+    "stage": ("CONTACT", "DISBELIEVED", "FIRST_ROW", "LARGEST", "TAKEN_BACK", "OWN_READING"),
     "wandering": ("LIKELIER", "POWERS"),
     "limits": ("CLOSE", "SOUND_CAMPAIGNS", "WEAKEST", "STRONGEST"),
 }

@@ -63,6 +63,7 @@ REPAIRS = (
     SensorRepair("sensor-drift", "drift", {"sensor": "T01", "rate_K_per_h": 0.03}),
     SensorRepair("clock-offset", "clock", {"offset_s": -47.5}),
     SensorRepair("sensor-detached", "detached", {"sensor": "T02", "weights": {"T01": 0.4, "T03": 0.7}}),
+    SensorRepair("sensor-detached", "loose", {"sensor": "T01", "share": 0.2}),
 )
 
 

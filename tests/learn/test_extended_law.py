@@ -88,7 +88,7 @@ def test_repairs_do_what_they_say() -> None:
     """Each against the same thing written out."""
     signals = drawn_signals(3)
     t, dT = signals.time, signals.dT
-    swap, drift, late, detached = REPAIRS
+    swap, drift, late, detached = REPAIRS[:4]
     swapped = repaired(signals, [swap])
     assert np.array_equal(swapped.dT["T01"], dT["T02"])
     assert swapped.zero_degC == signals.zero_degC | {"T01": signals.zero_of("T02"), "T02": signals.zero_of("T01")}
@@ -112,6 +112,26 @@ def test_repairs_do_what_they_say() -> None:
     for wrong in ({"again_in": ["b"]}, {"again_in": ["c"], "from_s": {"c": 0.0}}):
         with pytest.raises(ArgumentError, match="again_in names runs after those of from_s"):
             SensorRepair("sensor-detached", "detached", {"sensor": "T02", "weights": {"T01": 1.0}, **wrong})
+
+
+def test_a_loose_sensor_is_freed_of_the_air_by_its_own_reading() -> None:
+    """``T = (1 - s) T_part + s T_air`` is undone to rounding: in all runs, or from a moment on, with the air's lead."""
+    signals = drawn_signals(3)
+    assert signals.air is not None
+    part, air, share, above = signals.dT["T01"], signals.air, 0.2, 1.7
+    read = dataclasses.replace(signals, dT={**signals.dT, "T01": (1.0 - share) * part + share * air})
+    assert np.allclose(repaired(read, [REPAIRS[-1]]).dT["T01"], part, atol=1e-12)
+    late = np.where(signals.time >= 300.0, (1.0 - share) * part + share * (air + above), part)
+    read = dataclasses.replace(signals, dT={**signals.dT, "T01": late})
+    since = {"sensor": "T01", "share": share, "from_s": {"b": 300.0, "c": 0.0}, "air_above_K": {"b": above}}
+    repair = SensorRepair("sensor-detached", "loose", since)
+    assert np.allclose(repaired(read, [repair], "b").dT["T01"], part, atol=1e-12)
+    assert repaired(read, [repair], "a").dT["T01"] is read.dT["T01"]
+    with pytest.raises(ArgumentError, match="the air temperature, which is not given"):
+        repaired(dataclasses.replace(read, air=None), [repair], "b")
+    for wrong in (1.0, -0.1):
+        with pytest.raises(ArgumentError, match="share must be 0 to below 1"):
+            SensorRepair("sensor-detached", "loose", {"sensor": "T01", "share": wrong})
 
 
 def test_repairs_of_some_runs_leave_the_others_as_they_are() -> None:

@@ -21,7 +21,12 @@ from tests.learn.extended_laws import EXAMPLES, REPAIRS, drawn_signals, law_with
 from tests.learn.test_leg_files import drawn
 
 LATE = {"sensor": "T01", "weights": {"T02": 0.5}, "from_s": {"run 1": 1200.5}}
-REPAIRED = (*REPAIRS, SensorRepair("sensor-detached", "detached", LATE))
+LOOSE = {"sensor": "T02", "share": 0.125, "from_s": {"run 1": 600.0, "run 2": 0.0}, "air_above_K": {"run 1": -0.7}}
+REPAIRED = (
+    *REPAIRS,
+    SensorRepair("sensor-detached", "detached", LATE),
+    SensorRepair("sensor-detached", "loose", LOOSE),
+)
 
 
 def extended(seed: int, shapes: list[str], kind: str, joint: bool) -> IdentifiedLaw:
@@ -37,7 +42,7 @@ def extended(seed: int, shapes: list[str], kind: str, joint: bool) -> Identified
         own = {key: least[key] + (value - least[key]) * rng.uniform(0.5, 2.0) if isinstance(value, float) else value
                for key, value in parameters.items()}  # fmt: skip
         terms.append(LegTerm(cause, shape, own, sizes, root @ root.T if rng.random() < 0.7 else np.zeros((0, 0))))
-    law = dataclasses.replace(drawn(seed, kind, 2), terms=tuple(terms), repairs=REPAIRED[: seed % 6])
+    law = dataclasses.replace(drawn(seed, kind, 2), terms=tuple(terms), repairs=REPAIRED[: seed % 8])
     root = rng.normal(size=law.whole_covariance.shape) * 1e-8
     return dataclasses.replace(law, joint_covariance=root @ root.T) if joint else law
 

@@ -305,7 +305,8 @@ class Search:
 
         Laws that do not contain one another differ by chance in each window, although neither is better: with d the
         windows' differences of log likelihood, ``sum(d) / sqrt(sum(d^2))`` is standard normal then (Vuong, Econometrica
-        57 (1989) 307).
+        57 (1989) 307). What motion says of a clock counts no further than what the drift says: heat on its way to a
+        thermometer is late, too.
         """
         if scored.trial.cause not in CLIMBED:
             return scored
@@ -313,7 +314,9 @@ class Search:
         d = 0.5 * (before**2 - after**2)
         z = d.sum() / max(np.sqrt((d**2).sum()), np.finfo(float).tiny)
         doubted = 1.0 - np.clip((z - LEAST_SURE) / (SURE - LEAST_SURE), 0.0, 1.0)
-        return replace(scored, trial=replace(scored.trial, doubt=float(doubted * max(drift, 0.0))))
+        said = max(drift, 0.0)
+        seconded = min(scored.trial.advantage, said)
+        return replace(scored, trial=replace(scored.trial, doubt=float(doubted * said), advantage=seconded))
 
     def _whitened_left(self, base: Base, levels: Levels) -> FloatArray:
         """Return what a base leaves of the channel, whitened, shape (n,)."""

@@ -41,6 +41,10 @@ FIRST_ROW = 2.0
 LARGEST = 3.0
 """RMS of the largest effect thought possible, over that of the drift."""
 
+OWN_READING = 1.05
+"""What a thermometer's own reading, put right, may leave of runs left out (squared) over what is left where others
+speak for it: they have errors of their own, which look like causes."""
+
 
 def view_of(campaign: Campaign, runs: Sequence[RunRows], base: tuple[str, ...]) -> View:
     """Return runs, as they were made, as the diagnosis sees them: what has no values in one of them is left out."""
@@ -55,11 +59,6 @@ def view_of(campaign: Campaign, runs: Sequence[RunRows], base: tuple[str, ...]) 
         {item.name: float(item.position or 0.0) for item in placed},
         tuple(order),
     )  # fmt: skip
-
-
-OWN_READING = 1.05
-"""What a thermometer's own reading, put right, may leave of runs left out (squared) over what is left where others
-speak for it: they have errors of their own, which look like causes."""
 
 
 @dataclass(frozen=True, eq=False)

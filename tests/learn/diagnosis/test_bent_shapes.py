@@ -38,8 +38,8 @@ def bowed(view: View) -> list[FloatArray]:
 
 
 def in_two_pieces(view: View) -> list[FloatArray]:
-    """A scale in two pieces, the second of which is wrong by half as much."""
-    return [np.minimum(x, 0.5) + 0.5 * np.maximum(x - 0.5, 0.0) for x in parts_of_stroke(view)]
+    """A scale in two pieces, the second of which is wrong by two thirds as much."""
+    return [np.minimum(x, 0.5) + 2.0 / 3.0 * np.maximum(x - 0.5, 0.0) for x in parts_of_stroke(view)]
 
 
 def cubic(view: View) -> list[FloatArray]:

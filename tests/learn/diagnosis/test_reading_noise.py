@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from hexathermal.learn.diagnosis import evidence
+from hexathermal.learn.diagnosis import evidence, trials
 from hexathermal.learn.diagnosis.evidence import Scored, less_feigned
 from hexathermal.learn.diagnosis.reading_noise import with_reading_noise
 from hexathermal.learn.diagnosis.recorded import reading
@@ -130,13 +130,15 @@ def test_noise_makes_up_for_steps(share: float) -> None:
 def test_what_leaves_nothing_that_wanders_is_no_error_of_thermometers(
     monkeypatch: pytest.MonkeyPatch, bench: str, seed: int, cause: str
 ) -> None:
-    """Thermometers that might err by half a kelvin would wander beside any one shape: strong causes are named.
+    """Thermometers that might err by half a kelvin, and feign three tenths of that, would wander beside any one shape.
 
+    Strong causes are named, therefore.
     A part of many lumps is more than few profiles tell, so that what the others leave says as much of sound ones.
     """
     view, _ = viewed(bench, seed, (cause,), 1.5)
     monkeypatch.setattr(SensorModel, "bias", 0.5)
     monkeypatch.setattr(Workbench, "usual_bias", 0.5)
+    monkeypatch.setattr(trials, "FEIGNED", 0.3)
     assert first_name(view) == cause
     monkeypatch.setattr(evidence, "WANDERING", 1e-12)
     assert first_name(replace(view)) is None

@@ -249,10 +249,11 @@ def _repairs(view: View) -> list[SensorRepair]:
         SensorRepair("swapped-sensors", "swap", {"first": own, "second": others[0]}),
         SensorRepair("sensor-drift", "drift", {"sensor": own, "rate_K_per_h": 0.1}),
         SensorRepair("sensor-detached", "detached", {"sensor": own, "weights": {others[0]: 0.4, others[1]: 0.6}}),
+        SensorRepair("sensor-detached", "loose", {"sensor": own, "share": 0.3}),
     ]
 
 
-@pytest.mark.parametrize("kind", ["clock", "swap", "drift", "detached"])
+@pytest.mark.parametrize("kind", ["clock", "swap", "drift", "detached", "loose"])
 def test_a_mended_view_keeps_only_what_the_repair_leaves(kind: str) -> None:
     """What a view made before its data were mended is made anew where it reads what was mended, and nowhere else.
 

@@ -21,7 +21,7 @@ CAUSE = Cause(
     experiment="The whole stroke up and down within minutes, ten times, before any warming.",
     words="the scale of the displacement is wrong by a constant part",
     readings=20,
-    bent=0.65,  # scales are bowed, or wrong by different parts in their pieces; of a cube it is 0.7 to 2
+    bent=0.55,  # scales are bowed, or wrong by different parts in their pieces; of a cube it is 0.6 to 2
 )
 
 
