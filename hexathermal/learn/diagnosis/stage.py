@@ -275,7 +275,9 @@ class Stage:
         told = self._repaired(trial.repair())
         if trial.lessened is None:
             return told
-        lessened = self._repaired(trial.lessened(self.search.witnesses.error(scored, self.levels)))
+        ask = self.search.witnesses
+        sizes = (ask.error(scored, self.levels), ask.error_beside_the_law(trial))
+        lessened = min((self._repaired(trial.lessened(size)) for size in sizes), key=lambda stage: stage.kinder_left)
         return lessened if lessened.kinder_left < OWN_READING * told.kinder_left else told
 
     def _repaired(self, repair: SensorRepair) -> Stage:

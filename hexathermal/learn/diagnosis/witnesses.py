@@ -290,13 +290,23 @@ class Witnesses:
         With c +- s the coefficient of the fault's last column in the drift beside the law alone, which would be the
         law's own A were it whole, ``(c + s) / A`` over `IN_DRIFT`.
         """
+        A, fault, spread = self._beside_the_law(trial)
+        shown = fault * np.sign(A) + spread
+        return float(np.clip(shown / (IN_DRIFT * max(abs(A), np.finfo(float).tiny)), 0.0, 1.0))
+
+    def error_beside_the_law(self, trial: Trial) -> float:
+        """Return the size of a thermometer's error as `error` does, no doubt of any thermometer taking part of it."""
+        A, fault, _spread = self._beside_the_law(trial)
+        return fault / A if A else 0.0
+
+    def _beside_the_law(self, trial: Trial) -> tuple[float, float, float]:
+        """Return A of a fault's sensor, the amplitude of its last column beside the law alone, and its uncertainty."""
         plain = self.base.plain
         X = np.column_stack([self.base.X[:, :plain], trial.columns])
         sd = np.concatenate([self.base.sd[:plain], np.full(trial.columns.shape[1], self.base.sd[:plain].max())])
         _, mean, covariance = self.channel.solved(X, sd, self._levels)
         A = mean[self.bench.view.base.index(str(trial.target))]
-        shown = mean[-1] * np.sign(A) + np.sqrt(covariance[-1, -1])
-        return float(np.clip(shown / (IN_DRIFT * max(abs(A), np.finfo(float).tiny)), 0.0, 1.0))
+        return float(A), float(mean[-1]), float(np.sqrt(covariance[-1, -1]))
 
     @cached_property
     def _levels(self) -> Levels:
