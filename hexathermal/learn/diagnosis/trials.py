@@ -153,6 +153,8 @@ class Trial:
         Whether the amplitude in the parity's last column is about 1 where the fault is there at all.
     partly : bool
         Whether that amplitude is a part of something, 0 to 1, where the fault is there.
+    ratio : bool
+        Whether it is such a part s of which the drift's amplitude over the law's own A is the ratio s / (1 - s).
     tight : bool
         Whether the parity is asked beside a contact that lets in little of the air.
     wanders : bool
@@ -195,6 +197,7 @@ class Trial:
     in_parity: float = 0.0
     whole: bool = False
     partly: bool = False
+    ratio: bool = False
     tight: bool = False
     wanders: bool = False
     anew: bool = False

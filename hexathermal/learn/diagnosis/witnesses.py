@@ -29,6 +29,9 @@ FOLLOWED, LEAST_WITNESS = 5.0, 2.0
 WHOLE, PARTLY = 0.15, 0.3
 """Error of what is 1 where a fault is whole: the shape of it is a sketch; and how far off 1 it still counts in part."""
 
+MOST_PART = 0.95
+"""Largest part of the air in a reading in which something of its place is left."""
+
 IN_DRIFT = 0.15
 """Part of a whole fault that the drift must show of it for all that the parity says of it to count."""
 
@@ -79,7 +82,7 @@ class Witnesses:
         if trial.least_parity >= 0.0:
             return self._late(trial, item.value)
         own = self._gain(trial, trial.target)
-        return own * self._in_drift(trial) if trial.partly and own > 0.0 else own
+        return own * self._in_drift(trial) if (trial.partly or trial.ratio) and own > 0.0 else own
 
     def most_spoken(self, item: Scored) -> float:
         """Return the most that `spoken` may be, without asking other thermometers."""
@@ -122,6 +125,7 @@ class Witnesses:
             parity = sure = min(self._beyond(trial), max(drift, 0.0)) * self._own(ranked.best, ranked.levels)
             drift = min(drift, FOLLOWED * max(parity - LEAST_WITNESS, 0.0))
         elif np.isfinite(agreed):
+            agreed *= self._in_drift(trial) if trial.ratio and agreed > 0.0 else 1.0
             parity = sure = agreed
             drift = min(drift, max(AGREED * max(agreed - LEAST_AGREED, 0.0), self._unseen(ranked, agreed) * drift))
         else:
@@ -215,6 +219,9 @@ class Witnesses:
             return -np.inf
         error = fault / A * trial.in_parity
         slope = np.array([-error / A, trial.in_parity / A])
+        if trial.ratio:
+            part = 1.0 / (1.0 + max(error, 0.0))
+            error, slope = error * part, slope * part**2
         chance = self._chance(trial, shown)
         return _likelier(shown.amplitude, error, chance + float(slope @ covariance[np.ix_(own, own)] @ slope), chance)
 
@@ -288,11 +295,14 @@ class Witnesses:
         """Return the part that counts of a whole fault for what the drift shows of it, 0 to 1.
 
         With c +- s the coefficient of the fault's last column in the drift beside the law alone, which would be the
-        law's own A were it whole, ``(c + s) / A`` over `IN_DRIFT`.
+        law's own A were it whole, ``(c + s) / A`` over `IN_DRIFT`; of a part p of a reading it would be p / (1 - p).
         """
         A, fault, spread = self._beside_the_law(trial)
-        shown = fault * np.sign(A) + spread
-        return float(np.clip(shown / (IN_DRIFT * max(abs(A), np.finfo(float).tiny)), 0.0, 1.0))
+        shown, whole = fault * np.sign(A) + spread, abs(A)
+        if trial.ratio and (own := self.shown(trial)) is not None:
+            part = float(np.clip(own.amplitude, 0.0, MOST_PART))
+            whole *= part / (1.0 - part)
+        return float(np.clip(shown / max(IN_DRIFT * whole, np.finfo(float).tiny), 0.0, 1.0))
 
     def error_beside_the_law(self, trial: Trial) -> float:
         """Return the size of a thermometer's error as `error` does, no doubt of any thermometer taking part of it."""

@@ -109,7 +109,7 @@ def trials(bench: Workbench) -> Iterator[Trial]:
             yield whole
             if not loss.begun:
                 column = span * view.once((CAUSE.name, sensor, loss, "own"), partial(_aired, model, loss))
-                yield replace(whole, columns=column[:, None], partly=False, in_parity=1.0,
+                yield replace(whole, columns=column[:, None], partly=False, ratio=True, in_parity=1.0,
                               lessened=partial(_loose, model, loss))  # fmt: skip
 
 
