@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from hexathermal.learn.diagnosis.causes import catalogue
+from hexathermal.learn.diagnosis.causes.sensor_detached import share_of
 from hexathermal.learn.diagnosis.joining import Found
 from hexathermal.learn.diagnosis.result import Effect, Quantity
 from hexathermal.learn.diagnosis.stage import Stage
@@ -114,10 +115,8 @@ def effect_of(found: Found, stage: Stage, final: Stage, covariance: FloatArray, 
     elif trial.partly:
         shown = stage.search.witnesses.shown(trial)
         parameters |= {} if shown is None else {"share": Quantity(shown.amplitude, shown.uncertainty, "1")}
-    elif trial.cause == "sensor-detached" and len(amplitudes):
-        slope = stage.bench.slopes[str(trial.target)]
-        ratio, error = float(amplitudes[-1] / slope), float(spread[-1] / abs(slope))
-        parameters["share"] = Quantity(ratio / (1.0 + ratio), error / (1.0 + ratio) ** 2, "1")
+    elif trial.ratio and len(amplitudes):
+        parameters["share"] = _share(found, final, stage.bench.slopes[str(trial.target)])
     elif trial.cause in STEPS and STEPS[trial.cause][0] not in parameters and len(amplitudes):
         name, unit, factor = STEPS[trial.cause]
         value, std = amplitudes[0] * factor, spread[0] * factor
@@ -150,6 +149,17 @@ def _wander(found: Found, stage: Stage) -> Quantity:
     column, size, spread = found.ranked.best.trial.columns[:, -1], found.amplitudes[-1], found.spread[-1]
     error = float(np.sqrt(np.mean((column / stage.bench.slopes_span(str(found.ranked.best.trial.target))) ** 2)))
     return Quantity(error, error * float(spread / max(abs(size), np.finfo(float).tiny)), "K")
+
+
+def _share(found: Found, final: Stage, slope: float) -> Quantity:
+    """Return the share of the air in a reading: what the repair takes out, else what the drift tells.
+
+    Of a ratio r of the shares of air and part it is ``r / (1 + r)``, its uncertainty that of r over ``(1 + r)²``.
+    """
+    out = [repair.parameters["share"] for repair in final.repairs
+           if repair.kind == "loose" and repair.parameters["sensor"] == found.ranked.best.trial.target]  # fmt: skip
+    share = float(out[-1]) if out else share_of(float(found.amplitudes[-1] / slope))
+    return Quantity(share, float(found.spread[-1] / abs(slope)) * (1.0 - share) ** 2, "1")
 
 
 def _set(found: Found, stage: Stage) -> tuple[dict[str, Quantity], dict[str, Any]]:
