@@ -17,6 +17,7 @@ from hexathermal.learn.campaign import Block, Campaign, RunFile, joined
 from hexathermal.learn.campaign_dataset import read_run
 from hexathermal.learn.cleaning import usable_blocks
 from hexathermal.learn.cleaning_channels import SMALLEST_MOVE_M
+from hexathermal.learn.cleaning_rules import codes_in
 from hexathermal.poses import FloatArray
 
 if TYPE_CHECKING:
@@ -181,8 +182,14 @@ def measured_run(campaign: Campaign, run: RunFile, sensors: tuple[int, ...]) -> 
         _means(time, air, edges), doubt, float(q[0]), float(air[0]), rows.time, rows.q,
         np.interp(rows.time, time, air) - air[0], rises, rows.drift, windows,
         _scatter(rows, windows), _row_noise(rises, rows.time),
-        np.array([time, q, way, air]), np.fmin.reduce(data["temperature"].sel(thermocouple=names).values, axis=0),
+        np.array([time, q, way, air]), _lowest(data["temperature"].sel(thermocouple=names).values),
     )  # fmt: skip
+
+
+def _lowest(degC: FloatArray) -> FloatArray:
+    """Return the lowest reading of each thermocouple, shape (n, s) to (s,) [degC]; codes of missing values are none."""
+    read = np.array([np.where(codes_in(column, temperatures=True), np.nan, column) for column in degC.T])
+    return np.asarray(np.fmin.reduce(read, axis=1))
 
 
 def _course(campaign: Campaign, run: RunFile, data: xr.Dataset) -> tuple[FloatArray, FloatArray, FloatArray]:

@@ -295,8 +295,14 @@ class IdentifiedLaw(Shown):
         Raises
         ------
         ArgumentError
-            A repair needs rows that have not come yet.
+            A repair needs rows that have not come yet; or with a reference, one that takes the air out of a reading:
+            it counts from the first row, as the air does.
         """
+        if reference_degC is not None and any(one.kind == "loose" for one in self.repairs):
+            raise ArgumentError(
+                "a repair takes the air out of a sensor's reading, which counts from the first row as the air does: "
+                "leave reference_degC out, or fix the sensor and leave the repair out"
+            )
         law = self if bench else replace(self, terms=of_leg(self.terms), joint_covariance=None)
         return LegController(law.predict_signals, law.read_sensors, law.terms, law.repairs,
                              law.retracted_length or 1.0, reference_degC)  # fmt: skip

@@ -6,7 +6,7 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from hexathermal.errors import DataError
+from hexathermal.errors import ArgumentError, DataError
 from hexathermal.learn.campaign import Block, Campaign
 from hexathermal.learn.law import IdentifiedLaw
 from hexathermal.learn.signals import RunRows, follows_on, run_rows
@@ -61,7 +61,10 @@ class RowsPredictor:
         if name != self._run:
             signals = (self._read.get(name) or run_rows(self.campaign, name)).signals
             # blocks count from the run's first row, signals perhaps from the campaign's
-            self._said, self._run = law_on_rows(self.law, signals, name, self._before(name)), name
+            try:
+                self._said, self._run = law_on_rows(self.law, signals, name, self._before(name)), name
+            except ArgumentError as error:
+                raise DataError(f"run {name}: {error}") from None
             self._time = signals.time - signals.time[0]
         at = np.searchsorted(self._time, block.time - 1e-9)
         said = Predicted(self._said.dT[at], self._said.drift[at], self._said.variance[at])

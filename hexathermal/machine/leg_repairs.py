@@ -74,7 +74,7 @@ class SensorRepair:
             raise ArgumentError(f"repair {self.kind!r} of {self.cause!r} {wrong}; it takes {', '.join(sorted(known))}")
         if self.kind == "detached" and (not given["weights"] or given["sensor"] in given["weights"]):
             raise ArgumentError(f"repair of {given['sensor']!r}: weights are those of other sensors, one or more")
-        if self.kind == "loose" and not 0.0 <= float(given["share"]) < 1.0:
+        if self.kind == "loose" and not (isinstance(given["share"], float | int) and 0.0 <= given["share"] < 1.0):
             raise ArgumentError(f"repair of {given['sensor']!r}: share must be 0 to below 1, found {given['share']!r}")
         for key in ("not_in", "only_in", "again_in"):
             if isinstance(given.get(key, ()), str):
@@ -164,7 +164,8 @@ def repaired(
         else:
             if repair.kind == "swap":
                 signals = replace(signals, zero_degC=_swapped_zeros(signals.zero_degC, repair.parameters))
-            signals = replace(signals, dT={**signals.dT, **_AT_ONCE[repair.kind](signals, repair.parameters, run_name)})
+            read = signals if memory is not None else _air_of_zero_row(signals, repair, run_name)
+            signals = replace(signals, dT={**signals.dT, **_AT_ONCE[repair.kind](read, repair.parameters, run_name)})
     return signals
 
 
@@ -194,14 +195,25 @@ def _foretold(signals: LegSignals, parameters: Mapping[str, Any], run: str | Non
 
 def _without_air(signals: LegSignals, parameters: Mapping[str, Any], run: str | None) -> dict[str, FloatArray]:
     """Return the temperature of a sensor that reads the air in part, without it."""
-    share, above = float(parameters["share"]), parameters.get("air_above_K", {}).get(run, 0.0)
+    share, above = float(parameters["share"]), parameters.get("air_above_K", {}).get(run)
 
     def alone() -> FloatArray:
         """Return the part's temperature less that of the zero."""
-        own = signals.temperature(parameters["sensor"])
-        return np.asarray(own + share / (1.0 - share) * (own - signals.recorded("air") - above))
+        own, air = signals.temperature(parameters["sensor"]), signals.recorded("air")
+        return np.asarray(own + share / (1.0 - share) * (own - air - (0.0 if above is None else above)))
 
     return _from_then_on(signals, parameters, run, alone)
+
+
+def _air_of_zero_row(signals: LegSignals, repair: SensorRepair, run: str | None) -> LegSignals:
+    """Return a whole run whose air counts from the row from which temperatures do, where a loose sensor counts so.
+
+    Rows before that one may not be usable, and the air goes on meanwhile.
+    """
+    if repair.kind != "loose" or signals.air is None or run in repair.parameters.get("air_above_K", {}):
+        return signals
+    row = zero_row(signals.dT)
+    return signals if row is None else replace(signals, air=signals.air - signals.air[row])
 
 
 def _from_then_on(
@@ -211,9 +223,8 @@ def _from_then_on(
     name, starts = parameters["sensor"], parameters.get("from_s")
     if starts is None or (run is None and not parameters.get("again_in")):
         return {name: put_right()}
-    if run is None or run not in starts:
-        return {}
-    return {name: np.where(signals.time >= starts[run], put_right(), signals.temperature(name))}
+    late = signals.time >= starts[run] if run is not None and run in starts else np.zeros(len(signals), dtype=bool)
+    return {name: np.where(late, put_right(), signals.temperature(name))} if late.any() else {}
 
 
 _AT_ONCE: dict[str, Callable[[LegSignals, Mapping[str, Any], str | None], dict[str, FloatArray]]] = {

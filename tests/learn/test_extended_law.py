@@ -129,9 +129,26 @@ def test_a_loose_sensor_is_freed_of_the_air_by_its_own_reading() -> None:
     assert repaired(read, [repair], "a").dT["T01"] is read.dT["T01"]
     with pytest.raises(ArgumentError, match="the air temperature, which is not given"):
         repaired(dataclasses.replace(read, air=None), [repair], "b")
-    for wrong in (1.0, -0.1):
+    for wrong in (1.0, -0.1, "0.2x"):
         with pytest.raises(ArgumentError, match="share must be 0 to below 1"):
             SensorRepair("sensor-detached", "loose", {"sensor": "T01", "share": wrong})
+    with pytest.raises(ArgumentError, match="leave reference_degC out"):
+        law_with((), (repair,)).controller(20.0)
+
+
+def test_the_air_of_a_loose_sensor_counts_from_the_row_that_temperatures_count_from() -> None:
+    """Rows before the zero are not usable, and the air goes on meanwhile; before it came loose no air is asked for."""
+    signals = drawn_signals(4)
+    assert signals.air is not None
+    part = signals.dT["T01"] - signals.dT["T01"][5]
+    others = {name: values - values[5] for name, values in signals.dT.items()}
+    read = 0.8 * part + 0.2 * (signals.air - signals.air[5])
+    late = dataclasses.replace(signals, dT={**others, "T01": read})
+    since = {"sensor": "T01", "share": 0.2, "from_s": {"b": 0.0}}
+    repair = SensorRepair("sensor-detached", "loose", since)
+    assert np.allclose(repaired(late, [repair], "b").dT["T01"], part, atol=1e-12)
+    after = SensorRepair("sensor-detached", "loose", {**since, "from_s": {"b": 1e9}})
+    assert repaired(dataclasses.replace(late, air=None), [after], "b").dT["T01"] is read
 
 
 def test_repairs_of_some_runs_leave_the_others_as_they_are() -> None:

@@ -161,7 +161,7 @@ class Search:
                 value, best = families[name]
                 witnessed = self._witnessed(best, scored)
                 families[name] = (witnessed.value + value - best.value, witnessed)
-                fits[name] = [witnessed, *at_rest(witnessed, scored)]
+                fits[name] = [witnessed, *at_rest(witnessed, scored), *self._told_otherwise(witnessed, scored)]
                 pool += [self._fit(item, levels)[0] for item in fits[name]]
             # every noise is open to the null and to every leader
             nulls = [self.channel.evidence(self.base.X, self.base.sd, item) for item in pool]
@@ -336,6 +336,16 @@ class Search:
         if trial.least_parity >= 0.0:
             return value + self.witnesses.whole(trial)
         return value if trial.parity is None else value + max(self.witnesses.parity(trial), 0.0)
+
+    def _told_otherwise(self, best: Scored, scored: list[Scored]) -> list[Scored]:
+        """Return the best trial of a loss of contact that its own reading tells, where the others tell the best, or so.
+
+        Each has witnesses of its own, which know whole losses or small ones better.
+        """
+        own = [item for item in scored if item.trial.cause == best.trial.cause]
+        kinds = {item.trial.ratio for item in own}
+        other = [item for item in own if item.trial.ratio != best.trial.ratio] if len(kinds) > 1 else []
+        return [self._witnessed(max(other, key=lambda item: item.value), other)] if other else []
 
     def _witnessed(self, best: Scored, scored: list[Scored]) -> Scored:
         """Return the trial of a sensor's fault that drift and parity together speak for; others as they are."""

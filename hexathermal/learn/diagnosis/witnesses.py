@@ -125,7 +125,9 @@ class Witnesses:
             parity = sure = min(self._beyond(trial), max(drift, 0.0)) * self._own(ranked.best, ranked.levels)
             drift = min(drift, FOLLOWED * max(parity - LEAST_WITNESS, 0.0))
         elif np.isfinite(agreed):
-            agreed *= self._in_drift(trial) if trial.ratio and agreed > 0.0 else 1.0
+            if trial.ratio:  # a reading runs towards the air, never away from it
+                agreed *= self._in_drift(trial) if agreed > 0.0 else 1.0
+                drift = drift if self.error(ranked.best, ranked.levels) > 0.0 else min(drift, 0.0)
             parity = sure = agreed
             drift = min(drift, max(AGREED * max(agreed - LEAST_AGREED, 0.0), self._unseen(ranked, agreed) * drift))
         else:
@@ -150,6 +152,8 @@ class Witnesses:
         if trial.target is None or shown is None or not trial.in_parity:
             return 0.0
         error = amplitude / self.bench.slopes[trial.target] * trial.in_parity
+        if trial.ratio:
+            error /= 1.0 + max(error, 0.0)
         return float(min(0.5 * error**2 / self._chance(trial, shown), MOST_PARITY))
 
     def parity(self, trial: Trial) -> float:

@@ -106,7 +106,7 @@ def trials(bench: Workbench) -> Iterator[Trial]:
             whole = Trial(CAUSE.name, columns * lost[:, None], sensor, "", _where(model, loss), partly=True,
                           parity=_parity_of(loss), repair=partial(_repair, model, loss), asked=asked or loss.begun,
                           tight=loss.begun, advantage=-price if asked else 0.0)  # fmt: skip
-            yield whole
+            yield whole if loss.begun else replace(whole, lessened=partial(_loose_as_told, model, loss))
             if not loss.begun:
                 column = span * view.once((CAUSE.name, sensor, loss, "own"), partial(_aired, model, loss))
                 yield replace(whole, columns=column[:, None], partly=False, ratio=True, in_parity=1.0,
@@ -203,6 +203,12 @@ def _loose(model: SensorModel, loss: Loss, error: float) -> SensorRepair:
     if not model.view.zeroed_by_run or loss.moment > 0.0:
         since |= {"air_above_K": dict.fromkeys(zeros, above)}
     return SensorRepair(CAUSE.name, "loose", {"sensor": model.sensor, "share": share_of(error)} | since)
+
+
+def _loose_as_told(model: SensorModel, loss: Loss, _error: float) -> SensorRepair:
+    """Return the same with the share that the parity shows: what the others foretell is whole in the drift, or not."""
+    share = float(np.clip(model.shown_of(_parity_of(loss)).amplitude, 0.0, MOST_SHARE))
+    return _loose(model, loss, share / (1.0 - share))
 
 
 def share_of(error: float) -> float:
