@@ -155,9 +155,9 @@ def hexapod_rows(
     Raises
     ------
     ArgumentError
-        The campaign is of another kind, or has no run of the role.
+        The campaign is of another kind.
     DataError
-        The campaign has no thermometer that all legs share, or no usable row.
+        The campaign has no run of the role, no thermometer that all legs share, or no usable row.
     UnknownNameError
         A leg lacks one of the sensors; `available` lists those recorded.
     """

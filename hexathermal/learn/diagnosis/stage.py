@@ -268,7 +268,12 @@ class Stage:
         return replace(item, repeated=repeated(self, self.with_effect(item.best), item))
 
     def with_effect(self, scored: Scored) -> Stage:
-        """Return the stage with a trial joined, or with its repair made."""
+        """Return the stage with a trial joined, or with its repair made.
+
+        Where a thermometer's own reading can be put right, that is done by the error that the drift tells beside all
+        that the null doubts or beside the law alone, whichever leaves less of runs left out; unless the others, who
+        speak for it, leave less by `OWN_READING`.
+        """
         trial = scored.trial
         if trial.repair is None:
             return replace(self, joined=(*self.joined, scored), most=None)

@@ -141,7 +141,7 @@ class Trial:
     repair : function or None
         Gives what it mends in the data.
     lessened : function or None
-        Gives another way to mend them, from the size of the error in the drift: the better one of both is taken.
+        Gives another way to mend them, from the size of the error in the drift, see `Stage.with_effect`.
     parity : function or None
         From the model of a sensor to columns in its parity, shape (m, k), and their sizes, shape (k,).
     least_parity : float
