@@ -80,6 +80,7 @@ CONSTANTS = {
     "forms": ("ALIKE",),
     "course": (
         "LATER_PART",
+        "APART",
         "MOST_EFFECTS",
         "LATER",
         "TWO_LEAD",

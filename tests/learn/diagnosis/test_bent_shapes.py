@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from hexathermal.learn.diagnosis import course, search
-from hexathermal.learn.diagnosis.course import LATER_PART, PROVEN, _too_faint, _two_for
+from hexathermal.learn.diagnosis.course import APART, LATER_PART, PROVEN, _too_faint, _two_for
 from hexathermal.learn.diagnosis.deciding import Decision
 from hexathermal.learn.diagnosis.forms import ALIKE, fullest
 from hexathermal.learn.diagnosis.ranking import Ranked
@@ -123,10 +123,18 @@ def test_two_names_are_taken_although_a_trifle_is_left(
     assert (_two_for(stage, alone, THRESHOLD).leader is first) is named
 
 
-@pytest.mark.parametrize(("part", "faint"), [(LATER_PART - 0.01, True), (LATER_PART + 0.01, False)])
-def test_a_later_name_needs_a_part_of_what_the_first_ones_say(part: float, faint: bool) -> None:
+@pytest.mark.parametrize(
+    ("cause", "part", "faint"),
+    [
+        ("creep", LATER_PART - 0.005, True),
+        ("creep", LATER_PART + 0.005, False),
+        ("zero-drift", APART - 0.005, True),
+        ("zero-drift", APART + 0.005, False),
+    ],
+)
+def test_a_later_name_needs_a_part_of_what_the_first_ones_say(cause: str, part: float, faint: bool) -> None:
     """What is left of any shape that is a sketch has no name of its own, unless a parity proves it."""
     found = [cast(Any, SimpleNamespace(ranked=ranked("backlash", 900.0)))]
-    later = ranked("frame-expansion", part * 900.0)
+    later = ranked(cause, part * 900.0)
     assert _too_faint(later, found, THRESHOLD) is faint
     assert not _too_faint(replace(later, witness=PROVEN), found, THRESHOLD)
