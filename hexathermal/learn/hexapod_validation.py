@@ -115,9 +115,7 @@ def validate_hexapod(
         The campaign lacks a thermometer of the law, or that which the machine's measuring frame follows; `available`
         lists those recorded.
     ArgumentError
-        The machine has no law.
-    DataError
-        There are no usable rows.
+        The machine has no law; a `DataError` where no row is usable.
     """
     model = readable_law(hexapod, campaign)
     wanted = tuple(dict.fromkeys(name for law in model.legs for name in law.sensors))
