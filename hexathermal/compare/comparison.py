@@ -193,7 +193,7 @@ def _unchanged(campaign: Campaign, what: str) -> DataError:
 
 
 def _gaps(runs: Sequence[MeasuredRun], names: Sequence[str]) -> list[str]:
-    """Return which thermocouples have no values in most of the settled rows of some run, in words."""
+    """Return which thermocouples lack values in more than `MOST_MISSING` of a run's settled rows, in words."""
     lacking = {name: [run.name for run in runs if np.isnan(run.rises[:, k]).mean() > MOST_MISSING]
                for k, name in enumerate(names)}  # fmt: skip
     return [

@@ -195,12 +195,12 @@ def _foretold(signals: LegSignals, parameters: Mapping[str, Any], run: str | Non
 
 def _without_air(signals: LegSignals, parameters: Mapping[str, Any], run: str | None) -> dict[str, FloatArray]:
     """Return the temperature of a sensor that reads the air in part, without it."""
-    share, above = float(parameters["share"]), parameters.get("air_above_K", {}).get(run)
+    share, above = float(parameters["share"]), parameters.get("air_above_K", {}).get(run, 0.0)
 
     def alone() -> FloatArray:
         """Return the part's temperature less that of the zero."""
-        own, air = signals.temperature(parameters["sensor"]), signals.recorded("air")
-        return np.asarray(own + share / (1.0 - share) * (own - air - (0.0 if above is None else above)))
+        own = signals.temperature(parameters["sensor"])
+        return np.asarray(own + share / (1.0 - share) * (own - signals.recorded("air") - above))
 
     return _from_then_on(signals, parameters, run, alone)
 

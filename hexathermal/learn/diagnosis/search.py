@@ -338,13 +338,12 @@ class Search:
         return value if trial.parity is None else value + max(self.witnesses.parity(trial), 0.0)
 
     def _told_otherwise(self, best: Scored, scored: list[Scored]) -> list[Scored]:
-        """Return the best trial of a loss of contact that its own reading tells, where the others tell the best, or so.
+        """Return the best trial of the same loss by the sensor's own reading where others tell it, else by the others.
 
-        Each has witnesses of its own, which know whole losses or small ones better.
+        Each kind has witnesses of its own: what the others foretell shows large losses better, the reading small ones.
         """
-        own = [item for item in scored if item.trial.cause == best.trial.cause]
-        kinds = {item.trial.ratio for item in own}
-        other = [item for item in own if item.trial.ratio != best.trial.ratio] if len(kinds) > 1 else []
+        other = [item for item in scored
+                 if item.trial.cause == best.trial.cause and item.trial.ratio != best.trial.ratio]  # fmt: skip
         return [self._witnessed(max(other, key=lambda item: item.value), other)] if other else []
 
     def _witnessed(self, best: Scored, scored: list[Scored]) -> Scored:

@@ -39,6 +39,9 @@ BIAS_K = 0.05
 AIR_SHARE, TIGHT_SHARE = 0.3, 0.1
 """Prior size of the air's share in a sound thermometer; and where one that was never on its part is the other case."""
 
+MOST_SHARE = 0.95
+"""Largest share of the air in a reading in which something of its place is left."""
+
 Parity = Callable[["SensorModel"], tuple[FloatArray, FloatArray]]
 """From the model of a sensor to columns in its parity, shape (m, k), and their sizes, shape (k,)."""
 
@@ -48,6 +51,15 @@ ROUNDING_K = 1e-7
 FEWEST_ROWS = 10
 SLOW_PARITY_S = 1800.0
 """The parity that goes with the law is smoothed over so long: what is quicker is noise of readings."""
+
+
+def part_of(ratio: float) -> float:
+    """Return the share s of the air in a reading, from its ratio ``s / (1 - s)`` to that of the part.
+
+    >>> part_of(0.25), part_of(-0.1)
+    (0.2, -0.1)
+    """
+    return ratio / (1.0 + max(ratio, 0.0))
 
 
 @dataclass(frozen=True)

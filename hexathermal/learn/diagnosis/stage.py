@@ -231,7 +231,7 @@ class Stage:
         sensors = {item.trial.target for item in self.joined}
         late = {item.trial.target for item in self.joined if item.trial.shape == FORETOLD}
         off = {next(iter(repair.parameters["from_s"])) for repair in self.repairs
-               if repair.kind in ("detached", "loose") and "from_s" in repair.parameters}  # fmt: skip
+               if "from_s" in repair.parameters}  # fmt: skip
         return [trial for trial in self.search.trials
                 if trial.cause not in gone and not (trial.cause == REPEATED and trial.target in sensors)
                 and (trial.cause not in twins or (trial.cause == STEP and trial.target not in off))
@@ -282,7 +282,9 @@ class Stage:
             return told
         ask = self.search.witnesses
         sizes = (ask.error(scored, self.levels), ask.error_beside_the_law(trial))
-        lessened = min((self._repaired(trial.lessened(size)) for size in sizes), key=lambda stage: stage.kinder_left)
+        repairs = [trial.lessened(size) for size in sizes]
+        stages = [self._repaired(repair) for k, repair in enumerate(repairs) if repair not in repairs[:k]]
+        lessened = min(stages, key=lambda stage: stage.kinder_left)
         return lessened if lessened.kinder_left < OWN_READING * told.kinder_left else told
 
     def _repaired(self, repair: SensorRepair) -> Stage:

@@ -11,7 +11,7 @@ import numpy as np
 from hexathermal.learn.diagnosis.channels import Channel, Levels
 from hexathermal.learn.diagnosis.evidence import Base, Scored
 from hexathermal.learn.diagnosis.ranking import Ranked
-from hexathermal.learn.diagnosis.sensor_model import SensorModel, Shown
+from hexathermal.learn.diagnosis.sensor_model import MOST_SHARE, SensorModel, Shown, part_of
 from hexathermal.learn.diagnosis.trials import Trial, Workbench
 
 BYSTANDERS = 8
@@ -28,9 +28,6 @@ FOLLOWED, LEAST_WITNESS = 5.0, 2.0
 
 WHOLE, PARTLY = 0.15, 0.3
 """Error of what is 1 where a fault is whole: the shape of it is a sketch; and how far off 1 it still counts in part."""
-
-MOST_PART = 0.95
-"""Largest part of the air in a reading in which something of its place is left."""
 
 IN_DRIFT = 0.15
 """Part of a whole fault that the drift must show of it for all that the parity says of it to count."""
@@ -152,8 +149,7 @@ class Witnesses:
         if trial.target is None or shown is None or not trial.in_parity:
             return 0.0
         error = amplitude / self.bench.slopes[trial.target] * trial.in_parity
-        if trial.ratio:
-            error /= 1.0 + max(error, 0.0)
+        error = part_of(error) if trial.ratio else error
         return float(min(0.5 * error**2 / self._chance(trial, shown), MOST_PARITY))
 
     def parity(self, trial: Trial) -> float:
@@ -224,8 +220,7 @@ class Witnesses:
         error = fault / A * trial.in_parity
         slope = np.array([-error / A, trial.in_parity / A])
         if trial.ratio:
-            part = 1.0 / (1.0 + max(error, 0.0))
-            error, slope = error * part, slope * part**2
+            error, slope = part_of(error), slope / (1.0 + max(error, 0.0)) ** 2
         chance = self._chance(trial, shown)
         return _likelier(shown.amplitude, error, chance + float(slope @ covariance[np.ix_(own, own)] @ slope), chance)
 
@@ -304,7 +299,7 @@ class Witnesses:
         A, fault, spread = self._beside_the_law(trial)
         shown, whole = fault * np.sign(A) + spread, abs(A)
         if trial.ratio and (own := self.shown(trial)) is not None:
-            part = float(np.clip(own.amplitude, 0.0, MOST_PART))
+            part = float(np.clip(own.amplitude, 0.0, MOST_SHARE))
             whole *= part / (1.0 - part)
         return float(np.clip(shown / max(IN_DRIFT * whole, np.finfo(float).tiny), 0.0, 1.0))
 

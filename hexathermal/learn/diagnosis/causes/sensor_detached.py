@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from hexathermal.learn.diagnosis.sensor_model import BIAS_K, Parity, SensorModel
+from hexathermal.learn.diagnosis.sensor_model import BIAS_K, MOST_SHARE, Parity, SensorModel, part_of
 from hexathermal.learn.diagnosis.trials import Cause, Parameter, Trial, Workbench
 from hexathermal.machine.leg_repairs import SensorRepair
 from hexathermal.poses import FloatArray
@@ -51,9 +51,6 @@ LEARNT_S = 600.0
 
 KINDS = 2
 """It stays, or is mended before the next run."""
-
-MOST_SHARE = 0.95
-"""Of the air, with which something of the part is left in the reading."""
 
 SCANNED, CLOSER, PROMISING = 360, 3, 10
 """Moments at which the parity is asked where it breaks, the best of them that are looked at more closely, and so many
@@ -217,8 +214,7 @@ def share_of(error: float) -> float:
     >>> share_of(0.25)
     0.2
     """
-    ratio = max(error, 0.0)
-    return min(ratio / (1.0 + ratio), MOST_SHARE)
+    return min(part_of(max(error, 0.0)), MOST_SHARE)
 
 
 def _since(model: SensorModel, loss: Loss) -> dict[str, Any]:
@@ -240,16 +236,7 @@ def _aired(model: SensorModel, loss: Loss) -> FloatArray:
 
     ``T = (1 - s) T_part + s T_air`` is ``T_part = T + s / (1 - s) (T - T_air)``: no other thermometer need tell.
     """
-    airs = model.view.airs
-    assert airs is not None  # looked at before
-    gaps = []
-    for i, (signals, air, own) in enumerate(zip(model.view.signals, airs, model.own, strict=True)):
-        gap, first = np.zeros(len(own)), loss.first_row(i, signals.time)
-        gap[first:] = own[first:] - air[first:]
-        if first or not model.view.zeroed_by_run:
-            gap[first:] -= _air_above_at_zero(model, i)
-        gaps.append(gap)
-    return model.view.windows_zeroed(gaps)[:, 0]
+    return -model.view.windows_zeroed(_off_the_air(model, loss, model.own))[:, 0]
 
 
 def _weights(model: SensorModel, loss: Loss) -> FloatArray:
@@ -274,16 +261,22 @@ def _parity_of(loss: Loss) -> Parity:
 
 def _parity(loss: Loss, model: SensorModel) -> tuple[FloatArray, FloatArray]:
     """Return by how much the air differs from the foretold temperature once contact is lost, in the parity."""
-    weights, airs = model.weights(_sound(model, loss)), model.view.airs
+    gaps = _off_the_air(model, loss, model.foretold(model.weights(_sound(model, loss))))
+    return model.means(gaps)[:, None], np.array([0.7])
+
+
+def _off_the_air(model: SensorModel, loss: Loss, told: Sequence[FloatArray]) -> list[FloatArray]:
+    """Return by how much the air differs from a temperature once contact is lost, in all rows of each run [K]."""
+    airs = model.view.airs
     assert airs is not None  # looked at before
     gaps = []
-    for i, (signals, air, profiles) in enumerate(zip(model.view.signals, airs, model.profiles, strict=True)):
-        gap, first = np.zeros(len(profiles)), loss.first_row(i, signals.time)
-        gap[first:] = air[first:] - profiles[first:] @ weights
+    for i, (signals, air, own) in enumerate(zip(model.view.signals, airs, told, strict=True)):
+        gap, first = np.zeros(len(own)), loss.first_row(i, signals.time)
+        gap[first:] = air[first:] - own[first:]
         if (first or not model.view.zeroed_by_run) and not loss.begun:  # else the zero was read in the air, too
             gap[first:] += _air_above_at_zero(model, i)
         gaps.append(gap)
-    return model.means(gaps)[:, None], np.array([0.7])
+    return gaps
 
 
 def _air_above_at_zero(model: SensorModel, run: int) -> float:
