@@ -6,7 +6,10 @@ from collections.abc import Iterator
 from itertools import product
 from typing import Any
 
+import numpy as np
+
 from hexathermal.learn.diagnosis.trials import Cause, Parameter, Trial, Workbench
+from hexathermal.learn.diagnosis.view import View
 
 CAUSE = Cause(
     name="hidden-heat",
@@ -42,14 +45,24 @@ STAGES, OWN_SHARE = 6.0, 0.4
 """How much sooner what is rubbed warms than what expands, and the part of the expansion that may be its own."""
 
 
+DRAWN_OUT = 0.5
+"""Travels of the rod that are out already where it is farthest in, of a screw that is warm as far as it is out."""
+
+
 def trials(bench: Workbench) -> Iterator[Trial]:
-    """Give heat of motion and of each input behind low passes, acting on the part as a whole or with its length."""
+    """Give heat of motion and of each input behind low passes, acting on the part as a whole or with its length.
+
+    That of motion may warm the screw alone, behind the nut: it acts on what is out of it.
+    """
     view = bench.view
     lengths: tuple[dict[str, Any], ...] = ({},) if view.kind != "leg" else ({}, {"ratio": bench.ratios[bench.main]})
     sources = [("motion", 1), ("motion", 2)] if view.moves else []
     sources += [(name, power) for name in view.runs[0].signals.inputs for power in (1, 2)]
     for source, power in sources:
         for tau in TIMES_S:
+            if view.moves and view.kind == "leg" and source == "motion":
+                yield bench.term(CAUSE.name, "stored-heat", source, source=source, time_constant_s=tau, power=power,
+                                 ratio=_along_screw(view))  # fmt: skip
             rubbed = {"source_time_constant_s": tau / STAGES}
             stages: list[dict[str, Any]] = [{}, rubbed]
             if source == "motion":
@@ -60,3 +73,9 @@ def trials(bench: Workbench) -> Iterator[Trial]:
                 yield trial
                 if tau in KEPT_S and (source, power) == sources[0] and not first and not length:
                     yield bench.not_at_rest(trial, tau)
+
+
+def _along_screw(view: View) -> float:
+    """Return the ratio of a length ``q0 + ratio q`` that is `DRAWN_OUT` travels where the rod is farthest in."""
+    travel = float(np.ptp(view.q))
+    return view.length / (DRAWN_OUT * travel - float(view.q.min()))
