@@ -23,7 +23,7 @@ def all_trials(bench: Workbench, slow: float | None = None) -> list[Trial]:
 
     for module in catalogue().values():
         feigned = feigns(thermal=module.CAUSE.thermal, wanders=module.CAUSE.wanders)
-        found += [_feigning(trial, feigned) for trial in module.trials(bench)]
+        found += [_feigning(trial, math.hypot(feigned, bench.erring(trial))) for trial in module.trials(bench)]
     for trial in flexible_trials(bench):
         feigned = feigns(thermal=trial.target in THERMAL, wanders=trial.target in WANDERING)
         found.append(_feigning(trial, feigned))

@@ -16,6 +16,9 @@ from hexathermal.poses import FloatArray
 LATE, OFF, SHIFTED = "thermal-lag", "clock-offset", 0.05
 """A lag, a clock that is off, and the part of a lag's evidence by which the clock must lead it."""
 
+MISSING, PLUGS, IMITATED = "missing-sensor", "swapped-sensors", 0.85
+"""Another thermometer that matters, exchanged ones, and the part of its evidence that these have where they are it."""
+
 System = Callable[[Scored], Base]
 """Gives the base with a trial in it."""
 
@@ -97,6 +100,20 @@ def late_or_off(ranked: list[Ranked], *, timed: bool) -> list[Ranked]:
         return ranked
     ahead, behind = max(late.value, off.value), min(late.value, off.value)
     changed = {LATE: replace(late, value=ahead, borne=off.gated), OFF: replace(off, value=behind)}
+    return [changed.get(item.cause, item) for item in ranked]
+
+
+def exchanged_or_missing(ranked: list[Ranked]) -> list[Ranked]:
+    """Return the ranking in which another thermometer leads that its plug is exchanged only where it does so clearly.
+
+    An exchange has no amplitude. What is missing has one, reads others besides, and imitates an exchange by taking all
+    of the law for itself; where it is there indeed, an exchange explains little of it.
+    """
+    missing, plugs = (next((item for item in ranked if item.cause == name), None) for name in (MISSING, PLUGS))
+    if missing is None or plugs is None or plugs.gated < LEAST or not IMITATED * missing.value <= plugs.value:
+        return ranked
+    ahead, behind = max(missing.value, plugs.value), min(missing.value, plugs.value)
+    changed = {PLUGS: replace(plugs, value=ahead), MISSING: replace(missing, value=behind)}
     return [changed.get(item.cause, item) for item in ranked]
 
 

@@ -23,7 +23,13 @@ from hexathermal.learn.diagnosis.evidence import (
 )
 from hexathermal.learn.diagnosis.forms import as_joined, at_rest, fullest
 from hexathermal.learn.diagnosis.ranking import Ranked, Step
-from hexathermal.learn.diagnosis.rivals import late_or_off, nameless_bounded, shaped, with_a_misfit
+from hexathermal.learn.diagnosis.rivals import (
+    exchanged_or_missing,
+    late_or_off,
+    nameless_bounded,
+    shaped,
+    with_a_misfit,
+)
 from hexathermal.learn.diagnosis.stand_offs import stand_offs
 from hexathermal.learn.diagnosis.trials import PREFIX, Item, Trial, Workbench
 from hexathermal.learn.diagnosis.witnesses import Witnesses
@@ -179,7 +185,7 @@ class Search:
             levels, null = pool[better], nulls[better]
             if gained < TRIFLE:
                 break
-        timed = late_or_off(shaped(list(ranked.values())), timed=self._timed)
+        timed = exchanged_or_missing(late_or_off(shaped(list(ranked.values())), timed=self._timed))
         believed = with_a_misfit(self.channel, self.system, timed)
         bounded = nameless_bounded(self.channel, self.system, believed)
         order = tuple(sorted(bounded, key=lambda item: -item.value))

@@ -38,6 +38,12 @@ FEIGNED = 0.2
 """Part of the thermometers' slow bias that may look like a cause: most of it looks like a slow process. Steps of the
 recording count whole: they are the error of anything that goes smoothly."""
 
+DRAWN_OUT = 0.5
+"""Travels of the rod that are out already where it is farthest in, of a screw that is warm as far as it is out."""
+
+ERRING = 0.5
+"""Part of the slow biases of thermometers that may look like a fault which consists of such errors."""
+
 FEIGNED_NOISE, MOST_FEIGNED = 2.0, 1.5
 """Part of their noise, times what it is of all noise, that may look like a cause, and the most: where readings scatter
 as much as the drift does, anything that scatters less and goes alike is preferred."""
@@ -180,6 +186,10 @@ class Trial:
         Whether they feign none of it, although they do other trials of its cause.
     asked : bool
         Whether the parity is asked in any case: it led to this trial, or knows more of it than the drift does.
+    errors : tuple of str
+        Thermometers of whose slow errors such a fault consists, where all are sound.
+    alike : float
+        Part of the drift's last column, squared, that goes as the fault does in the parity.
     starts : int
         Of the columns the last so many belong to one run each, which had not come to rest before: no law carries them.
     """
@@ -210,6 +220,8 @@ class Trial:
     feigned: float = 0.0
     unfeigned: bool = False
     asked: bool = False
+    errors: tuple[str, ...] = ()
+    alike: float = 1.0
     starts: int = 0
 
     @property
@@ -315,22 +327,37 @@ class Workbench:
         [m] beside all that the null doubts, where that is known.
         """
         wanders = self.slow if slow is None else min(self.slow, slow)
-        parts, noises = [], []
+        biases, steps, noises = [], [], []
         for sensor in self.view.base:
-            model = self.model(sensor)
-            bias = USUAL_BIAS_K if model is None else min(model.bias, self.usual_bias)
             step, noise = self.reading(sensor)
-            # an error that moved the part by more than the law leaves would stand in what it leaves
-            moved = min(abs(self._moved_by(sensor)) * bias, self.noise)
-            parts.append(np.hypot(FEIGNED * moved, self._moved_by(sensor) * step / np.sqrt(12.0)))
+            biases.append(self._moved_by(sensor) * self._bias(sensor))
+            steps.append(self._moved_by(sensor) * step / np.sqrt(12.0))
             noises.append(self._moved_by(sensor) * noise * self.view.noise_left)
         alike = common_error(self.view)
-        if alike is not None:
-            together = abs(sum(self._moved_by(sensor) for sensor in self.view.base))
-            parts.append(FEIGNED * min(together * alike.beside(self.usual_bias), wanders))
+        together = abs(sum(self._moved_by(sensor) for sensor in self.view.base))
+        shared = 0.0 if alike is None else together * alike.beside(self.usual_bias)
+        # errors that moved the part by more than the law leaves would stand in what it leaves
+        moved = min(float(np.linalg.norm(biases)), self.noise), min(shared, wanders)
+        parts = [FEIGNED * float(np.linalg.norm(moved)), *steps]
         whole = float(np.linalg.norm(noises))
         lured = whole * min(MOST_FEIGNED, FEIGNED_NOISE * whole / self.noise)
         return float(np.hypot(np.linalg.norm(parts), lured))
+
+    def _bias(self, sensor: str) -> float:
+        """Return a thermometer's slow bias as its parity shows it, or as others' do, if that is less [K]."""
+        model = self.model(sensor)
+        return USUAL_BIAS_K if model is None else min(model.bias, self.usual_bias)
+
+    def erring(self, trial: Trial) -> float:
+        """Return the misfit that slow biases of a trial's `errors` feign, RMS [m]; 0 where it has none.
+
+        Of two thermometers at one temperature the second may fit the drift of few runs better by chance, and what the
+        others foretell may do so better than a sound thermometer's reading: all that they differ by is errors.
+        """
+        if not trial.errors:
+            return 0.0
+        biases = np.linalg.norm([self._bias(sensor) for sensor in trial.errors])
+        return ERRING * abs(self._moved_by(str(trial.target))) * float(biases)
 
     @cached_property
     def wandered(self) -> float:
@@ -356,6 +383,15 @@ class Workbench:
     def reading(self, sensor: str) -> tuple[float, float]:
         """Return a thermometer's resolution, as far as noise does not make up for it, and its noise [K]."""
         return self.view.once(("reading", sensor), partial(reading, self.view.runs, sensor), [sensor])
+
+    @cached_property
+    def along_screw(self) -> float:
+        """The ratio of a length ``q0 + ratio q`` that is `DRAWN_OUT` travels of the rod where it is farthest in.
+
+        What warms the screw alone acts on what is out of the nut.
+        """
+        q = self.view.q
+        return self.view.length / (DRAWN_OUT * float(np.ptp(q)) - float(q.min()))
 
     def slopes_span(self, sensor: str) -> FloatArray:
         """Return ``q0 + ratio q`` of a sensor of the law in windows [m]."""

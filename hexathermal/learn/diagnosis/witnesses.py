@@ -248,14 +248,16 @@ class Witnesses:
     def _unseen(self, ranked: Ranked, agreed: float) -> float:
         """Return the part of the drift's evidence for an error that counts since no parity could show it, 0 to 1.
 
-        A parity that would say more than `SEEN` of such an error leaves none, nor one that denies it by 1 or more.
+        A parity that would say more than `SEEN` of such an error leaves none, nor one that denies it by 1 or more. Nor
+        does what the column has besides: a thermometer that wanders as any other does is no error of that shape.
         """
         if ranked.value <= 0.0:
             return 0.0
         base = self.system(ranked.best)
         _, mean, _ = self.channel.solved(base.X, base.sd, ranked.levels)
         said = self.would_say(ranked.best.trial, float(mean[-1]))
-        return float(np.clip(2.0 * (1.0 - said / SEEN), 0.0, 1.0) * np.clip(1.0 + agreed, 0.0, 1.0))
+        alike = ranked.best.trial.alike
+        return float(alike * np.clip(2.0 * (1.0 - said / SEEN), 0.0, 1.0) * np.clip(1.0 + agreed, 0.0, 1.0))
 
     def _beyond(self, trial: Trial) -> float:
         """Return the log evidence of a parity for wandering as none of the others does."""

@@ -67,6 +67,16 @@ def long_reversals(view: View) -> list[FloatArray]:
     return found
 
 
+def warm_screw(view: View) -> list[FloatArray]:
+    """Heat of speed in a screw, behind twenty minutes, which acts on what is out of the nut."""
+    found, least = [], float(view.q.min()) - 0.6 * float(np.ptp(view.q))
+    for rows in view.runs:
+        speed = np.abs(np.gradient(rows.signals.q, rows.signals.time))
+        out = low_pass(rows.signals.time, speed, 1200.0) * (rows.signals.q - least)
+        found.append(out - out[0])
+    return found
+
+
 def slipping(view: View) -> list[FloatArray]:
     """A part that slips at a rate that goes with the displacement."""
     return [np.cumsum(rows.signals.q * np.gradient(rows.signals.time)) for rows in view.runs]
@@ -75,10 +85,10 @@ def slipping(view: View) -> list[FloatArray]:
 @pytest.mark.parametrize(
     ("made", "cause", "setting"),
     [(cubes, "nonlinear-expansion", None), (tube, "air-refraction", "time_constant_s"),
-     (long_reversals, "backlash", "play_m")],
+     (long_reversals, "backlash", "play_m"), (warm_screw, "hidden-heat", "ratio")],
 )  # fmt: skip
 def test_a_further_form_is_named(made: Any, cause: str, setting: str | None) -> None:
-    """A cube of the warming, air in a tube, a reversal that takes millimetres: by name, in that form."""
+    """A cube of the warming, air in a tube, a reversal that takes millimetres, warm screw: by name, in that form."""
     view, _ = viewed("quiet", 2, (), 1.0)
     leader = decided(Stage(with_drift(view, made(view), 1.5)).step, THRESHOLD).leader
     assert leader is not None

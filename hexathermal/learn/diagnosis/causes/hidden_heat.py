@@ -6,10 +6,7 @@ from collections.abc import Iterator
 from itertools import product
 from typing import Any
 
-import numpy as np
-
 from hexathermal.learn.diagnosis.trials import Cause, Parameter, Trial, Workbench
-from hexathermal.learn.diagnosis.view import View
 
 CAUSE = Cause(
     name="hidden-heat",
@@ -45,10 +42,6 @@ STAGES, OWN_SHARE = 6.0, 0.4
 """How much sooner what is rubbed warms than what expands, and the part of the expansion that may be its own."""
 
 
-DRAWN_OUT = 0.5
-"""Travels of the rod that are out already where it is farthest in, of a screw that is warm as far as it is out."""
-
-
 def trials(bench: Workbench) -> Iterator[Trial]:
     """Give heat of motion and of each input behind low passes, acting on the part as a whole or with its length.
 
@@ -62,7 +55,7 @@ def trials(bench: Workbench) -> Iterator[Trial]:
         for tau in TIMES_S:
             if view.moves and view.kind == "leg" and source == "motion":
                 yield bench.term(CAUSE.name, "stored-heat", source, source=source, time_constant_s=tau, power=power,
-                                 ratio=_along_screw(view))  # fmt: skip
+                                 ratio=bench.along_screw)  # fmt: skip
             rubbed = {"source_time_constant_s": tau / STAGES}
             stages: list[dict[str, Any]] = [{}, rubbed]
             if source == "motion":
@@ -73,9 +66,3 @@ def trials(bench: Workbench) -> Iterator[Trial]:
                 yield trial
                 if tau in KEPT_S and (source, power) == sources[0] and not first and not length:
                     yield bench.not_at_rest(trial, tau)
-
-
-def _along_screw(view: View) -> float:
-    """Return the ratio of a length ``q0 + ratio q`` that is `DRAWN_OUT` travels where the rod is farthest in."""
-    travel = float(np.ptp(view.q))
-    return view.length / (DRAWN_OUT * travel - float(view.q.min()))

@@ -34,6 +34,7 @@ def trials(bench: Workbench) -> Iterator[Trial]:
     """Give each other thermometer, acting on the retracted length, as the law's own, or with its own A and B."""
     view = bench.view
     ratios = sorted({0.0, bench.ratios[bench.main]} if view.kind == "leg" else {0.0})
+    ratios += [bench.along_screw] if view.kind == "leg" and view.moves else []
     asked = [sensor for sensor in view.sensors if sensor not in view.base and sensor not in bench.noisy]
     terms = []
     for sensor in asked:

@@ -84,9 +84,11 @@ def trials(bench: Workbench) -> Iterator[Trial]:
         hours = view.time / 3600.0
         for lost in view.once((CAUSE.name, sensor), partial(_lost, model)).T:
             rate = -float(hours @ lost / (hours @ hours))
+            alike = float(rate**2 * (hours @ hours) / max(lost @ lost, np.finfo(float).tiny))
             settings = {"decay_runs": STEADY.decay_runs, "rate_K_per_h": rate}
             told = Trial(CAUSE.name, (span * lost)[:, None], sensor, "", settings,
-                         parity=partial(_parity, STEADY), in_parity=rate, repair=partial(_repair, model))  # fmt: skip
+                         parity=partial(_parity, STEADY), in_parity=rate, alike=alike, errors=(sensor,),
+                         repair=partial(_repair, model))  # fmt: skip
             yield told
             yield replace(told, parameters={}, in_parity=0.0, wanders=True)
 

@@ -61,4 +61,5 @@ def _exchanged(view: View) -> Iterator[Trial]:
                             base=view.base_of(tables), repair=partial(SensorRepair, CAUSE.name, "swap",
                                                                       {"first": sensor, "second": other} | sound),
                             anew=True, advantage=order.advantage(sensor, other),
-                            most=order.most(sensor, other), doubt=FEIGNED)  # fmt: skip
+                            most=order.most(sensor, other), doubt=FEIGNED,
+                            errors=(sensor, other) if first else ())  # fmt: skip
