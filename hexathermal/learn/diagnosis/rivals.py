@@ -19,6 +19,9 @@ LATE, OFF, SHIFTED = "thermal-lag", "clock-offset", 0.05
 MISSING, PLUGS, IMITATED = "missing-sensor", "swapped-sensors", 0.85
 """Another thermometer that matters, exchanged ones, and the part of its evidence that these have where they are it."""
 
+TILT, MEASURED = "abbe-tilt", 0.87
+"""The cause that the beams measure, and the part of the largest evidence from which on it leads."""
+
 System = Callable[[Scored], Base]
 """Gives the base with a trial in it."""
 
@@ -115,6 +118,19 @@ def exchanged_or_missing(ranked: list[Ranked]) -> list[Ranked]:
     ahead, behind = max(missing.value, plugs.value), min(missing.value, plugs.value)
     changed = {PLUGS: replace(plugs, value=ahead), MISSING: replace(missing, value=behind)}
     return [changed.get(item.cause, item) for item in ranked]
+
+
+def tilted(ranked: list[Ranked]) -> list[Ranked]:
+    """Return the ranking in which tilt that the beams measured leads what explains hardly more.
+
+    Tilt is measured, with the beams' noise, and it is there for a reason: temperatures, heat or the place of the rod go
+    with it, and imitate it. Where it is not the cause, it explains little.
+    """
+    tilt = next((item for item in ranked if item.cause == TILT), None)
+    ahead = max((item.value for item in ranked), default=0.0)
+    if tilt is None or tilt.gated < LEAST or tilt.value < MEASURED * ahead:
+        return ranked
+    return [replace(item, value=ahead if item is tilt else min(item.value, tilt.value)) for item in ranked]
 
 
 def shaped(ranked: list[Ranked]) -> list[Ranked]:

@@ -28,6 +28,7 @@ from hexathermal.learn.diagnosis.rivals import (
     late_or_off,
     nameless_bounded,
     shaped,
+    tilted,
     with_a_misfit,
 )
 from hexathermal.learn.diagnosis.stand_offs import stand_offs
@@ -187,7 +188,7 @@ class Search:
                 break
         timed = exchanged_or_missing(late_or_off(shaped(list(ranked.values())), timed=self._timed))
         believed = with_a_misfit(self.channel, self.system, timed)
-        bounded = nameless_bounded(self.channel, self.system, believed)
+        bounded = tilted(nameless_bounded(self.channel, self.system, believed))
         order = tuple(sorted(bounded, key=lambda item: -item.value))
         return Step(order, levels, null)
 
