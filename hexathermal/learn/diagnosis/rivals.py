@@ -13,14 +13,18 @@ from hexathermal.learn.diagnosis.evidence import LEAST, Base, Scored, beside
 from hexathermal.learn.diagnosis.ranking import SURE_WITNESS, Ranked
 from hexathermal.poses import FloatArray
 
-LATE, OFF, SHIFTED = "thermal-lag", "clock-offset", 0.05
+LATE, OFF, SHIFTED = "thermal-lag", "clock-offset", 0.08
 """A lag, a clock that is off, and the part of a lag's evidence by which the clock must lead it."""
 
 MISSING, PLUGS, IMITATED = "missing-sensor", "swapped-sensors", 0.85
-"""Another thermometer that matters, exchanged ones, and the part of its evidence that these have where they are it."""
+"""Another thermometer that matters, exchanged ones, and the part of its evidence, or of a lag's, that these have where
+they are it."""
 
 TILT, MEASURED = "abbe-tilt", 0.87
 """The cause that the beams measure, and the part of the largest evidence from which on it leads."""
+
+STEP, STEPS = "zero-jump", 0.6
+"""A step of the zero, and the part of tilt in its run, squared, that goes as it where it is the step of a beam."""
 
 System = Callable[[Scored], Base]
 """Gives the base with a trial in it."""
@@ -92,31 +96,66 @@ def with_a_misfit(channel: Channel, system: System, ranked: list[Ranked]) -> lis
 def late_or_off(ranked: list[Ranked], *, timed: bool) -> list[Ranked]:
     """Return the ranking in which a clock that is off leads a lag only where it does so clearly.
 
-    A clock is a pure shift, and where one is off the evidence knows it. A lag is sketched by low passes: any error of
-    that sketch is one that a shift may mend. Where the two are as good, what stands for the clock stands for the lag:
-    where the clock leads, and where times are known (`timed`), since motion would know of a clock.
+    A clock is a pure shift, and where one is off the evidence knows it, and motion does not speak against it. A lag is
+    sketched by low passes: any error of that sketch is one that a shift may mend. Where the two are as good, what
+    stands for the clock stands for the lag: where the clock leads although motion is against it, and where times are
+    known (`timed`), since motion would know of a clock.
     """
     late, off = (next((item for item in ranked if item.cause == name), None) for name in (LATE, OFF))
     if late is None or off is None or off.gated < LEAST or off.value > (1.0 + SHIFTED) * late.value:
         return ranked
     if off.value < late.value and not timed:
         return ranked
+    if off.value >= late.value and off.best.trial.advantage >= 0.0:
+        return ranked
     ahead, behind = max(late.value, off.value), min(late.value, off.value)
     changed = {LATE: replace(late, value=ahead, borne=off.gated), OFF: replace(off, value=behind)}
     return [changed.get(item.cause, item) for item in ranked]
 
 
-def exchanged_or_missing(ranked: list[Ranked]) -> list[Ranked]:
-    """Return the ranking in which another thermometer leads that its plug is exchanged only where it does so clearly.
+def exchanged(ranked: list[Ranked]) -> list[Ranked]:
+    """Return the ranking in which another thermometer, or a lag, leads exchanged plugs only where it does so clearly.
 
-    An exchange has no amplitude. What is missing has one, reads others besides, and imitates an exchange by taking all
-    of the law for itself; where it is there indeed, an exchange explains little of it.
+    An exchange has no amplitude. What is missing, or late, has one, and imitates an exchange by taking all of the law
+    for itself; where it is there indeed, an exchange explains little of it.
     """
-    missing, plugs = (next((item for item in ranked if item.cause == name), None) for name in (MISSING, PLUGS))
-    if missing is None or plugs is None or plugs.gated < LEAST or not IMITATED * missing.value <= plugs.value:
+    plugs = next((item for item in ranked if item.cause == PLUGS), None)
+    rivals = [
+        item for item in ranked if item.cause in (MISSING, LATE) and plugs is not None and item.value > plugs.value
+    ]
+    if plugs is None or plugs.gated < LEAST or not rivals:
         return ranked
-    ahead, behind = max(missing.value, plugs.value), min(missing.value, plugs.value)
-    changed = {PLUGS: replace(plugs, value=ahead), MISSING: replace(missing, value=behind)}
+    ahead = max(item.value for item in rivals)
+    if plugs.value < IMITATED * ahead:
+        return ranked
+    return [replace(item, value=ahead if item is plugs else plugs.value) if item is plugs or item in rivals else item
+            for item in ranked]  # fmt: skip
+
+
+def steps_with(channel: Channel, step: FloatArray, values: FloatArray) -> bool:
+    """Return whether values, shape (n,), go as a step in the run of that."""
+    runs = [k for k in np.unique(channel.run) if np.ptp(step[channel.run == k]) > 0.0]
+    if not runs:
+        return False
+    within = channel.run == runs[0]
+    both = values[within] - values[within].mean(), step[within] - step[within].mean()
+    size = float((both[0] @ both[0]) * (both[1] @ both[1]))
+    return float(both[0] @ both[1]) ** 2 > STEPS * size
+
+
+def stepping(channel: Channel, system: System, ranked: list[Ranked]) -> list[Ranked]:
+    """Return the ranking in which tilt that only steps is the step of the zero: a beam, or its target, that jumped.
+
+    In the run of the step what tilt explains correlates with it, and other runs have steps of their own.
+    """
+    tilt, step = (next((item for item in ranked if item.cause == name), None) for name in (TILT, STEP))
+    if tilt is None or step is None or step.gated < LEAST or tilt.value < step.value:
+        return ranked
+    base, columns = system(tilt.best), tilt.best.trial.columns
+    _, mean, _ = channel.solved(base.X, base.sd, tilt.levels)
+    if not steps_with(channel, step.best.trial.columns[:, 0], columns @ mean[len(mean) - columns.shape[1] :]):
+        return ranked
+    changed = {TILT: replace(tilt, value=step.value), STEP: replace(step, value=tilt.value)}
     return [changed.get(item.cause, item) for item in ranked]
 
 
@@ -127,8 +166,11 @@ def tilted(ranked: list[Ranked]) -> list[Ranked]:
     with it, and imitate it. Where it is not the cause, it explains little.
     """
     tilt = next((item for item in ranked if item.cause == TILT), None)
-    ahead = max((item.value for item in ranked), default=0.0)
-    if tilt is None or tilt.gated < LEAST or tilt.value < MEASURED * ahead:
+    first = max(ranked, key=lambda item: item.value, default=None)
+    if tilt is None or first is None or first.cause == STEP:
+        return ranked
+    ahead = first.value
+    if tilt.gated < LEAST or tilt.value < MEASURED * ahead:
         return ranked
     return [replace(item, value=ahead if item is tilt else min(item.value, tilt.value)) for item in ranked]
 

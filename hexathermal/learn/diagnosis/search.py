@@ -24,10 +24,11 @@ from hexathermal.learn.diagnosis.evidence import (
 from hexathermal.learn.diagnosis.forms import as_joined, at_rest, fullest
 from hexathermal.learn.diagnosis.ranking import Ranked, Step
 from hexathermal.learn.diagnosis.rivals import (
-    exchanged_or_missing,
+    exchanged,
     late_or_off,
     nameless_bounded,
     shaped,
+    stepping,
     tilted,
     with_a_misfit,
 )
@@ -186,9 +187,9 @@ class Search:
             levels, null = pool[better], nulls[better]
             if gained < TRIFLE:
                 break
-        timed = exchanged_or_missing(late_or_off(shaped(list(ranked.values())), timed=self._timed))
+        timed = exchanged(late_or_off(shaped(list(ranked.values())), timed=self._timed))
         believed = with_a_misfit(self.channel, self.system, timed)
-        bounded = tilted(nameless_bounded(self.channel, self.system, believed))
+        bounded = tilted(nameless_bounded(self.channel, self.system, stepping(self.channel, self.system, believed)))
         order = tuple(sorted(bounded, key=lambda item: -item.value))
         return Step(order, levels, null)
 

@@ -17,6 +17,7 @@ from hexathermal.learn.diagnosis.foresight import FAINT, repeated
 from hexathermal.learn.diagnosis.mending import Told, mended_view, remade, told_after, told_by, told_late
 from hexathermal.learn.diagnosis.ranking import Ranked, Step
 from hexathermal.learn.diagnosis.recorded import silent_inputs, silent_sensors, without_inputs
+from hexathermal.learn.diagnosis.rivals import TILT, steps_with
 from hexathermal.learn.diagnosis.search import FORETOLD, REPEATED, STEP, TWINS, Search
 from hexathermal.learn.diagnosis.sensor_model import SensorModel
 from hexathermal.learn.diagnosis.trials import Trial, Workbench
@@ -229,6 +230,8 @@ class Stage:
         if any(item.trial.shape == FORETOLD for item in self.joined):
             gone.add(REPEATED)
         sensors = {item.trial.target for item in self.joined}
+        if any(item.trial.cause == STEP and self._tilts_with(item.trial) for item in self.joined):
+            gone.add(TILT)
         late = {item.trial.target for item in self.joined if item.trial.shape == FORETOLD}
         off = {next(iter(repair.parameters["from_s"])) for repair in self.repairs
                if "from_s" in repair.parameters}  # fmt: skip
@@ -236,6 +239,13 @@ class Stage:
                 if trial.cause not in gone and not (trial.cause == REPEATED and trial.target in sensors)
                 and (trial.cause not in twins or (trial.cause == STEP and trial.target not in off))
                 and not (trial.fault and trial.target in late)]  # fmt: skip
+
+    def _tilts_with(self, step: Trial) -> bool:
+        """Return whether the target tilts at a step of the zero: then other steps of that beam look like tilt."""
+        if any(rows.signals.tilt is None for rows in self.view.runs):
+            return False
+        tilts = self.view.quick_columns("tilt", {}).T
+        return any(steps_with(self.channel, step.columns[:, 0], tilt) for tilt in tilts)
 
     def beside(self, scored: Scored) -> Stage:
         """Return the stage in which a trial was named, but joins no law: its columns stand in the null.

@@ -34,7 +34,7 @@ ASKED = 5
 STEEPEST = 1.5
 """Largest B over A that is believed: a scale that is off makes B look as large as it likes."""
 
-FEIGNED = 0.2
+FEIGNED = 0.3
 """Part of the thermometers' slow bias that may look like a cause: most of it looks like a slow process. Steps of the
 recording count whole: they are the error of anything that goes smoothly."""
 
