@@ -43,7 +43,8 @@ def _file_names(runs: list[RunResidual]) -> dict[str, str]:
     """Return a file's name for each run: letters that every system takes, each name once."""
     found: dict[str, str] = {}
     for k, run in enumerate(runs):
-        name = f"run-{plain(run.run)}"
+        own = plain(run.run)
+        name = own if own.startswith("run") else f"run-{own}"
         found[run.run] = name if name not in found.values() else f"{name}-{k + 1}"
     return found
 

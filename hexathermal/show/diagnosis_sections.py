@@ -11,7 +11,6 @@ from hexathermal.show.diagnosis_page import facts, paragraph, section, table, te
 from hexathermal.show.diagnosis_tables import joined_words, probability, verdict_probability, visible_words
 from hexathermal.show.diagnosis_words import (
     NONE_NAMED,
-    VERDICTS,
     changed,
     effect_rows,
     gain_words,
@@ -22,13 +21,14 @@ from hexathermal.show.diagnosis_words import (
     sentences,
     settings_words,
     shared_words,
+    verdict_words,
 )
 from hexathermal.show.shares import less, parts
 
 
 def opening(found: Diagnosis) -> str:
     """Return what stands under the first sentence: further causes, key figures, notes."""
-    many = f"{len(found.effects)} causes are named" if len(found.effects) > 1 else VERDICTS[found.verdict]
+    many = f"{len(found.effects)} causes are named" if len(found.effects) > 1 else verdict_words(found)
     pairs = [("Verdict", many, verdict_probability(found.verdict, len(found.effects), found.probability))]
     if found.gain is not None:
         one = found.gain.total

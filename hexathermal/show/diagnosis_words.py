@@ -34,6 +34,11 @@ VERDICTS = {
 }
 
 
+def verdict_words(found: Diagnosis) -> str:
+    """Return a verdict in words; where some candidates stand above chance, nothing can be named."""
+    return "nothing can be named" if found.unnamed else VERDICTS[found.verdict]
+
+
 @dataclass(frozen=True)
 class Shown:
     """A parameter as it is shown.

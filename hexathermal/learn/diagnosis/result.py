@@ -269,9 +269,10 @@ class Diagnosis(Shown):
             return "No effect of the catalogue is seen: the law explains these data to their noise."
         if self.verdict == "none":
             limit = max(item.visible for item in self.limits) * UM
+            trusted = "as far as its thermometers can be trusted" if self.unnamed else "to their noise"
             return (
-                f"No effect of the catalogue stands above {limit:.2g} um (visible RMS): the law explains these data to "
-                "their noise."
+                f"No effect of the catalogue stands above {limit:.2g} um (visible RMS): the law explains these data "
+                f"{trusted}."
             )
         return f"S{left}"
 

@@ -96,9 +96,9 @@ def with_a_misfit(channel: Channel, system: System, ranked: list[Ranked]) -> lis
 def late_or_off(ranked: list[Ranked], *, timed: bool) -> list[Ranked]:
     """Return the ranking in which a clock that is off leads a lag only where it does so clearly.
 
-    A clock is a pure shift, and where one is off the evidence knows it, and motion does not speak against it. A lag is
+    A clock is a pure shift, and where one is off the evidence knows it, and motion speaks for it. A lag is
     sketched by low passes: any error of that sketch is one that a shift may mend. Where the two are as good, what
-    stands for the clock stands for the lag: where the clock leads although motion is against it, and where times are
+    stands for the clock stands for the lag: where the clock leads without motion, and where times are
     known (`timed`), since motion would know of a clock.
     """
     late, off = (next((item for item in ranked if item.cause == name), None) for name in (LATE, OFF))
@@ -106,7 +106,7 @@ def late_or_off(ranked: list[Ranked], *, timed: bool) -> list[Ranked]:
         return ranked
     if off.value < late.value and not timed:
         return ranked
-    if off.value >= late.value and off.best.trial.advantage >= 0.0:
+    if off.value >= late.value and off.best.trial.advantage > 0.0:
         return ranked
     ahead, behind = max(late.value, off.value), min(late.value, off.value)
     changed = {LATE: replace(late, value=ahead, borne=off.gated), OFF: replace(off, value=behind)}

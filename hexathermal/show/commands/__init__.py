@@ -7,7 +7,7 @@ A command's module holds ``add(commands)``, which declares it and what its ``--h
 from __future__ import annotations
 
 import argparse
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field
 from difflib import get_close_matches
 from importlib import import_module
@@ -48,6 +48,23 @@ class Answer:
     code: int = 0
     files: Mapping[Path, bytes] = field(default_factory=dict)
     then: Callable[[], str] | None = None
+
+
+def kept(write: Callable[[], Iterable[Path]], place: Path) -> tuple[list[Path], list[str]]:
+    """Return files that were written, or none and what went wrong: an answer that took minutes is told nevertheless.
+
+    Parameters
+    ----------
+    write : function
+        Writes files and returns their paths.
+    place : Path
+        Where, for the message.
+    """
+    try:
+        return list(write()), []
+    except OSError as error:
+        said = f"cannot write {place}: {error.strerror or error}; make room, or give another place"
+        return [], [f"error: {said}. The answer on stdout and --json is whole"]
 
 
 class Command(Protocol):

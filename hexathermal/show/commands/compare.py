@@ -6,7 +6,7 @@ import argparse
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from hexathermal.show.commands import Answer, Progress
+from hexathermal.show.commands import Answer, Progress, kept
 from hexathermal.show.options import CAMPAIGN, EXIT_CODES, STYLE, path
 
 if TYPE_CHECKING:
@@ -75,7 +75,9 @@ def run(arguments: argparse.Namespace, progress: Progress) -> Answer:
     campaign = load_campaign(arguments.campaign, needed=("identification",), progress=progress)
     found = compare_campaign(campaign, progress=progress)
     facts = comparison_facts(found)
-    written = [] if arguments.plots is None else _drawn(found, arguments.plots, progress)
+    written, lost = list[Path](), list[str]()
+    if arguments.plots is not None:
+        written, lost = kept(lambda: _drawn(found, arguments.plots, progress), arguments.plots)
     facts["written"] = [str(file) for file in written]
     texts: list[Any] = [_summary(found)]
     if found.differences:
@@ -86,7 +88,7 @@ def run(arguments: argparse.Namespace, progress: Progress) -> Answer:
         old = sorted({file for kind in KINDS for file in arguments.plots.glob(f"*-{kind}.png")} - set(written))
         if old:
             texts.append(f"Older pictures stay in {arguments.plots}: {', '.join(file.name for file in old)}")
-    return Answer(tuple(texts), facts)
+    return Answer(tuple(texts), facts, tuple(lost), code=bool(lost))
 
 
 def _summary(found: Comparison) -> str:

@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from hexathermal.errors import ArgumentError
-from hexathermal.show.commands import Answer, Progress
+from hexathermal.show.commands import Answer, Progress, kept
 from hexathermal.show.hexapod_answers import is_hexapod_campaign
 from hexathermal.show.machine_answers import (
     DIAGNOSE_HEXAPOD,
@@ -124,12 +124,14 @@ def run(arguments: argparse.Namespace, progress: Progress) -> Answer:
     refuse_other_kind(arguments, False)
     _refuse_other_law(campaign, law)
     found = diagnose(campaign, names, law=law, progress=progress)
-    facts, written, warnings = diagnosis_facts(found), list[Path](), list[str]()
+    facts, written, warnings, lost = diagnosis_facts(found), list[Path](), list[str](), list[str]()
     if arguments.report is not None:
-        written += _report(found, facts, arguments.report, progress)
+        files, lost = kept(lambda: _report(found, facts, arguments.report, progress), arguments.report)
+        written, warnings = [*written, *files], [*warnings, *lost]
     # last: a law is there only where all else is
     if arguments.extend is not None:
-        written.append(write_leg_law(found.extended, arguments.extend))
+        files, missed = kept(lambda: [write_leg_law(found.extended, arguments.extend)], arguments.extend)
+        written, warnings, lost = [*written, *files], [*warnings, *missed], [*lost, *missed]
         if not changed(found):
             warnings.append(f"warning: nothing joined the law: {arguments.extend} holds it without terms")
         if found.gain is not None and (worse := found.gain.total.rmse_gain).high < 0.0:
@@ -141,7 +143,7 @@ def run(arguments: argparse.Namespace, progress: Progress) -> Answer:
     shown = [*_shown(found)]
     if written:
         shown.append("Written:\n" + "\n".join(f"  {file}" for file in written))
-    return Answer(tuple(shown), facts, tuple(warnings))
+    return Answer(tuple(shown), facts, tuple(warnings), code=bool(lost))
 
 
 def _names(arguments: argparse.Namespace) -> tuple[str, ...] | None:

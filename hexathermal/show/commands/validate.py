@@ -151,13 +151,23 @@ def _fitted(found: Validation) -> list[str]:
 
 
 def _doubts(law: IdentifiedLaw, campaign: Campaign) -> list[str]:
-    """Return warnings about a law that meets another leg."""
-    leg = campaign.leg
+    """Return warnings about a law that meets another leg, or whose repairs are of another campaign."""
+    from hexathermal.learn.campaign_dataset import fingerprint
+
+    leg, others = campaign.leg, list[str]()
+    if law.repairs and law.origin.fingerprint and law.origin.fingerprint != fingerprint(campaign):
+        names = ", ".join(dict.fromkeys(one.cause for one in law.repairs))
+        others = [
+            f"warning: the law puts data right for faults of the campaign {law.origin.title!r} ({names}); these files "
+            "are others: where their runs have the same names, they are changed as well. If the fault is not theirs, "
+            "give the law before it was extended, or diagnose this campaign"
+        ]
     if leg is None or law.retracted_length is None or abs(leg.retracted_length - law.retracted_length) < 1e-6:
-        return []
+        return others
     return [
+        *others,
         f"warning: the law was identified on a leg of q0 = {law.retracted_length * 1e3:g} mm, this one has "
-        f"{leg.retracted_length * 1e3:g} mm; the law's own q0 is used"
+        f"{leg.retracted_length * 1e3:g} mm; the law's own q0 is used",
     ]
 
 

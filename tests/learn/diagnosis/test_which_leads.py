@@ -1,0 +1,120 @@
+"""Of causes that explain alike, the one leads that has no amplitude, was measured, or is a step; clocks ask motion."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from hexathermal.learn.diagnosis.channels import Levels
+from hexathermal.learn.diagnosis.evidence import Base, Scored
+from hexathermal.learn.diagnosis.ranking import Ranked
+from hexathermal.learn.diagnosis.rivals import exchanged, late_or_off, stepping, steps_with, tilted
+from hexathermal.learn.diagnosis.stage import Stage
+from hexathermal.learn.diagnosis.trials import ERRING, FEIGNED, Trial
+from tests.learn.diagnosis.campaigns import viewed
+from tests.learn.diagnosis.noises import channel_like
+
+LEVELS = Levels(0.1, 0.0, 0.0, 0.0)
+
+
+def named(cause: str, value: float, columns: np.ndarray | None = None, advantage: float = 0.0) -> Ranked:
+    """A cause that is surely there."""
+    made = np.zeros((3, 0)) if columns is None else columns
+    trial = Trial(cause, made, advantage=advantage)
+    return Ranked(cause, value, Scored(trial, value, 20.0, 1.0, 0.0, 1.0, np.ones(made.shape[1])), LEVELS)
+
+
+def first(ranked: list[Ranked]) -> str:
+    """The cause of the largest evidence."""
+    return max(ranked, key=lambda item: item.value).cause
+
+
+@pytest.mark.parametrize("rival", ["missing-sensor", "thermal-lag"])
+@pytest.mark.parametrize(("plugs", "leads"), [(90.0, True), (80.0, False), (130.0, True)])
+def test_exchanged_plugs_lead_what_imitates_them(rival: str, plugs: float, leads: bool) -> None:
+    """An exchange with nine tenths of the evidence of what has an amplitude leads it; with eight tenths it does not."""
+    given = [named(rival, 100.0), named("swapped-sensors", plugs), named("creep", 5.0)]
+    after = exchanged(given)
+    assert first(after) == ("swapped-sensors" if leads else rival)
+    assert sorted(item.value for item in after) == sorted(item.value for item in given)
+
+
+def test_an_exchange_behind_two_rivals_leads_both() -> None:
+    """It takes the place of the first of them, and both stand where it stood."""
+    after = exchanged([named("missing-sensor", 100.0), named("thermal-lag", 98.0), named("swapped-sensors", 95.0)])
+    assert {item.cause: item.value for item in after} == {
+        "swapped-sensors": 100.0, "missing-sensor": 95.0, "thermal-lag": 95.0,
+    }  # fmt: skip
+
+
+@pytest.mark.parametrize(("tilt", "other", "leads"), [(90.0, "missing-sensor", True), (80.0, "missing-sensor", False),
+                                                      (95.0, "follows the displacement", True),
+                                                      (95.0, "zero-jump", False)])  # fmt: skip
+def test_tilt_that_was_measured_leads_what_goes_with_it(tilt: float, other: str, leads: bool) -> None:
+    """Nine tenths of the evidence are enough, also against what is nameless; a step is not handed over."""
+    after = tilted([named(other, 100.0), named("abbe-tilt", tilt), named("creep", 97.0)])
+    assert first(after) == ("abbe-tilt" if leads else other)
+
+
+@pytest.mark.parametrize(("off", "motion", "leads"), [
+    (102.0, 0.0, "thermal-lag"), (102.0, 2.0, "clock-offset"), (102.0, -2.0, "thermal-lag"),
+    (112.0, -2.0, "clock-offset"), (98.0, 2.0, "thermal-lag"),
+])  # fmt: skip
+def test_a_clock_a_little_ahead_leads_where_motion_speaks_for_it(off: float, motion: float, leads: str) -> None:
+    """Motion silent or against it: then a lag with an error of its sketch is what a shift mends."""
+    ranked = [named("thermal-lag", 100.0), named("clock-offset", off, advantage=motion)]
+    assert first(late_or_off(ranked, timed=False)) == leads
+
+
+def test_tilt_that_only_steps_is_a_step_of_the_zero(rng: np.random.Generator) -> None:
+    """A beam that jumps tilts the target once; tilt that wanders beside a step of the zero stays tilt."""
+    channel = channel_like(rng, runs=4, windows=50)
+    step = ((channel.run == 2) & (np.arange(len(channel)) >= 120)).astype(float)
+    wander = np.sin(np.arange(len(channel)) / 7.0)
+    for shape, leads in ((step + 0.05 * wander, "zero-jump"), (wander + 0.1 * step, "abbe-tilt")):
+        columns = np.column_stack([shape, 0.3 * shape + 0.01 * wander])
+        data = channel.with_y(columns[:, 0] + 0.01 * rng.standard_normal(len(channel)))
+        ranked = [named("abbe-tilt", 100.0, columns), named("zero-jump", 60.0, step[:, None])]
+
+        def system(scored: Scored) -> Base:
+            """The trial alone."""
+            return Base(scored.trial.columns, np.ones(scored.trial.columns.shape[1]), 0)
+
+        assert first(stepping(data, system, ranked)) == leads
+    assert steps_with(channel, step, 3.0 - 2.0 * step)
+    assert not steps_with(channel, np.zeros(len(channel)), step)
+    assert not steps_with(channel, step, np.zeros(len(channel)))
+
+
+def test_what_consists_of_thermometers_errors_may_be_feigned_by_half_of_them() -> None:
+    """An exchange in some of the runs, and what others foretell of a reading, count beside the whole slow biases."""
+    view, _ = viewed("quiet", 2, (), 1.0)
+    stage = Stage(view)
+    bench, trials = stage.bench, stage.search.trials
+    some = next(one for one in trials if one.cause == "swapped-sensors" and "from_run" in one.parameters)
+    told = next(one for one in trials if one.cause == "sensor-drift" and one.wanders)
+    whole = next(one for one in trials if one.cause == "swapped-sensors" and "from_run" not in one.parameters)
+    assert some.errors == (some.target, some.parameters["other"])
+    assert told.errors == (told.target,)
+    assert not whole.errors
+    assert bench.erring(whole) == 0.0
+    assert whole.feigned < told.feigned < some.feigned
+    assert some.feigned == pytest.approx(np.hypot(whole.feigned, bench.erring(some)))
+    assert bench.erring(told) > ERRING / FEIGNED * 0.5 * whole.feigned
+
+
+def test_what_wanders_is_no_error_of_a_rate() -> None:
+    """Of what the others foretell of a drifting reading counts unseen only the part that goes with time."""
+    view, _ = viewed("quiet", 2, (), 1.0)
+    stage = Stage(view)
+    told = next(one for one in stage.search.trials if one.cause == "sensor-drift" and "rate_K_per_h" in one.parameters)
+    lost, hours = told.columns[:, 0] / stage.bench.slopes_span(str(told.target)), view.time / 3600.0
+    assert told.alike == pytest.approx((lost @ hours) ** 2 / (lost @ lost) / (hours @ hours))
+    assert 0.0 <= told.alike <= 1.0
+    witnesses, scored = stage.search.witnesses, stage.search.scored(stage._null[0], [told])[0]
+    item = Ranked("sensor-drift", 50.0, scored, stage._null[0])
+    part = witnesses._unseen(item, 0.0)
+    straight = replace(item, best=replace(scored, trial=replace(told, alike=1.0)))
+    assert part == pytest.approx(told.alike * witnesses._unseen(straight, 0.0))
