@@ -8,14 +8,15 @@ from dataclasses import replace
 import numpy as np
 
 from hexathermal.learn.diagnosis.causes import catalogue
+from hexathermal.learn.diagnosis.feigning import erring, feigned_by
 from hexathermal.learn.diagnosis.trials import Trial, Workbench
 from hexathermal.learn.diagnosis.unexplained import THERMAL, WANDERING, flexible_trials
 from hexathermal.poses import FloatArray
 
 
 def all_trials(bench: Workbench, slow: float | None = None) -> list[Trial]:
-    """Return the trials of the catalogue and the nameless ones; `slow` as in `Workbench.feigned`."""
-    thermometers, found = bench.feigned(slow), []
+    """Return the trials of the catalogue and the nameless ones; `slow` as in `feigned_by`."""
+    thermometers, found = feigned_by(bench, slow), []
 
     def feigns(*, thermal: bool, wanders: bool) -> float:
         """Return the misfit that errors of the thermometers may feign, RMS [m]."""
@@ -23,7 +24,7 @@ def all_trials(bench: Workbench, slow: float | None = None) -> list[Trial]:
 
     for module in catalogue().values():
         feigned = feigns(thermal=module.CAUSE.thermal, wanders=module.CAUSE.wanders)
-        found += [_feigning(trial, math.hypot(feigned, bench.erring(trial))) for trial in module.trials(bench)]
+        found += [_feigning(trial, math.hypot(feigned, erring(bench, trial))) for trial in module.trials(bench)]
     for trial in flexible_trials(bench):
         feigned = feigns(thermal=trial.target in THERMAL, wanders=trial.target in WANDERING)
         found.append(_feigning(trial, feigned))

@@ -26,7 +26,8 @@ from hexathermal.learn.diagnosis.recorded import judged_runs, refuse_silent, sil
 from hexathermal.learn.diagnosis.replugged import Exchange, exchanges_between_runs, told_of
 from hexathermal.learn.diagnosis.residuals import run_residuals, whiteness
 from hexathermal.learn.diagnosis.result import Candidate, Diagnosis, Effect, Limit
-from hexathermal.learn.diagnosis.search import REPEATED, STEP
+from hexathermal.learn.diagnosis.rivals import STEP
+from hexathermal.learn.diagnosis.search import REPEATED
 from hexathermal.learn.diagnosis.stage import view_of
 from hexathermal.learn.diagnosis.trials import Trial
 from hexathermal.learn.diagnosis.view import View

@@ -23,6 +23,9 @@ they are it."""
 TILT, MEASURED = "abbe-tilt", 0.87
 """The cause that the beams measure, and the part of the largest evidence from which on it leads."""
 
+FORETOLD = "foretold"
+"""The shape in which other thermometers tell what one lacks: an error of their weights looks like a missing one."""
+
 STEP, STEPS = "zero-jump", 0.6
 """A step of the zero, and the part of tilt in its run, squared, that goes as it where it is the step of a beam."""
 
@@ -130,6 +133,11 @@ def exchanged(ranked: list[Ranked]) -> list[Ranked]:
         return ranked
     return [replace(item, value=ahead if item is plugs else plugs.value) if item is plugs or item in rivals else item
             for item in ranked]  # fmt: skip
+
+
+def _imitates(item: Ranked) -> bool:
+    """Return whether a cause may take all of the law for itself: not a reading that is late with all that it reads."""
+    return item.cause == MISSING or (item.cause == LATE and item.best.trial.shape != FORETOLD)
 
 
 def steps_with(channel: Channel, step: FloatArray, values: FloatArray) -> bool:

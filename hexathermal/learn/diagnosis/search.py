@@ -24,6 +24,7 @@ from hexathermal.learn.diagnosis.evidence import (
 from hexathermal.learn.diagnosis.forms import as_joined, at_rest, fullest
 from hexathermal.learn.diagnosis.ranking import Ranked, Step
 from hexathermal.learn.diagnosis.rivals import (
+    STEP,
     exchanged,
     late_or_off,
     nameless_bounded,
@@ -50,13 +51,10 @@ TWINS = {
 REPEATED = "missing-sensor"
 """The cause that may be there more than once, with another target."""
 
-FORETOLD = "foretold"
-"""The shape in which other thermometers tell what one lacks: an error of their weights looks like `REPEATED`."""
-
 MOST_WITNESSED = 16
 """Trials of a sensor's fault whose parity is asked, besides those that are asked in any case."""
 
-STEP, STEP_ALONE = "zero-jump", 3.0
+STEP_ALONE = 3.0
 """What a drift says for a step of the zero counts up to so much where what may stand off says as much."""
 
 MENDED = 3

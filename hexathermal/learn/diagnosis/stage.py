@@ -17,8 +17,8 @@ from hexathermal.learn.diagnosis.foresight import FAINT, repeated
 from hexathermal.learn.diagnosis.mending import Told, mended_view, remade, told_after, told_by, told_late
 from hexathermal.learn.diagnosis.ranking import Ranked, Step
 from hexathermal.learn.diagnosis.recorded import silent_inputs, silent_sensors, without_inputs
-from hexathermal.learn.diagnosis.rivals import TILT, steps_with
-from hexathermal.learn.diagnosis.search import FORETOLD, REPEATED, STEP, TWINS, Search
+from hexathermal.learn.diagnosis.rivals import FORETOLD, STEP, TILT, steps_with
+from hexathermal.learn.diagnosis.search import REPEATED, TWINS, Search
 from hexathermal.learn.diagnosis.sensor_model import SensorModel
 from hexathermal.learn.diagnosis.trials import Trial, Workbench
 from hexathermal.learn.diagnosis.view import View

@@ -10,7 +10,6 @@ from typing import TYPE_CHECKING, Any, Protocol, TypeVar
 import numpy as np
 
 from hexathermal.learn.diagnosis.channels import Levels
-from hexathermal.learn.diagnosis.common_error import common_error
 from hexathermal.learn.diagnosis.recorded import noisy_sensors, reading
 from hexathermal.learn.diagnosis.sensor_model import Parity, SensorModel, sensor_model
 from hexathermal.learn.diagnosis.view import View
@@ -34,19 +33,8 @@ ASKED = 5
 STEEPEST = 1.5
 """Largest B over A that is believed: a scale that is off makes B look as large as it likes."""
 
-FEIGNED = 0.3
-"""Part of the thermometers' slow bias that may look like a cause: most of it looks like a slow process. Steps of the
-recording count whole: they are the error of anything that goes smoothly."""
-
 DRAWN_OUT = 0.5
 """Travels of the rod that are out already where it is farthest in, of a screw that is warm as far as it is out."""
-
-ERRING = 0.5
-"""Part of the slow biases of thermometers that may look like a fault which consists of such errors."""
-
-FEIGNED_NOISE, MOST_FEIGNED = 2.0, 1.5
-"""Part of their noise, times what it is of all noise, that may look like a cause, and the most: where readings scatter
-as much as the drift does, anything that scatters less and goes alike is preferred."""
 
 QUICKLY = 0.5
 """Errors of readings, noise and steps, over what smoothing takes from windows, below which that is warming."""
@@ -314,50 +302,14 @@ class Workbench:
         models = [model for name in self.bystanders(ASKED) if (model := self.model(name)) is not None]
         return float(np.median([level(model.null[0]) for model in models])) if models else USUAL_BIAS_K
 
-    def _moved_by(self, sensor: str) -> float:
+    def moved_by(self, sensor: str) -> float:
         """Return what a sensor of the law moves the part by, RMS over its windows [m/K]."""
         return float(self.slopes[sensor] * np.sqrt((self.slopes_span(sensor) ** 2).mean()))
 
-    def feigned(self, slow: float | None = None) -> float:
-        """Return the misfit that errors of the law's thermometers may feign in thermal causes, RMS [m].
-
-        Each has a slow bias, as its parity shows, a resolution, below which it sees no warming at all, and noise that
-        smoothing leaves: whatever goes as the temperature does with less noise stands for a better reading. All of them
-        may err alike, by no more than they wander beside what warms them, and than wanders in the drift: `slow` of it
-        [m] beside all that the null doubts, where that is known.
-        """
-        wanders = self.slow if slow is None else min(self.slow, slow)
-        biases, steps, noises = [], [], []
-        for sensor in self.view.base:
-            step, noise = self.reading(sensor)
-            biases.append(self._moved_by(sensor) * self._bias(sensor))
-            steps.append(self._moved_by(sensor) * step / np.sqrt(12.0))
-            noises.append(self._moved_by(sensor) * noise * self.view.noise_left)
-        alike = common_error(self.view)
-        together = abs(sum(self._moved_by(sensor) for sensor in self.view.base))
-        shared = 0.0 if alike is None else together * alike.beside(self.usual_bias)
-        # errors that moved the part by more than the law leaves would stand in what it leaves
-        moved = min(float(np.linalg.norm(biases)), self.noise), min(shared, wanders)
-        parts = [FEIGNED * float(np.linalg.norm(moved)), *steps]
-        whole = float(np.linalg.norm(noises))
-        lured = whole * min(MOST_FEIGNED, FEIGNED_NOISE * whole / self.noise)
-        return float(np.hypot(np.linalg.norm(parts), lured))
-
-    def _bias(self, sensor: str) -> float:
+    def bias(self, sensor: str) -> float:
         """Return a thermometer's slow bias as its parity shows it, or as others' do, if that is less [K]."""
         model = self.model(sensor)
         return USUAL_BIAS_K if model is None else min(model.bias, self.usual_bias)
-
-    def erring(self, trial: Trial) -> float:
-        """Return the misfit that slow biases of a trial's `errors` feign, RMS [m]; 0 where it has none.
-
-        Of two thermometers at one temperature the second may fit the drift of few runs better by chance, and what the
-        others foretell may do so better than a sound thermometer's reading: all that they differ by is errors.
-        """
-        if not trial.errors:
-            return 0.0
-        biases = np.linalg.norm([self._bias(sensor) for sensor in trial.errors])
-        return ERRING * abs(self._moved_by(str(trial.target))) * float(biases)
 
     @cached_property
     def wandered(self) -> float:
@@ -372,7 +324,7 @@ class Workbench:
         for sensor in self.view.base:
             model = self.model(sensor)
             offset = usual if model is None else min(model.null[0].offset, usual)
-            parts.append(self._moved_by(sensor) * offset)
+            parts.append(self.moved_by(sensor) * offset)
         return float(np.linalg.norm(parts))
 
     def warms_quickly(self, sensor: str) -> bool:

@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 
 from hexathermal.learn.campaign_files import load_campaign
-from hexathermal.learn.diagnosis import mending, trials
+from hexathermal.learn.diagnosis import feigning, mending
 from hexathermal.learn.diagnosis.deciding import decided
 from hexathermal.learn.diagnosis.evidence import LEAST
 from hexathermal.learn.diagnosis.stage import Stage, view_of
@@ -45,7 +45,7 @@ def first_name(view: View) -> str | None:
 
 def nothing_shared(monkeypatch: pytest.MonkeyPatch) -> None:
     """Let the null of views made from now on know no error that all thermometers share."""
-    monkeypatch.setattr(trials, "common_error", lambda _view: None)
+    monkeypatch.setattr(feigning, "common_error", lambda _view: None)
     monkeypatch.setattr(mending, "doubted_alike", lambda own: [np.zeros((len(one), 0)) for one in own.signals])
 
 

@@ -125,7 +125,7 @@ def test_what_every_run_loses_alike_is_no_wandering_thermometer(
 
 def test_a_small_effect_of_all_runs_is_named_where_thermometers_may_feign_as_much() -> None:
     """Another thermometer that matters, no more than those of the law may feign, stands: each run left out shows it."""
-    view, answer = viewed("rough", 3259304782937083, ("missing-sensor",), 1.3)
+    view, answer = viewed("rough", 3259304782937083, ("missing-sensor",), 1.6)
     best = Stage(view).step.ranking[0]
     assert (best.cause, best.best.trial.target) == ("missing-sensor", answer.targets[0])
     assert replace(best, repeated=0.0).gated < LEAST_THRESHOLD < best.gated

@@ -10,6 +10,7 @@ import pytest
 from hexathermal.learn.diagnosis import stage as stages
 from hexathermal.learn.diagnosis.causes import frame_expansion, missing_sensor
 from hexathermal.learn.diagnosis.evidence import LEAST
+from hexathermal.learn.diagnosis.feigning import feigned_by
 from hexathermal.learn.diagnosis.stage import Stage
 from hexathermal.learn.diagnosis.view import View
 from hexathermal.learn.diagnosis.witnesses import Witnesses
@@ -119,7 +120,7 @@ def test_what_all_thermometers_feign_is_what_wanders_beside_all_doubts(monkeypat
     view = viewed("modal", 5, (), 1.0)[0]
     bench = Stage(view).bench
     bench.slow = 1e-6
-    assert bench.feigned(0.0) < bench.feigned(0.5e-6) <= bench.feigned() == bench.feigned(1.0)
+    assert feigned_by(bench, 0.0) < feigned_by(bench, 0.5e-6) <= feigned_by(bench) == feigned_by(bench, 1.0)
 
     def feigned(slow: float) -> float:
         """What the trials of a stage may feign at most, where so much wanders beside the null's doubts."""

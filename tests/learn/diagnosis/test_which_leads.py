@@ -9,10 +9,11 @@ import pytest
 
 from hexathermal.learn.diagnosis.channels import Levels
 from hexathermal.learn.diagnosis.evidence import Base, Scored
+from hexathermal.learn.diagnosis.feigning import ERRING, FEIGNED, erring
 from hexathermal.learn.diagnosis.ranking import Ranked
 from hexathermal.learn.diagnosis.rivals import exchanged, late_or_off, stepping, steps_with, tilted
 from hexathermal.learn.diagnosis.stage import Stage
-from hexathermal.learn.diagnosis.trials import ERRING, FEIGNED, Trial
+from hexathermal.learn.diagnosis.trials import Trial
 from tests.learn.diagnosis.campaigns import viewed
 from tests.learn.diagnosis.noises import channel_like
 
@@ -99,10 +100,10 @@ def test_what_consists_of_thermometers_errors_may_be_feigned_by_half_of_them() -
     assert some.errors == (some.target, some.parameters["other"])
     assert told.errors == (told.target,)
     assert not whole.errors
-    assert bench.erring(whole) == 0.0
+    assert erring(bench, whole) == 0.0
     assert whole.feigned < told.feigned < some.feigned
-    assert some.feigned == pytest.approx(np.hypot(whole.feigned, bench.erring(some)))
-    assert bench.erring(told) > ERRING / FEIGNED * 0.5 * whole.feigned
+    assert some.feigned == pytest.approx(np.hypot(whole.feigned, erring(bench, some)))
+    assert erring(bench, told) > ERRING / FEIGNED * 0.5 * whole.feigned
 
 
 def test_what_wanders_is_no_error_of_a_rate() -> None:

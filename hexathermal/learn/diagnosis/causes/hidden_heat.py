@@ -18,7 +18,7 @@ CAUSE = Cause(
     ),
     parameters=(
         Parameter("time_constant_s", "s", "log-uniform, 2 min to 4 h"),
-        Parameter("source_time_constant_s", "s", "none, a sixth of it (what is rubbed warms first), or the same"),
+        Parameter("source_time_constant_s", "s", "none, or a sixth of it: what is rubbed warms first"),
         Parameter("source_share", "1", "none, or 0.4: the part of what is rubbed itself"),
         Parameter("amplitude", "m per unit of the source", "visible effect of 0.25 to 4 times the noise"),
     ),
@@ -34,9 +34,6 @@ CAUSE = Cause(
 )
 
 TIMES_S = (120.0, 240.0, 480.0, 960.0, 1920.0, 3840.0, 7680.0, 15360.0)
-
-TWICE_S = (120.0, 240.0, 480.0, 960.0, 1920.0, 3840.0)
-"""Of these heat is also tried that goes through two pieces which warm as slowly as each other."""
 
 KEPT_S = (1920.0, 3840.0, 7680.0)
 """Of these heat of an hour before a run may still be there, which its rows do not tell."""
@@ -63,7 +60,6 @@ def trials(bench: Workbench) -> Iterator[Trial]:
             stages: list[dict[str, Any]] = [{}, rubbed]
             if source == "motion":
                 stages.append({**rubbed, "source_share": OWN_SHARE})
-                stages += [{"source_time_constant_s": tau}] * (tau in TWICE_S)
             for first, length in product(stages, lengths):
                 trial = bench.term(CAUSE.name, "stored-heat", source, source=source, time_constant_s=tau, power=power,
                                    **first, **length)  # fmt: skip
