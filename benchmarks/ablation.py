@@ -63,12 +63,12 @@ def _no_tolerance() -> list[Any]:
 
 def _nothing_shared() -> list[Any]:
     """A logger gives no error to all thermometers."""
-    from hexathermal.learn.diagnosis import mending, trials
+    from hexathermal.learn.diagnosis import feigning, mending
 
     def none(view: Any) -> list[Any]:
         return [np.zeros((len(signals), 0)) for signals in view.signals]
 
-    return [patch.object(trials, "common_error", _constant(None)), patch.object(mending, "doubted_alike", none)]
+    return [patch.object(feigning, "common_error", _constant(None)), patch.object(mending, "doubted_alike", none)]
 
 
 def _no_timing() -> list[Any]:
