@@ -123,9 +123,7 @@ def exchanged(ranked: list[Ranked]) -> list[Ranked]:
     for itself; where it is there indeed, an exchange explains little of it.
     """
     plugs = next((item for item in ranked if item.cause == PLUGS), None)
-    rivals = [
-        item for item in ranked if item.cause in (MISSING, LATE) and plugs is not None and item.value > plugs.value
-    ]
+    rivals = [item for item in ranked if plugs is not None and _imitates(item) and item.value > plugs.value]
     if plugs is None or plugs.gated < LEAST or not rivals:
         return ranked
     ahead = max(item.value for item in rivals)
