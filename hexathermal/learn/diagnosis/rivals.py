@@ -120,16 +120,22 @@ def exchanged(ranked: list[Ranked]) -> list[Ranked]:
     """Return the ranking in which another thermometer, or a lag, leads exchanged plugs only where it does so clearly.
 
     An exchange has no amplitude. What is missing, or late, has one, and imitates an exchange by taking all of the law
-    for itself; where it is there indeed, an exchange explains little of it.
+    for itself; where it is there indeed, an exchange explains little of it. What stands for the best of these stands
+    for the exchange, then.
     """
     plugs = next((item for item in ranked if item.cause == PLUGS), None)
-    rivals = [item for item in ranked if plugs is not None and _imitates(item) and item.value > plugs.value]
-    if plugs is None or plugs.gated < LEAST or not rivals:
+    rivals = sorted((item for item in ranked if _imitates(item)), key=lambda item: -item.value)
+    if plugs is None or not rivals or plugs.value < IMITATED * rivals[0].value:
         return ranked
-    ahead = max(item.value for item in rivals)
-    if plugs.value < IMITATED * ahead:
+    first = rivals[0]
+    if max(plugs.gated, first.gated) < LEAST:
         return ranked
-    return [replace(item, value=ahead if item is plugs else plugs.value) if item is plugs or item in rivals else item
+    leads = replace(plugs, value=max(plugs.value, first.value))
+    if first.gated > plugs.gated:
+        sound = replace(plugs.best, trial=replace(plugs.best.trial, doubt=0.0))
+        leads = replace(leads, best=sound, borne=first.gated)
+    behind = min(plugs.value, first.value)
+    return [leads if item is plugs else replace(item, value=min(item.value, behind)) if item in rivals else item
             for item in ranked]  # fmt: skip
 
 

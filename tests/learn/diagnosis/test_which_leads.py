@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from hexathermal.learn.diagnosis.channels import Levels
-from hexathermal.learn.diagnosis.evidence import Base, Scored
+from hexathermal.learn.diagnosis.evidence import LEAST, Base, Scored
 from hexathermal.learn.diagnosis.feigning import ERRING, FEIGNED, erring
 from hexathermal.learn.diagnosis.ranking import Ranked
 from hexathermal.learn.diagnosis.rivals import exchanged, late_or_off, stepping, steps_with, tilted
@@ -48,6 +48,18 @@ def test_an_exchange_behind_two_rivals_leads_both() -> None:
     assert {item.cause: item.value for item in after} == {
         "swapped-sensors": 100.0, "missing-sensor": 95.0, "thermal-lag": 95.0,
     }  # fmt: skip
+
+
+def test_what_stands_for_its_rival_stands_for_an_exchange() -> None:
+    """Thermometers may feign a late exchange; where a rival stands that explains no more, there is something."""
+    plugs = named("swapped-sensors", 50.0)
+    doubted = replace(plugs, best=replace(plugs.best, visible=0.005, trial=replace(plugs.best.trial, doubt=45.0)))
+    after = {item.cause: item for item in exchanged([named("missing-sensor", 30.0), doubted])}
+    assert doubted.gated < LEAST < after["swapped-sensors"].gated
+    assert (after["swapped-sensors"].value, after["missing-sensor"].value) == (50.0, 30.0)
+    faint = named("missing-sensor", 30.0)
+    faint = replace(faint, best=replace(faint.best, visible=0.005))
+    assert exchanged([faint, doubted]) == [faint, doubted]
 
 
 @pytest.mark.parametrize(("tilt", "other", "leads"), [(90.0, "missing-sensor", True), (80.0, "missing-sensor", False),
