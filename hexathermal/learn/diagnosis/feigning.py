@@ -7,7 +7,7 @@ import numpy as np
 from hexathermal.learn.diagnosis.common_error import common_error
 from hexathermal.learn.diagnosis.trials import Trial, Workbench
 
-FEIGNED = 0.25
+FEIGNED = 0.3
 """Part of the thermometers' slow bias that may look like a cause: most of it looks like a slow process. Steps of the
 recording count whole: they are the error of anything that goes smoothly."""
 
