@@ -21,9 +21,6 @@ ENDINGS = ("_degC", "_per_K2", "_urad_per_K", "_um_per_K", "_um_per_h", "_um_per
            "_mm", "_ppm", "_K", "_s", "_m")  # fmt: skip
 """Of a parameter's name: the unit, which is shown apart."""
 
-POSITIVE = ("time_constant_s", "source_time_constant_s", "pitch_m", "play_m", "saturation_m")
-"""Parameters that are above zero by what they are."""
-
 NONE_NAMED = ("explains them better than chance could", "can be named")
 """What is said of all causes where none was named: as it is, and where some stand above chance."""
 
@@ -79,7 +76,7 @@ def parameter(name: str, quantity: Quantity, kind: str = "leg") -> Shown:
     >>> parameter("time_constant_s", Quantity(240.0, 180.0, "s")).cells  # never below zero
     ('4.0', '3.0', 'below 9.9')
     """
-    from hexathermal.learn.diagnosis.words import workshop
+    from hexathermal.learn.diagnosis.words import POSITIVE, workshop
 
     unit, factor = workshop(quantity)
     if kind != "leg":

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from hexathermal.learn.diagnosis.channels import Levels
+from hexathermal.learn.diagnosis.trials import PREFIX
 from hexathermal.learn.law import IdentifiedLaw
 from hexathermal.learn.validation_gain import Gain, RunGain
 from hexathermal.machine.shown import Shown
@@ -279,7 +280,7 @@ class Diagnosis(Shown):
     @property
     def unnamed(self) -> tuple[str, ...]:
         """Why nothing is named although some candidates stand above chance; empty where none does."""
-        above = [one.cause + (f", {at}" if (at := _target(one)) and at not in one.cause else "")
+        above = [one.cause + (f", {at}" if (at := _target(one)) and not one.cause.startswith(PREFIX) else "")
                  for one in self.candidates if one.evidence >= self.threshold]  # fmt: skip
         if self.verdict != "none" or not above:
             return ()

@@ -60,6 +60,12 @@ HIDDEN = ("ratio", "path_m", "stroke_share", "decay_runs", "from_share", "order"
 LONG_S = 120.0
 """Times from here on are told in minutes."""
 
+POSITIVE = ("time_constant_s", "source_time_constant_s", "pitch_m", "play_m", "saturation_m")
+"""Parameters that are above zero by what they are."""
+
+TWO_SIDED = 1.96
+"""Standard uncertainties to either side of a 95 % interval."""
+
 UNSURE = 2.0
 """Amplitudes that are together fewer standard uncertainties tell neither size nor sign."""
 
@@ -225,7 +231,7 @@ def _sentence(
     if settings.get("kick") == "begin":
         spoken |= {"kick_um": "from the beginning of each run"}
         words = words.replace("after each move", "from the beginning of each run on")
-    parts = [f"{spoken[name]} {told(one)}" for name, one in parameters.items() if name in spoken]
+    parts = [f"{spoken[name]} {_spoken_size(name, one)}" for name, one in parameters.items() if name in spoken]
     if "run" in settings and settings["run"] != target:
         lasts = cause == "sensor-detached" and "fixed_again" not in settings
         parts.insert(0, f"from {settings['run']} on" if lasts else f"in {settings['run']}")
@@ -271,6 +277,17 @@ def workshop(one: Quantity) -> tuple[str, float]:
         factor = {"m/s": 1e-3, "(m/s)^2": 1e-6}.get(of, 1.0) * 1e6
         return f"{'um/m' if size == '1' else 'um'} per {of.replace('m/s', 'mm/s')}", factor
     return WORKSHOP.get(one.unit, (one.unit, 1.0))
+
+
+def _spoken_size(name: str, one: Quantity) -> str:
+    """Return a parameter's size; of what is above zero by what it is, and hardly known, how large it is at most (95 %).
+
+    >>> _spoken_size("time_constant_s", Quantity(30.0, 73.0, "s")), _spoken_size("offset_s", Quantity(3.0, 7.0, "s"))
+    ('below 2.88 min', '3.0 ± 7.0 s')
+    """
+    if name in POSITIVE and 0.0 < one.value <= TWO_SIDED * one.std < np.inf:
+        return f"below {told(Quantity(one.value + TWO_SIDED * one.std, 0.0, one.unit))}"
+    return told(one)
 
 
 def told(one: Quantity) -> str:
