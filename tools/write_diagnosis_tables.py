@@ -102,7 +102,7 @@ CONSTANTS = {
     ),
     "exchange": ("RIVAL", "AHEAD"),
     "pruning": ("LEAST_HARM",),
-    "stage": ("CONTACT", "DISBELIEVED", "FIRST_ROW", "LARGEST", "TAKEN_BACK", "OWN_READING"),
+    "stage": ("CONTACT", "DISBELIEVED", "FIRST_ROW", "LARGEST", "TAKEN_BACK", "OWN_READING", "MOST_OWN", "LARGE_SHARE"),
     "wandering": ("LIKELIER", "POWERS"),
     "limits": ("CLOSE", "SOUND_CAMPAIGNS", "WEAKEST", "STRONGEST"),
 }

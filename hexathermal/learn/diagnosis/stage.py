@@ -46,6 +46,10 @@ OWN_READING = 1.05
 """What a thermometer's own reading, put right, may leave of runs left out (squared) over what is left where others
 speak for it: they have errors of their own, which look like causes."""
 
+MOST_OWN, LARGE_SHARE = 0.5, 0.9
+"""Share of the air, by either estimate, beyond which its own reading must leave so much less, since what is left of it
+is divided by what it has of its part."""
+
 
 def view_of(campaign: Campaign, runs: Sequence[RunRows], base: tuple[str, ...]) -> View:
     """Return runs, as they were made, as the diagnosis sees them: what has no values in one of them is left out."""
@@ -282,7 +286,7 @@ class Stage:
 
         Where a thermometer's own reading can be put right, that is done by the error that the drift tells beside all
         that the null doubts or beside the law alone, whichever leaves less of runs left out; unless the others, who
-        speak for it, leave less by `OWN_READING`.
+        speak for it, leave less by `OWN_READING`, or of a large share not more by `LARGE_SHARE`.
         """
         trial = scored.trial
         if trial.repair is None:
@@ -295,7 +299,8 @@ class Stage:
         repairs = [trial.lessened(size) for size in sizes]
         stages = [self._repaired(repair) for k, repair in enumerate(repairs) if repair not in repairs[:k]]
         lessened = min(stages, key=lambda stage: stage.kinder_left)
-        return lessened if lessened.kinder_left < OWN_READING * told.kinder_left else told
+        large = any(repair.parameters.get("share", 0.0) > MOST_OWN for repair in repairs)
+        return lessened if lessened.kinder_left < (LARGE_SHARE if large else OWN_READING) * told.kinder_left else told
 
     def _repaired(self, repair: SensorRepair) -> Stage:
         """Return the stage with a repair made."""
