@@ -16,10 +16,10 @@ from hexathermal.learn import diagnosis
 from hexathermal.learn.leg_law_files import write_leg_law
 from hexathermal.machine.leg_repairs import SensorRepair
 from hexathermal.show import diagnosis_report
-from hexathermal.show.diagnosis_album import _file_names
+from hexathermal.show.diagnosis_album import file_names
 from hexathermal.show.diagnosis_words import verdict_words
 from tests.learn.campaign_folders import leg_campaign
-from tests.show.drawn_diagnoses import CANDIDATES, drawn, run_of
+from tests.show.drawn_diagnoses import CANDIDATES, drawn
 
 
 def full(*_arguments: Any, **_named: Any) -> None:
@@ -71,5 +71,4 @@ def test_what_stands_above_chance_without_a_name_is_no_noise() -> None:
 
 def test_pictures_of_runs_are_named_once() -> None:
     """A run that is called run-01 has a picture run-01, another one run-NAME."""
-    runs = [run_of(name, "identification", k) for k, name in enumerate(("run-01", "day 2"))]
-    assert _file_names(runs) == {"run-01": "run-01", "day 2": "run-day_2"}
+    assert file_names(["run-01", "day 2"]) == ["run-01", "run-day_2"]

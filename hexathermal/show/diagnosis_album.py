@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from functools import partial
 
 import numpy as np
@@ -26,9 +26,9 @@ def pictures_of(found: Diagnosis) -> dict[str, list[Picture]]:
     found = along.without_steps(found)
     held = [run for run in found.residuals if run.role == "validation"]
     fitted = [run for run in found.residuals if run.role != "validation"]
-    names = _file_names(held or fitted)
+    shown = (held or fitted)[:MOST_RUNS]
     pictures = {
-        "runs": [_run(found, run, names[run.run]) for run in (held or fitted)[:MOST_RUNS]],
+        "runs": [_run(found, run, name) for run, name in zip(shown, file_names(run.run for run in shown), strict=True)],
         "fitted": [_runs(found, fitted)] if held and fitted else [],
         "signals": [_signal(found, name) for name in along.signal_names(found)],
         "ranking": [_ranking(found)] if found.candidates else [],
@@ -39,14 +39,18 @@ def pictures_of(found: Diagnosis) -> dict[str, list[Picture]]:
     return pictures
 
 
-def _file_names(runs: list[RunResidual]) -> dict[str, str]:
-    """Return a file's name for each run: letters that every system takes, each name once."""
-    found: dict[str, str] = {}
+def file_names(runs: Iterable[str]) -> list[str]:
+    """Return a file's name for each run: letters that every system takes, each name once.
+
+    >>> file_names(["run-01", "day 2", "day/2"])
+    ['run-01', 'run-day_2', 'run-day_2-3']
+    """
+    names: list[str] = []
     for k, run in enumerate(runs):
-        own = plain(run.run)
+        own = plain(run)
         name = own if own.startswith("run") else f"run-{own}"
-        found[run.run] = name if name not in found.values() else f"{name}-{k + 1}"
-    return found
+        names.append(name if name not in names else f"{name}-{k + 1}")
+    return names
 
 
 def plain(name: str) -> str:

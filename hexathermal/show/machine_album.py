@@ -15,7 +15,7 @@ from hexathermal.learn.machine_diagnosis.result import MachineDiagnosis
 from hexathermal.poses import FloatArray
 from hexathermal.show import machine_figures as figures
 from hexathermal.show import machine_run_figures as along
-from hexathermal.show.diagnosis_album import plain
+from hexathermal.show.diagnosis_album import file_names
 from hexathermal.show.diagnosis_figures import ranking_figure
 from hexathermal.show.diagnosis_pictures import Picture
 from hexathermal.show.machine_signals import UM, Pooled, Signal, followed_leg, pooled, shares
@@ -44,7 +44,7 @@ def pictures_of(
     poses = [signals[axis] for axis in AXES if axis in signals]
     shown = (held or list(every.runs))[:MOST_RUNS]
     return {
-        "runs": [_run(found, run, name) for run, name in zip(shown, _file_names(shown), strict=True)],
+        "runs": [_run(found, run, name) for run, name in zip(shown, file_names(run.run for run in shown), strict=True)],
         "all": [_joined(found, every, legs) for legs in (False, True)],
         "follows": [_follows(found, every)] if every.signals else [],
         "pose": [_pose(found, every, poses)] if poses else [],
@@ -55,16 +55,6 @@ def pictures_of(
         "limits": [_limits(found)] if figures.limits_by_cause(found) else [],
         "plan": [] if plan is None else [_promise(plan), _plan(plan)],
     }
-
-
-def _file_names(runs: list[MachineResidual]) -> list[str]:
-    """Return a file's name for each run, each once."""
-    names: list[str] = []
-    for k, run in enumerate(runs):
-        own = plain(run.run)
-        name = own if own.startswith("run") else f"run-{own}"
-        names.append(name if name not in names else f"{name}-{k + 1}")
-    return names
 
 
 def _sizes(values: FloatArray) -> tuple[float, float]:

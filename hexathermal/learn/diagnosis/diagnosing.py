@@ -26,7 +26,7 @@ from hexathermal.learn.diagnosis.recorded import judged_runs, refuse_silent, sil
 from hexathermal.learn.diagnosis.replugged import Exchange, exchanges_between_runs, told_of
 from hexathermal.learn.diagnosis.residuals import run_residuals, whiteness
 from hexathermal.learn.diagnosis.result import Candidate, Diagnosis, Effect, Limit
-from hexathermal.learn.diagnosis.rivals import STEP
+from hexathermal.learn.diagnosis.rivals import STEP, TILT
 from hexathermal.learn.diagnosis.search import REPEATED
 from hexathermal.learn.diagnosis.stage import view_of
 from hexathermal.learn.diagnosis.trials import Trial
@@ -36,8 +36,6 @@ from hexathermal.learn.law import IdentifiedLaw
 from hexathermal.learn.signals import RunRows, campaign_rows
 
 MOST_CANDIDATES = 12
-
-TILT = "abbe-tilt"
 
 HIDING = 1.0 / 3.0
 """Part of the causes that may hide an effect as large as the noise before it is said that a campaign shows little."""

@@ -99,12 +99,12 @@ def with_a_misfit(channel: Channel, system: System, ranked: list[Ranked]) -> lis
 def late_or_off(ranked: list[Ranked], *, timed: bool) -> list[Ranked]:
     """Return the ranking in which a clock that is off leads a lag only where it does so clearly.
 
-    A clock is a pure shift, and where one is off the evidence knows it, and motion speaks for it. A lag is
-    sketched by low passes: any error of that sketch is one that a shift may mend. Where the two are as good, what
-    stands for the clock stands for the lag: where the clock leads without motion, and where times are
-    known (`timed`), since motion would know of a clock.
+    A clock is a pure shift, and where one is off the evidence knows it, and motion speaks for it. A lag is sketched by
+    low passes: any error of that sketch is one that a shift may mend. Where the two are as good, what stands for the
+    clock stands for the lag: where the clock leads without motion, and where times are known (`timed`), since motion
+    would know of a clock.
     """
-    late, off = (next((item for item in ranked if item.cause == name), None) for name in (LATE, OFF))
+    late, off = _item(ranked, LATE), _item(ranked, OFF)
     if late is None or off is None or off.gated < LEAST or off.value > (1.0 + SHIFTED) * late.value:
         return ranked
     if off.value < late.value and not timed:
@@ -112,8 +112,7 @@ def late_or_off(ranked: list[Ranked], *, timed: bool) -> list[Ranked]:
     if off.value >= late.value and off.best.trial.advantage > 0.0:
         return ranked
     ahead, behind = max(late.value, off.value), min(late.value, off.value)
-    changed = {LATE: replace(late, value=ahead, borne=off.gated), OFF: replace(off, value=behind)}
-    return [changed.get(item.cause, item) for item in ranked]
+    return _with(ranked, replace(late, value=ahead, borne=off.gated), replace(off, value=behind))
 
 
 def exchanged(ranked: list[Ranked]) -> list[Ranked]:
@@ -123,7 +122,7 @@ def exchanged(ranked: list[Ranked]) -> list[Ranked]:
     for itself; where it is there indeed, an exchange explains little of it. What stands for the best of these stands
     for the exchange, then.
     """
-    plugs = next((item for item in ranked if item.cause == PLUGS), None)
+    plugs = _item(ranked, PLUGS)
     rivals = sorted((item for item in ranked if _imitates(item)), key=lambda item: -item.value)
     if plugs is None or not rivals or plugs.value < IMITATED * rivals[0].value:
         return ranked
@@ -135,8 +134,7 @@ def exchanged(ranked: list[Ranked]) -> list[Ranked]:
         sound = replace(plugs.best, trial=replace(plugs.best.trial, doubt=0.0))
         leads = replace(leads, best=sound, borne=first.gated)
     behind = min(plugs.value, first.value)
-    return [leads if item is plugs else replace(item, value=min(item.value, behind)) if item in rivals else item
-            for item in ranked]  # fmt: skip
+    return _with(ranked, leads, *(replace(item, value=min(item.value, behind)) for item in rivals))
 
 
 def _imitates(item: Ranked) -> bool:
@@ -160,15 +158,14 @@ def stepping(channel: Channel, system: System, ranked: list[Ranked]) -> list[Ran
 
     In the run of the step what tilt explains correlates with it, and other runs have steps of their own.
     """
-    tilt, step = (next((item for item in ranked if item.cause == name), None) for name in (TILT, STEP))
+    tilt, step = _item(ranked, TILT), _item(ranked, STEP)
     if tilt is None or step is None or step.gated < LEAST or tilt.value < step.value:
         return ranked
     base, columns = system(tilt.best), tilt.best.trial.columns
     _, mean, _ = channel.solved(base.X, base.sd, tilt.levels)
     if not steps_with(channel, step.best.trial.columns[:, 0], columns @ mean[len(mean) - columns.shape[1] :]):
         return ranked
-    changed = {TILT: replace(tilt, value=step.value), STEP: replace(step, value=tilt.value)}
-    return [changed.get(item.cause, item) for item in ranked]
+    return _with(ranked, replace(tilt, value=step.value), replace(step, value=tilt.value))
 
 
 def tilted(ranked: list[Ranked]) -> list[Ranked]:
@@ -177,14 +174,13 @@ def tilted(ranked: list[Ranked]) -> list[Ranked]:
     Tilt is measured, with the beams' noise, and it is there for a reason: temperatures, heat or the place of the rod go
     with it, and imitate it. Where it is not the cause, it explains little.
     """
-    tilt = next((item for item in ranked if item.cause == TILT), None)
-    first = max(ranked, key=lambda item: item.value, default=None)
-    if tilt is None or first is None or first.cause == STEP:
+    tilt = _item(ranked, TILT)
+    if tilt is None or tilt.gated < LEAST:
         return ranked
-    ahead = first.value
-    if tilt.gated < LEAST or tilt.value < MEASURED * ahead:
+    first = max(ranked, key=lambda item: item.value)
+    if first.cause == STEP or tilt.value < MEASURED * first.value:
         return ranked
-    return [replace(item, value=ahead if item is tilt else min(item.value, tilt.value)) for item in ranked]
+    return [replace(item, value=first.value if item is tilt else min(item.value, tilt.value)) for item in ranked]
 
 
 def shaped(ranked: list[Ranked]) -> list[Ranked]:
@@ -217,6 +213,17 @@ def _over(channel: Channel, system: System, item: Ranked, first: Ranked) -> Rank
     # what other witnesses say for the first one, no misfit of the drift does
     value = first.value - max(first.besides, 0.0) + lead + item.besides
     return replace(item, value=max(item.value, value)) if lead > 0.0 else item
+
+
+def _item(ranked: list[Ranked], cause: str) -> Ranked | None:
+    """Return a cause of the ranking, where it is there."""
+    return next((item for item in ranked if item.cause == cause), None)
+
+
+def _with(ranked: list[Ranked], *items: Ranked) -> list[Ranked]:
+    """Return the ranking with some causes as they are now."""
+    changed = {item.cause: item for item in items}
+    return [changed.get(item.cause, item) for item in ranked]
 
 
 def _first_name(ranked: list[Ranked]) -> Ranked | None:

@@ -246,9 +246,7 @@ class Stage:
 
     def _tilts_with(self, step: Trial) -> bool:
         """Return whether the target tilts at a step of the zero: then other steps of that beam look like tilt."""
-        if any(rows.signals.tilt is None for rows in self.view.runs):
-            return False
-        tilts = self.view.quick_columns("tilt", {}).T
+        tilts = (tilt for trial in self.search.trials if trial.cause == TILT for tilt in trial.columns.T)
         return any(steps_with(self.channel, step.columns[:, 0], tilt) for tilt in tilts)
 
     def beside(self, scored: Scored) -> Stage:

@@ -127,11 +127,12 @@ def run(arguments: argparse.Namespace, progress: Progress) -> Answer:
     facts, written, warnings, lost = diagnosis_facts(found), list[Path](), list[str](), list[str]()
     if arguments.report is not None:
         files, lost = kept(lambda: _report(found, facts, arguments.report, progress), arguments.report)
-        written, warnings = [*written, *files], [*warnings, *lost]
+        written += files
     # last: a law is there only where all else is
     if arguments.extend is not None:
         files, missed = kept(lambda: [write_leg_law(found.extended, arguments.extend)], arguments.extend)
-        written, warnings, lost = [*written, *files], [*warnings, *missed], [*lost, *missed]
+        written += files
+        lost += missed
         if not changed(found):
             warnings.append(f"warning: nothing joined the law: {arguments.extend} holds it without terms")
         if found.gain is not None and (worse := found.gain.total.rmse_gain).high < 0.0:
@@ -143,7 +144,7 @@ def run(arguments: argparse.Namespace, progress: Progress) -> Answer:
     shown = [*_shown(found)]
     if written:
         shown.append("Written:\n" + "\n".join(f"  {file}" for file in written))
-    return Answer(tuple(shown), facts, tuple(warnings), code=bool(lost))
+    return Answer(tuple(shown), facts, (*lost, *warnings), code=bool(lost))
 
 
 def _names(arguments: argparse.Namespace) -> tuple[str, ...] | None:

@@ -53,14 +53,18 @@ def loosened(folder: Path, sensor: str, first: int, moment: float, share: float)
 
 
 @cache
-def found(seed: int, share: float, moment: float = 0.0) -> Diagnosis:
-    """The diagnosis of a clean campaign whose thermometers tell little of each other; the law's reads some air."""
+def found(seed: int, share: float, moment: float = 0.0, first: int = 3, *, alone: bool = True) -> Diagnosis:
+    """The diagnosis of a clean campaign of which the law's thermometer reads some air from a moment of a run on.
+
+    `alone`: its thermometers tell little of each other.
+    """
     truth, answer = campaign_of("finite_volume", seed, causes=())
     with TemporaryDirectory() as place:
         folder = Path(place) / "campaign"
         write_campaign(folder, truth, answer)
-        wandering(folder, answer.base, seed)
-        loosened(folder, answer.base[0], 3, moment, share)
+        if alone:
+            wandering(folder, answer.base, seed)
+        loosened(folder, answer.base[0], first, moment, share)
         return diagnose(load_campaign(folder), answer.base)
 
 
@@ -89,13 +93,7 @@ def test_a_large_share_is_put_right_by_others_that_tell_it() -> None:
 
     They take nine tenths of what the law gets wrong on runs for validation; its own reading would leave half of it.
     """
-    truth, answer = campaign_of("finite_volume", 13, causes=())
-    with TemporaryDirectory() as place:
-        folder = Path(place) / "campaign"
-        write_campaign(folder, truth, answer)
-        last = max(k for k, run in enumerate(truth.runs) if run.role == "identification")
-        loosened(folder, answer.base[0], last, 0.7 * float(truth.runs[last].time[-1]), 0.8)
-        said = diagnose(load_campaign(folder), answer.base)
+    said = found(13, 0.8, 10080.0, 7, alone=False)
     assert said.cause == "sensor-detached", said.sentence
     assert [repair.kind for repair in said.extended.repairs] == ["detached"]
     assert said.gain is not None

@@ -53,7 +53,7 @@ def trials(bench: Workbench) -> Iterator[Trial]:
     sources += [(name, power) for name in view.runs[0].signals.inputs for power in (1, 2)]
     for source, power in sources:
         for tau in TIMES_S:
-            if view.moves and view.kind == "leg" and source == "motion":
+            if view.kind == "leg" and source == "motion":
                 yield bench.term(CAUSE.name, "stored-heat", source, source=source, time_constant_s=tau, power=power,
                                  ratio=bench.along_screw)  # fmt: skip
             rubbed = {"source_time_constant_s": tau / STAGES}
