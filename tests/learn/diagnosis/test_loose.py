@@ -91,7 +91,7 @@ def test_it_is_named_and_put_right_by_its_own_reading(seed: int, moment: float, 
 def test_a_large_share_is_put_right_by_others_that_tell_it() -> None:
     """Of a thermometer that reads 0.8 of the air from late in the last run on, little is left to divide: others speak.
 
-    They take nine tenths of what the law gets wrong on runs for validation; its own reading would leave half of it.
+    They take more than seven tenths of what the law gets wrong on runs for validation.
     """
     said = found(13, 0.8, 10080.0, 7, alone=False)
     assert said.cause == "sensor-detached", said.sentence
