@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from hexathermal.learn.diagnosis.channels import Levels
 from hexathermal.learn.diagnosis.evidence import Scored, relevance
+from hexathermal.learn.diagnosis.trials import Item
 
 NONE = "none"
 """That nothing is there, among the hypotheses."""
@@ -94,3 +96,26 @@ class Step:
     ranking: tuple[Ranked, ...]
     levels: Levels
     null: float
+
+
+def most_valued(items: Sequence[Item], most: Callable[[Item], float], value: Callable[[Item], float]) -> Item:
+    """Return the first item of the largest value; where what it is worth at most is less, it is not asked its value.
+
+    Parameters
+    ----------
+    items : sequence
+        One or more.
+    most : function
+        From an item to a bound of its value from above, which is cheap.
+    value : function
+    """
+    bounds = [most(item) for item in items]
+    order = sorted(range(len(items)), key=lambda k: -bounds[k])
+    best, found = order[0], value(items[order[0]])
+    for k in order[1:]:
+        if bounds[k] < found:
+            break
+        own = value(items[k])
+        if own > found or (own == found and k < best):
+            best, found = k, own
+    return items[best]

@@ -16,6 +16,10 @@ from hexathermal.poses import FloatArray
 LATE, OFF, SHIFTED = "thermal-lag", "clock-offset", 0.08
 """A lag, a clock that is off, and the part of a lag's evidence by which the clock must lead it."""
 
+LEAST_PART, MOST_PART, BENT, UNLIKELY = 0.3, 1.7, 0.5, 0.85
+"""What a lag acts by over the law's own A, from and to; the most by which its second rate may act, over A too; and the
+part of its evidence that counts where it acts by less or more: beyond two standard deviations."""
+
 MISSING, PLUGS, IMITATED = "missing-sensor", "swapped-sensors", 0.85
 """Another thermometer that matters, exchanged ones, and the part of its evidence, or of a lag's, that these have where
 they are it."""
@@ -94,6 +98,29 @@ def with_a_misfit(channel: Channel, system: System, ranked: list[Ranked]) -> lis
     if first is None or first.gated < LEAST or not first.best.trial.columns.shape[1]:
         return ranked
     return [_over(channel, system, item, first) if item.named and item.gated > first.gated else item for item in ranked]
+
+
+def lagging(channel: Channel, system: System, sensors: tuple[str, ...], ranked: list[Ranked]) -> list[Ranked]:
+    """Return the ranking in which a lag that does not act by about the law's own A of its sensor counts for less.
+
+    What warms late moves the part by its A, or by that of a part of it, and in no other direction. Low passes and
+    rates of a temperature imitate stored heat, another place, or a clock that is far off, by any amplitude.
+    """
+    late = _item(ranked, LATE)
+    if late is None or late.best.trial.target not in sensors or not late.best.trial.carried:
+        return ranked
+    trial, base = late.best.trial, system(late.best)
+    _, mean, covariance = channel.solved(base.X, base.sd, late.levels)
+    first, own = len(mean) - trial.columns.shape[1], sensors.index(str(trial.target))
+    bounds = np.zeros((4, len(mean)))
+    bounds[[0, 1], first] = 1.0, -1.0
+    bounds[[0, 1], own] = -LEAST_PART, MOST_PART
+    if trial.carried > 1:
+        bounds[[2, 3], first + 1] = 1.0, -1.0
+        bounds[[2, 3], own] = BENT
+    sign = np.sign(mean[own])
+    over = sign * (bounds @ mean) + 2.0 * np.sqrt(np.einsum("ij,jk,ik->i", bounds, covariance, bounds))
+    return ranked if np.all(over >= 0.0) else _with(ranked, replace(late, value=UNLIKELY * late.value))
 
 
 def late_or_off(ranked: list[Ranked], *, timed: bool) -> list[Ranked]:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Hashable, Sequence
+from collections.abc import Callable, Hashable
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 
@@ -22,10 +22,11 @@ from hexathermal.learn.diagnosis.evidence import (
     terms_of,
 )
 from hexathermal.learn.diagnosis.forms import as_joined, at_rest, fullest
-from hexathermal.learn.diagnosis.ranking import Ranked, Step
+from hexathermal.learn.diagnosis.ranking import Ranked, Step, most_valued
 from hexathermal.learn.diagnosis.rivals import (
     STEP,
     exchanged,
+    lagging,
     late_or_off,
     nameless_bounded,
     shaped,
@@ -34,7 +35,7 @@ from hexathermal.learn.diagnosis.rivals import (
     with_a_misfit,
 )
 from hexathermal.learn.diagnosis.stand_offs import stand_offs
-from hexathermal.learn.diagnosis.trials import PREFIX, Item, Trial, Workbench
+from hexathermal.learn.diagnosis.trials import PREFIX, Trial, Workbench
 from hexathermal.learn.diagnosis.witnesses import Witnesses
 from hexathermal.poses import FloatArray
 
@@ -185,7 +186,8 @@ class Search:
             levels, null = pool[better], nulls[better]
             if gained < TRIFLE:
                 break
-        timed = exchanged(late_or_off(shaped(list(ranked.values())), timed=self._timed))
+        acting = lagging(self.channel, self.system, self.bench.view.base, list(ranked.values()))
+        timed = exchanged(late_or_off(shaped(acting), timed=self._timed))
         believed = with_a_misfit(self.channel, self.system, timed)
         bounded = tilted(nameless_bounded(self.channel, self.system, stepping(self.channel, self.system, believed)))
         order = tuple(sorted(bounded, key=lambda item: -item.value))
@@ -362,29 +364,6 @@ class Search:
         top = asked + rest[:MOST_WITNESSED]
         return most_valued(top, lambda item: item.value + self.witnesses.most_spoken(item),
                            lambda item: item.value + self.witnesses.spoken(item))  # fmt: skip
-
-
-def most_valued(items: Sequence[Item], most: Callable[[Item], float], value: Callable[[Item], float]) -> Item:
-    """Return the first item of the largest value; where what it is worth at most is less, it is not asked its value.
-
-    Parameters
-    ----------
-    items : sequence
-        One or more.
-    most : function
-        From an item to a bound of its value from above, which is cheap.
-    value : function
-    """
-    bounds = [most(item) for item in items]
-    order = sorted(range(len(items)), key=lambda k: -bounds[k])
-    best, found = order[0], value(items[order[0]])
-    for k in order[1:]:
-        if bounds[k] < found:
-            break
-        own = value(items[k])
-        if own > found or (own == found and k < best):
-            best, found = k, own
-    return items[best]
 
 
 def _families(scored: list[Scored]) -> dict[str, tuple[float, Scored]]:

@@ -17,8 +17,7 @@ from hexathermal.learn.diagnosis.causes.clock_offset import OFFSETS_S
 from hexathermal.learn.diagnosis.channels import Levels
 from hexathermal.learn.diagnosis.evidence import LEAST, Scored
 from hexathermal.learn.diagnosis.order import FEIGNED, UNSURE, Order
-from hexathermal.learn.diagnosis.ranking import Ranked
-from hexathermal.learn.diagnosis.search import most_valued
+from hexathermal.learn.diagnosis.ranking import Ranked, most_valued
 from hexathermal.learn.diagnosis.sensor_model import FEWEST_OTHERS, SensorModel, Shown, sensor_model
 from hexathermal.learn.diagnosis.stage import Stage
 from hexathermal.learn.diagnosis.timing import Timing
