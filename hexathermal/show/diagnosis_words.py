@@ -319,7 +319,7 @@ def changed(found: Diagnosis) -> bool:
 
 def sentences(found: Diagnosis) -> list[str]:
     """Return the finding: one sentence, and one for each further cause."""
-    return list(found.sentences) or [found.sentence]
+    return [*found.sentences, *found.unlike] if found.sentences else [found.sentence]
 
 
 def shared_words(one: Effect) -> list[str]:

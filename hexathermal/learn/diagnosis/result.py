@@ -10,6 +10,7 @@ import numpy as np
 
 from hexathermal.learn.diagnosis.channels import Levels
 from hexathermal.learn.diagnosis.trials import PREFIX
+from hexathermal.learn.diagnosis.unlike_runs import unlike_words
 from hexathermal.learn.law import IdentifiedLaw
 from hexathermal.learn.validation_gain import Gain, RunGain
 from hexathermal.machine.shown import Shown
@@ -260,8 +261,19 @@ class Diagnosis(Shown):
         return f" ({item.visible * UM:.2g} um of it visible, RMS{of})"
 
     @property
+    def unlike(self) -> tuple[str, ...]:
+        """Which runs never fitted are unlike those that the law knows; empty where none is."""
+        told = {str(one.target) for one in self.effects if one.of_judged_run}
+        return unlike_words(self.residuals, told)
+
+    @property
     def sentence(self) -> str:
-        """The diagnosis in one sentence, or one for each cause."""
+        """The diagnosis in one sentence, or one for each cause, and which runs are unlike those that it speaks of."""
+        return " ".join((self._named_or_not, *self.unlike))
+
+    @property
+    def _named_or_not(self) -> str:
+        """What is named, or that nothing is, in words."""
         left = f"omething real is left that {self.follows}{self._seen}, but no cause of the catalogue explains it."
         if self.verdict == "effect":
             hidden = self.follows is not None and all(one.taken_back or one.of_judged_run for one in self.effects)

@@ -11,7 +11,7 @@ from hexathermal.learn.diagnosis.channels import Levels
 from hexathermal.learn.diagnosis.evidence import LEAST, Base, Scored
 from hexathermal.learn.diagnosis.feigning import ERRING, FEIGNED, erring
 from hexathermal.learn.diagnosis.ranking import Ranked
-from hexathermal.learn.diagnosis.rivals import exchanged, late_or_off, stepping, steps_with, tilted
+from hexathermal.learn.diagnosis.rivals import UNLIKELY, exchanged, lagging, late_or_off, stepping, steps_with, tilted
 from hexathermal.learn.diagnosis.stage import Stage
 from hexathermal.learn.diagnosis.trials import Trial
 from tests.learn.diagnosis.campaigns import viewed
@@ -79,6 +79,50 @@ def test_a_clock_a_little_ahead_leads_where_motion_speaks_for_it(off: float, mot
     """Motion silent or against it: then a lag with an error of its sketch is what a shift mends."""
     ranked = [named("thermal-lag", 100.0), named("clock-offset", off, advantage=motion)]
     assert first(late_or_off(ranked, timed=False)) == leads
+
+
+@pytest.mark.parametrize("A", [2.0, -0.5])
+@pytest.mark.parametrize(("parts", "likely"), [
+    ((1.0,), True), ((0.4,), True), ((1.5,), True), ((0.1,), False), ((2.5,), False), ((-1.0,), False),
+    ((1.0, 0.2), True), ((1.0, -0.9), False), ((0.7, 0.9), False),
+])  # fmt: skip
+def test_a_lag_acts_by_the_laws_own_coefficient(
+    A: float, parts: tuple[float, ...], likely: bool, rng: np.random.Generator
+) -> None:
+    """What is late is the part, or its thermometer: other amplitudes than its A, and other signs, are imitations."""
+    channel = channel_like(rng, runs=4, windows=50)
+    law, late = rng.standard_normal((len(channel), 2)), rng.standard_normal((len(channel), len(parts)))
+    drift = law @ [0.3, A] + A * late @ np.array(parts)
+    data = channel.with_y(drift + 0.02 * rng.standard_normal(len(channel)))
+    item = named("thermal-lag", 100.0, late)
+    item = replace(item, best=replace(item.best, trial=replace(item.best.trial, target="T02")))
+
+    def system(scored: Scored) -> Base:
+        """The law, and the trial."""
+        columns = scored.trial.columns
+        return Base(np.column_stack([law, columns]), np.full(2 + columns.shape[1], 10.0), 2)
+
+    given = [item, named("missing-sensor", 90.0)]
+    after = lagging(data, system, ("T01", "T02"), given)
+    assert after[0].value == (100.0 if likely else UNLIKELY * 100.0)
+    assert after[1] is given[1]
+
+
+def test_a_lag_whose_amplitude_is_not_sure_may_act_by_the_laws_own(rng: np.random.Generator) -> None:
+    """Two standard deviations are left to it; and one that reads all late, with no amplitude, is as it is."""
+    channel = channel_like(rng, runs=4, windows=50)
+    law = rng.standard_normal((len(channel), 1))
+    data = channel.with_y(law[:, 0])
+    item = named("thermal-lag", 9.0, 0.004 * rng.standard_normal((len(channel), 1)))
+    item = replace(item, best=replace(item.best, trial=replace(item.best.trial, target="T01")))
+
+    def system(scored: Scored) -> Base:
+        """The law, and the trial."""
+        return Base(np.column_stack([law, scored.trial.columns]), np.full(2, 10.0), 1)
+
+    assert lagging(data, system, ("T01",), [item]) == [item]
+    whole = named("thermal-lag", 9.0)
+    assert lagging(data, system, ("T01",), [whole]) == [whole]
 
 
 def test_tilt_that_only_steps_is_a_step_of_the_zero(rng: np.random.Generator) -> None:
