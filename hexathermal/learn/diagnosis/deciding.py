@@ -120,7 +120,7 @@ def decided(step: Step, threshold: float, *, before: float = 0.0) -> Decision:
     if names and names[0].value >= _wanted(standing, before):
         # of names that fit alike, the one that the least of a tolerated misfit could stand for
         as_good = ALIKE * probabilities[names[0].cause]
-        fitting = [item for item in names if probabilities[item.cause] >= as_good]
+        fitting = [item for item in names if probabilities[item.cause] >= as_good and not item.unlikely] or names[:1]
         best = max(fitting, key=lambda item: (min(item.gated, CLEAR), item.value))
     elif best.named:
         return _handed(standing, probabilities)
@@ -146,15 +146,18 @@ def _standing(step: Step, threshold: float) -> list[Ranked]:
 
     With a name that errors of the thermometers may feign in part, or with something nameless, stands another name that
     explains far more, of which they may feign hardly more: there is something, and the gate asks no more than that.
+    Where a name stands by an amplitude that is unlikely, what explains as much stands as well.
     """
     sure = [item for item in step.ranking if item.gated >= threshold]
     bounded = [item.value for item in sure
                if not item.named or item.gated < min(item.value, UNBOUNDED * threshold)]  # fmt: skip
+    imitated = min((item.value for item in sure if item.unlikely), default=math.inf)
     return [
         item
         for item in step.ranking
         if item in sure
         or (bounded and item.named and item.gated >= NEARLY * threshold and item.value >= FAR + max(bounded))
+        or (item.named and item.value >= imitated)
     ]
 
 

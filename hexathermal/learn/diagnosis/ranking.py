@@ -46,6 +46,8 @@ class Ranked:
         What runs left out say for it, run by run.
     borne : float
         What a clock that is off would show of the same data, which is no misfit.
+    unlikely : bool
+        Whether it acts by an amplitude that such a cause hardly has.
     """
 
     cause: str
@@ -60,6 +62,7 @@ class Ranked:
     withheld: float = 0.0
     repeated: float = 0.0
     borne: float = 0.0
+    unlikely: bool = False
 
     @property
     def gated(self) -> float:

@@ -97,7 +97,10 @@ def with_a_misfit(channel: Channel, system: System, ranked: list[Ranked]) -> lis
     first = _first_name(ranked)
     if first is None or first.gated < LEAST or not first.best.trial.columns.shape[1]:
         return ranked
-    return [_over(channel, system, item, first) if item.named and item.gated > first.gated else item for item in ranked]
+    return [
+        _over(channel, system, item, first) if item.named and not item.unlikely and item.gated > first.gated else item
+        for item in ranked
+    ]
 
 
 def lagging(channel: Channel, system: System, sensors: tuple[str, ...], ranked: list[Ranked]) -> list[Ranked]:
@@ -120,7 +123,9 @@ def lagging(channel: Channel, system: System, sensors: tuple[str, ...], ranked: 
         bounds[[2, 3], own] = BENT
     sign = np.sign(mean[own])
     over = sign * (bounds @ mean) + 2.0 * np.sqrt(np.einsum("ij,jk,ik->i", bounds, covariance, bounds))
-    return ranked if np.all(over >= 0.0) else _with(ranked, replace(late, value=UNLIKELY * late.value))
+    if np.all(over >= 0.0):
+        return ranked
+    return _with(ranked, replace(late, value=UNLIKELY * late.value, unlikely=True))
 
 
 def late_or_off(ranked: list[Ranked], *, timed: bool) -> list[Ranked]:
