@@ -17,6 +17,7 @@ import numpy as np
 
 from hexathermal.learn.diagnosis.ranking import NONE, Ranked, Step
 from hexathermal.learn.diagnosis.rivals import SHAPE_ERROR
+from hexathermal.learn.diagnosis.trials import STOOD
 
 NAMED_PRIOR = 0.75
 """Of the catalogue, against something nameless."""
@@ -28,7 +29,7 @@ NAME_LEAD, NAME_SHARE = 0.5, 0.03
 """A cause may be that far behind flexible columns, which imitate any shape, and by this part of what they say besides,
 and still be the name."""
 
-NAME_AHEAD, AHEAD_SHARE = 0.5, 0.05
+NAME_AHEAD, AHEAD_SHARE = 0.5, 0.02
 """Of one column without a name, which imitates nothing, it must be that far ahead, and by this part of what that says:
 the shape of either may be a little wrong."""
 
@@ -218,8 +219,8 @@ def _cool(best: Ranked) -> float:
 
 
 def _alone(item: Ranked) -> bool:
-    """Whether it is one column, which imitates nothing but itself."""
-    return int(item.best.trial.columns.shape[1]) == 1
+    """Whether it is one column, which imitates nothing but itself, as the time at each displacement does time."""
+    return int(item.best.trial.columns.shape[1]) == 1 and item.best.trial.target != STOOD
 
 
 def together(first: Ranked, second: Ranked, alone: Ranked) -> float:

@@ -9,6 +9,7 @@ from functools import cached_property
 
 import numpy as np
 
+from hexathermal.learn.diagnosis.borne_out import TRIFLE, borne_out
 from hexathermal.learn.diagnosis.channels import Channel, Levels
 from hexathermal.learn.diagnosis.evidence import (
     RHO,
@@ -24,7 +25,6 @@ from hexathermal.learn.diagnosis.evidence import (
 from hexathermal.learn.diagnosis.forms import as_joined, at_rest, fullest
 from hexathermal.learn.diagnosis.ranking import Ranked, Step, most_valued
 from hexathermal.learn.diagnosis.rivals import (
-    STEP,
     exchanged,
     lagging,
     late_or_off,
@@ -34,8 +34,7 @@ from hexathermal.learn.diagnosis.rivals import (
     tilted,
     with_a_misfit,
 )
-from hexathermal.learn.diagnosis.stand_offs import stand_offs
-from hexathermal.learn.diagnosis.trials import PREFIX, Trial, Workbench
+from hexathermal.learn.diagnosis.trials import Trial, Workbench
 from hexathermal.learn.diagnosis.witnesses import Witnesses
 from hexathermal.poses import FloatArray
 
@@ -55,9 +54,6 @@ REPEATED = "missing-sensor"
 MOST_WITNESSED = 16
 """Trials of a sensor's fault whose parity is asked, besides those that are asked in any case."""
 
-STEP_ALONE = 3.0
-"""What a drift says for a step of the zero counts up to so much where what may stand off says as much."""
-
 MENDED = 3
 """Trials of a cause that mends data whose data are mended indeed."""
 
@@ -74,9 +70,6 @@ reads errors of thermometers, and the offset is the best of many."""
 
 FREE = 2.0
 """Evidence that a cause needs besides where its decays before each run are free: no threshold is drawn with these."""
-
-TRIFLE = 0.3
-"""Log evidence by which new noise must help the null for everything to be screened again."""
 
 
 @dataclass(eq=False)
@@ -123,35 +116,8 @@ class Search:
 
     def scored(self, levels: Levels, trials: list[Trial], terms: list[Terms] | None = None) -> list[Scored]:
         """Return trials with their evidence at one noise; `terms` are those of them, where they were made before."""
-        return self._borne_out(screened(self.channel, self.base, levels, trials, self.largest, terms), levels)
-
-    def _borne_out(self, scored: list[Scored], levels: Levels) -> list[Scored]:
-        """Return trials of which a step counts for little where a few windows, or a landing, that stand off explain it.
-
-        A step is left once, what stands off is left and met again.
-        """
-        steps = [k for k, item in enumerate(scored) if item.trial.cause == STEP and item.value > STEP_ALONE]
-        if not steps:
-            return scored
-        rivals = self._stand_offs([scored[k].trial.columns for k in steps], levels)
-        found = list(scored)
-        for k, rival in zip(steps, rivals, strict=True):
-            if rival >= scored[k].value - TRIFLE:
-                alone = replace(scored[k].trial, most=STEP_ALONE)
-                found[k] = replace(scored[k], value=STEP_ALONE, trial=alone)
-        return found
-
-    def _stand_offs(self, steps: list[FloatArray], levels: Levels) -> FloatArray:
-        """Return the evidence of the best that may stand off in place of each step."""
-        bumps = [stand_offs(step, self.channel) for step in steps]
-        values = []
-        for kind in (
-            [Trial(PREFIX + STEP, bump) for own, _two in bumps for bump in own],
-            [Trial(PREFIX + STEP, two) for _own, pairs in bumps for two in pairs],
-        ):
-            found = screened(self.channel, self.base, levels, kind, self.largest)
-            values.append(np.reshape([item.value for item in found], (len(steps), -1)))
-        return np.asarray(np.column_stack(values).max(axis=1))
+        found = screened(self.channel, self.base, levels, trials, self.largest, terms)
+        return borne_out(self.channel, self.base, levels, found, self.largest)
 
     def step(self, trials: list[Trial]) -> Step:
         """Return the ranking of trials over the present base."""

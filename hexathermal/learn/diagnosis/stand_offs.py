@@ -17,6 +17,9 @@ the run."""
 PAIRS = 3
 """Pairs of landings after a step, one behind the other, that are asked so."""
 
+FADES_S = (300.0, 900.0)
+"""Time constants with which what was jolted may come back: a door that opened, a draught."""
+
 
 def stand_offs(step: FloatArray, channel: Channel) -> tuple[list[FloatArray], list[FloatArray]]:
     """Return what may stand off in place of a step, each shape (n, 1), and pairs of landings after it, shape (n, 2).
@@ -42,6 +45,14 @@ def stand_offs(step: FloatArray, channel: Channel) -> tuple[list[FloatArray], li
     after = [_between(index, landings, at + k) for k in range(PAIRS + 1)]
     bumps += [_between(index, landings, max(at - 1, 0)), after[0]]
     return bumps, [np.column_stack(pair) for pair in pairwise(after)]
+
+
+def fadings(step: FloatArray, channel: Channel) -> list[FloatArray]:
+    """Return a step that fades in its run, by each of `FADES_S`, shape (n, 1)."""
+    first = int(np.argmax(step[:, 0] > 0.0))
+    since = np.cumsum(channel.step)[:, None]
+    own = (channel.run == channel.run[first])[:, None] * step
+    return [np.asarray(own * np.exp(-np.maximum(since - since[first], 0.0) / tau)) for tau in FADES_S]
 
 
 def _between(index: npt.NDArray[np.int64], landings: npt.NDArray[np.int64], at: int) -> FloatArray:

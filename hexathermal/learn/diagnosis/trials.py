@@ -24,6 +24,9 @@ Item = TypeVar("Item")
 PREFIX = "follows "
 """What a nameless trial's cause begins with."""
 
+STOOD = "qt"
+"""The target of what follows the time that the rod was at each displacement."""
+
 USUAL_BIAS_K = 0.05
 """Slow bias of a thermometer of which nothing is known."""
 

@@ -10,7 +10,7 @@ from scipy.integrate import cumulative_trapezoid
 
 from hexathermal.learn.diagnosis.last_move import last_moves
 from hexathermal.learn.diagnosis.pieces import going_on
-from hexathermal.learn.diagnosis.trials import PREFIX, Trial, Workbench
+from hexathermal.learn.diagnosis.trials import PREFIX, STOOD, Trial, Workbench
 from hexathermal.learn.diagnosis.view import View
 from hexathermal.poses import FloatArray
 
@@ -51,7 +51,7 @@ def flexible_trials(bench: Workbench) -> Iterator[Trial]:
             yield Trial(PREFIX + "the way travelled", columns[:, None], "travel")
         stood = view.once((PREFIX, "stood"), lambda: _stood(view), ())
         for columns in (stood[:, None], np.column_stack([view.time, stood])):
-            yield Trial(PREFIX + "the time at each displacement", columns, "qt")
+            yield Trial(PREFIX + "the time at each displacement", columns, STOOD)
         for columns in view.once((PREFIX, "last moves"), lambda: tuple(last_moves(view)), ()):
             yield Trial(PREFIX + "the last move", columns, "q")
     for sensor in view.base:

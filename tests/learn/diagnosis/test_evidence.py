@@ -10,6 +10,7 @@ import pytest
 from scipy.stats import binom, multivariate_normal
 
 from hexathermal.learn.diagnosis import chance
+from hexathermal.learn.diagnosis.borne_out import STEP_ALONE
 from hexathermal.learn.diagnosis.chance import FALSE_ALARMS, chance_threshold
 from hexathermal.learn.diagnosis.channels import Channel, Levels
 from hexathermal.learn.diagnosis.course import _mopped_up
@@ -27,7 +28,7 @@ from hexathermal.learn.diagnosis.evidence import (
 )
 from hexathermal.learn.diagnosis.joining import Found
 from hexathermal.learn.diagnosis.ranking import NONE, SURE_WITNESS, Ranked, Step
-from hexathermal.learn.diagnosis.search import STEP_ALONE, Search
+from hexathermal.learn.diagnosis.search import Search
 from hexathermal.learn.diagnosis.trials import Trial
 from hexathermal.poses import FloatArray
 from tests.learn.diagnosis.noises import LEVELS, channel_like, dense, noisy
