@@ -28,7 +28,7 @@ JOLT = "time (a jolt that fades)"
 """What is nameless and looks like a step that does not stay."""
 
 FADED = 3.0
-"""Log evidence by which what fades must lead a step for that to count for little: at a run's end they are alike."""
+"""Log evidence by which what fades must lead a step, and what stands off: at the end of a run they are alike."""
 
 
 def borne_out(channel: Channel, base: Base, levels: Levels, scored: list[Scored], largest: float) -> list[Scored]:
@@ -57,7 +57,7 @@ def borne_out(channel: Channel, base: Base, levels: Levels, scored: list[Scored]
     rivals = _standing_off(channel, leading, said)
     jolts, small = list[Scored](), dict[int, Scored]()
     for item, rival, faded in zip(leading, rivals, _faded(channel, leading, said), strict=True):
-        if faded.value > item.value + FADED:
+        if faded.value > max(item.value, rival) + FADED:
             jolts.append(faded)
         elif rival < item.value - TRIFLE:
             continue

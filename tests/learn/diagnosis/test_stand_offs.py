@@ -2,14 +2,19 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import replace
 
 import numpy as np
 import pytest
 
+from hexathermal.learn.diagnosis.borne_out import JOLT, STEP_ALONE
+from hexathermal.learn.diagnosis.deciding import decided
 from hexathermal.learn.diagnosis.evidence import LEAST
 from hexathermal.learn.diagnosis.stage import Stage
-from hexathermal.learn.diagnosis.stand_offs import stand_offs
+from hexathermal.learn.diagnosis.stand_offs import FADES_S, fadings, stand_offs
+from hexathermal.learn.diagnosis.tolerating import tolerant
+from hexathermal.learn.diagnosis.trials import PREFIX
 from tests.learn.diagnosis.campaigns import viewed
 from tests.learn.diagnosis.noises import channel_like
 
@@ -53,3 +58,37 @@ def test_a_step_in_the_last_landing_of_a_run_is_named(bench: str, seed: int, run
     best = next(item for item in Stage(stepped).step.ranking if item.cause == "zero-jump")
     assert best.value > LEAST
     assert best.best.trial.target == view.runs[run].run.name
+
+
+@pytest.mark.parametrize(("tau", "fades"), [(300.0, True), (900.0, True), (math.inf, False)])
+@pytest.mark.parametrize("sign", [1.0, -1.0])
+def test_a_jolt_that_fades_is_no_step(tau: float, fades: bool, sign: float) -> None:
+    """It is left without a name, told as what it is, and what stays is a step of the zero with nothing beside it."""
+    view, _ = viewed("quiet", 2, (), 1.0)
+    size, runs = sign * 8.0 * Stage(view).levels.rms, list(view.runs)
+    time = runs[3].signals.time
+    moment = 0.4 * time[-1]
+    shape = (time >= moment) * np.exp(-np.maximum(time - moment, 0.0) / tau)
+    runs[3] = replace(runs[3], drift=runs[3].drift + size * shape)
+    found = tolerant(Stage(replace(view, runs=tuple(runs))), LEAST).step
+    leader = decided(found, LEAST).leader
+    assert leader is not None
+    assert leader.cause == (PREFIX + JOLT if fades else "zero-jump")
+    assert leader.best.trial.parameters["run"] == view.runs[3].run.name
+    assert abs(leader.best.trial.parameters["time_s"] - moment) < 300.0
+    by_name = {item.cause: item.value for item in found.ranking}
+    if fades:
+        assert by_name["zero-jump"] <= STEP_ALONE
+    else:
+        assert PREFIX + JOLT not in by_name
+
+
+def test_a_step_that_fades_begins_with_it_and_keeps_to_its_run() -> None:
+    """One at its moment, a part 1/e of it a time constant later, and nothing in other runs, which a zero goes on to."""
+    channel = channel_like(np.random.default_rng(5), windows=40)
+    step = (np.arange(len(channel)) >= 50).astype(float)[:, None]
+    since = np.cumsum(channel.step) - np.cumsum(channel.step)[50]
+    for tau, column in zip(FADES_S, fadings(step, channel), strict=True):
+        own = (channel.run == 1) & (np.arange(len(channel)) >= 50)
+        assert column[:, 0] == pytest.approx(own * np.exp(-np.maximum(since, 0.0) / tau))
+        assert column[50, 0] == 1.0
