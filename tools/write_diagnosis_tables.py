@@ -71,6 +71,8 @@ CONSTANTS = {
         "STEPS",
     ),
     "unlike_runs": ("FAR",),
+    "borne_out": ("STEP_ALONE", "FADED"),
+    "stand_offs": ("FADES_S",),
     "order": ("PROFILES", "FEWEST", "HEAVY", "MOST", "UNSURE", "FEIGNED"),
     "timing": ("TIMES_S", "STEP_S", "GRID_STEPS", "PROFILES", "SHARE", "TOLERANCE_S", "MOST"),
     "chance": ("DRAWS", "FALSE_ALARMS", "LEAST_THRESHOLD"),
