@@ -89,7 +89,7 @@ def _finding(found: Diagnosis) -> str:
             "That is no proof that there is none: how small an effect can hide is told below, cause by cause."
         ) + "".join(paragraph(words, "note") for words in found.unnamed)
     best = next((settings_words(one.settings) for one in found.candidates if one.cause == found.follows), "")
-    at = f" (at best with {best})" if best else ""
+    at = f" (at best {'' if best.startswith('in ') else 'with '}{best})" if best else ""
     return paragraph(
         f"What is left {found.follows}{at} more than chance could make it, but none of the seventeen causes of the "
         "catalogue explains that. Look at the pictures of that signal, and at what changes with it on the bench: it is "

@@ -318,8 +318,8 @@ def changed(found: Diagnosis) -> bool:
 
 
 def sentences(found: Diagnosis) -> list[str]:
-    """Return the finding: one sentence, and one for each further cause."""
-    return [*found.sentences, *found.unlike] if found.sentences else [found.sentence]
+    """Return the finding: one sentence, one for each further cause, and which runs never fitted are unlike."""
+    return [*(found.sentences or [found.finding]), *found.unlike]
 
 
 def shared_words(one: Effect) -> list[str]:

@@ -252,12 +252,13 @@ class Diagnosis(Shown):
 
     @property
     def _seen(self) -> str:
-        """How large what has no name is, and its period, in words."""
+        """How large what has no name is, and its period, or where it begins, in words."""
         item = next((one for one in self.candidates if one.cause == self.follows), None)
         if item is None:
             return ""
-        period = item.settings.get("period_s")
-        of = "" if period is None else f", of a period of {float(period) / 60.0:.3g} min"
+        own = {name: float(item.settings[name]) / 60.0 for name in ("period_s", "time_s") if name in item.settings}
+        of = f", of a period of {own['period_s']:.3g} min" if "period_s" in own else ""
+        of += f", in {item.settings['run']} from {own['time_s']:.3g} min on" if "time_s" in own else ""
         return f" ({item.visible * UM:.2g} um of it visible, RMS{of})"
 
     @property
@@ -269,24 +270,21 @@ class Diagnosis(Shown):
     @property
     def sentence(self) -> str:
         """The diagnosis in one sentence, or one for each cause, and which runs are unlike those that it speaks of."""
-        return " ".join((self._named_or_not, *self.unlike))
+        return " ".join((self.finding, *self.unlike))
 
     @property
-    def _named_or_not(self) -> str:
+    def finding(self) -> str:
         """What is named, or that nothing is, in words."""
         left = f"omething real is left that {self.follows}{self._seen}, but no cause of the catalogue explains it."
         if self.verdict == "effect":
             hidden = self.follows is not None and all(one.taken_back or one.of_judged_run for one in self.effects)
             return " ".join((*self.sentences, *([f"S{left}"] if hidden else [])))
-        if self.verdict == "none" and not self.limits:
-            return "No effect of the catalogue is seen: the law explains these data to their noise."
         if self.verdict == "none":
-            limit = max(item.visible for item in self.limits) * UM
+            limit = max((item.visible for item in self.limits), default=0.0) * UM
+            what = f"stands above {limit:.2g} um (visible RMS)" if self.limits else "is seen"
+            data = "the runs that it was fitted on" if self.unlike else "these data"
             trusted = "as far as its thermometers can be trusted" if self.unnamed else "to their noise"
-            return (
-                f"No effect of the catalogue stands above {limit:.2g} um (visible RMS): the law explains these data "
-                f"{trusted}."
-            )
+            return f"No effect of the catalogue {what}: the law explains {data} {trusted}."
         return f"S{left}"
 
     @property

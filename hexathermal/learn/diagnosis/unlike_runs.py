@@ -53,7 +53,7 @@ def unlike_words(residuals: Sequence[Left], told: Collection[str] = ()) -> tuple
         return ()
     worst = max(left[name] for name in unlike)
     return (
-        f"In {', '.join(unlike)}, never fitted, the law leaves up to {worst * UM:.2g} um (standard deviation), in runs "
-        f"that it was fitted on {most * UM:.2g} um at most: something is new there, which those for identification do "
-        'not show. Give such a run the role "identification", and diagnose again.',
+        f"In {', '.join(unlike)}, never fitted, the law leaves up to {worst * UM:.2g} um (standard deviation), against "
+        f"{most * UM:.2g} um at most in runs that it was fitted on: something is new there, which those for "
+        'identification do not show. Give such a run the role "identification", and diagnose again.',
     )

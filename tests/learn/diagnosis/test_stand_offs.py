@@ -3,11 +3,15 @@
 from __future__ import annotations
 
 import math
+from collections import defaultdict
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
 
+from hexathermal.learn.campaign_files import load_campaign
+from hexathermal.learn.diagnosis import diagnose
 from hexathermal.learn.diagnosis.borne_out import JOLT, STEP_ALONE
 from hexathermal.learn.diagnosis.deciding import decided
 from hexathermal.learn.diagnosis.evidence import LEAST
@@ -15,7 +19,10 @@ from hexathermal.learn.diagnosis.stage import Stage
 from hexathermal.learn.diagnosis.stand_offs import FADES_S, fadings, stand_offs
 from hexathermal.learn.diagnosis.tolerating import tolerant
 from hexathermal.learn.diagnosis.trials import PREFIX
-from tests.learn.diagnosis.campaigns import viewed
+from hexathermal.show.diagnosis_sections import all_sections
+from hexathermal.simulate.hidden.drawing import campaign_of
+from hexathermal.simulate.hidden.writing import write_campaign
+from tests.learn.diagnosis.campaigns import rewritten, viewed
 from tests.learn.diagnosis.noises import channel_like
 
 
@@ -92,3 +99,25 @@ def test_a_step_that_fades_begins_with_it_and_keeps_to_its_run() -> None:
         own = (channel.run == 1) & (np.arange(len(channel)) >= 50)
         assert column[:, 0] == pytest.approx(own * np.exp(-np.maximum(since, 0.0) / tau))
         assert column[50, 0] == 1.0
+
+
+def test_a_jolt_is_told_with_its_run_and_its_moment(tmp_path: Path) -> None:
+    """From files: something real without a name, in the run and at the minute where a door opened."""
+    truth, answer = campaign_of("quiet", 6, causes=(), shared=True)
+    write_campaign(tmp_path / "campaign", truth, answer)
+    run = load_campaign(tmp_path / "campaign").runs_of("identification")[1]
+
+    def jolted(rows: list[dict[str, str]]) -> None:
+        """All beams move by 2 um within 90 s, 40 % into the run, and come back within minutes."""
+        begin = float(rows[-1]["time_s"]) * 0.4
+        for row in rows:
+            since = float(row["time_s"]) - begin
+            more = 2e-3 * min(max(since / 90.0, 0.0), 1.0) * math.exp(-max(since, 0.0) / 700.0)
+            row.update({name: repr(float(value) + more) for name, value in row.items() if name.startswith("beam")})
+
+    rewritten(run.path, jolted)
+    found = diagnose(load_campaign(tmp_path / "campaign"), answer.base)
+    assert (found.verdict, found.follows) == ("unexplained", PREFIX + JOLT)
+    minutes = float(found.candidates[0].settings["time_s"]) / 60.0
+    assert f"in {run.name} from {minutes:.3g} min on" in found.sentence
+    assert "at best in " + run.name in all_sections(found, defaultdict(str))[0][2]

@@ -45,7 +45,9 @@ def test_what_is_told_of_a_run_otherwise_is_not_told_twice() -> None:
     """A run with a step that was found needs no second word; another one beside it does."""
     runs = [*FITTED, left("run-03", "validation", 9e-7), left("run-04", "validation", 8e-7)]
     (words,) = unlike_words(runs, {"run-03"})
-    assert words.startswith("In run-04, never fitted, the law leaves up to 0.8 um (standard deviation), in runs that")
+    assert words.startswith(
+        "In run-04, never fitted, the law leaves up to 0.8 um (standard deviation), against 0.2 um at most"
+    )
     assert "run-03" not in words
     assert unlike_words(runs, {"run-03", "run-04"}) == ()
 
