@@ -89,7 +89,8 @@ def _report(told: Facts, place: Path) -> Report:
             sure = "" if same or part is None else f": {_worth(part)}"
             what = "nothing joined the law" if same else "before → after"
             pairs.append((f"{_measure(key)}, for validation", value, what + aside + sure))
-    notes = [str(note) for note in told["notes"]]
+    unlike = (told.get("unlike") or []) if told["effects"] else []  # else the first sentence has it
+    notes = [str(note).rstrip(".") for note in (*unlike, *told["notes"])]
     folder = place if place.is_dir() else place.parent
     if (folder / "report.html").is_file():
         notes.append("pictures of what is left of each run stand in report.html beside the file that was read")

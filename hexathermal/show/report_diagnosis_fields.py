@@ -45,6 +45,7 @@ _ALL: dict[str, Shape] = {
 }  # fmt: skip
 
 LEG: dict[str, Shape] = _ALL | {
+    "unlike?": [TEXT],
     "gain?": _SCORES | _ENDS | {"runs?": {"*": _SCORES | _ENDS}},
     "sensors": [TEXT],
     "detection_limits_um": {"*": NUMBER},

@@ -147,18 +147,15 @@ def _standing(step: Step, threshold: float) -> list[Ranked]:
 
     With a name that errors of the thermometers may feign in part, or with something nameless, stands another name that
     explains far more, of which they may feign hardly more: there is something, and the gate asks no more than that.
-    Where a name stands by an amplitude that is unlikely, what explains as much stands as well.
     """
     sure = [item for item in step.ranking if item.gated >= threshold]
     bounded = [item.value for item in sure
                if not item.named or item.gated < min(item.value, UNBOUNDED * threshold)]  # fmt: skip
-    imitated = min((item.value for item in sure if item.unlikely), default=math.inf)
     return [
         item
         for item in step.ranking
         if item in sure
         or (bounded and item.named and item.gated >= NEARLY * threshold and item.value >= FAR + max(bounded))
-        or (item.named and item.value >= imitated)
     ]
 
 

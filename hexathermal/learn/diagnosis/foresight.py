@@ -9,7 +9,10 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from hexathermal.learn.diagnosis.borne_out import JOLT
 from hexathermal.learn.diagnosis.ranking import Ranked
+from hexathermal.learn.diagnosis.rivals import STEP
+from hexathermal.learn.diagnosis.trials import PREFIX
 from hexathermal.poses import FloatArray
 
 if TYPE_CHECKING:
@@ -83,7 +86,7 @@ def denied(stage: Stage, after: Stage, leader: Ranked) -> bool:
 
 def tells_of_one_run(leader: Ranked) -> bool:
     """Whether a cause belongs to one run, so that no run left out can tell of it."""
-    return leader.cause == "zero-jump"
+    return leader.cause in (STEP, PREFIX + JOLT)
 
 
 def _left(before: Stage, after: Stage, leader: Ranked, *, within: bool = False) -> list[FloatArray]:

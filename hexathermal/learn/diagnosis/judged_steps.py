@@ -19,9 +19,10 @@ from hexathermal.learn.diagnosis.channels import Levels
 from hexathermal.learn.diagnosis.deciding import SOUND
 from hexathermal.learn.diagnosis.evidence import Base, Scored, relevance
 from hexathermal.learn.diagnosis.pieces import LONGEST_S
-from hexathermal.learn.diagnosis.result import Effect, Quantity
+from hexathermal.learn.diagnosis.result import ALSO, Effect, Quantity
 from hexathermal.learn.diagnosis.search import Search
 from hexathermal.learn.diagnosis.stage import Stage
+from hexathermal.learn.diagnosis.stand_offs import fading
 from hexathermal.learn.diagnosis.trials import PREFIX, Trial
 from hexathermal.learn.diagnosis.view import View
 from hexathermal.learn.diagnosis.words import UM, told, two_digits
@@ -101,15 +102,25 @@ def _taken_back(step: JudgedStep, rows: RunRows) -> bool:
 
 
 def _next(stage: Stage, base: Base, levels: Levels, threshold: float) -> tuple[JudgedStep, Scored] | None:
-    """Return the best step beside a base with its noise, where it stands, and as it was scored."""
+    """Return the best step beside a base with its noise that stands, and as it was scored: of each run its best one."""
+    tried, search = list(trials(stage.bench)), Search(stage.bench, stage.channel, base, stage.largest)
+    bests: dict[str | None, Scored] = {}
+    for item in sorted(search.scored(levels, tried) if tried else [], key=lambda item: -item.value):
+        if item.trial.cause == CAUSE.name and item.value >= SURE:
+            bests.setdefault(item.trial.target, item)
+    price = math.log(max(len(tried), 1))
+    standing = (_standing(stage, base, levels, best, price, threshold) for best in bests.values())
+    return next((found for found in standing if found is not None), None)
+
+
+def _standing(
+    stage: Stage, base: Base, levels: Levels, best: Scored, price: float, threshold: float
+) -> tuple[JudgedStep, Scored] | None:
+    """Return a step as it is told, and as it was scored; None where it does not stand."""
     channel = stage.channel
-    tried, null = list(trials(stage.bench)), channel.evidence(base.X, base.sd, levels)
-    search = Search(stage.bench, channel, base, stage.largest)
-    best = max(search.scored(levels, tried), key=lambda item: item.value, default=None) if tried else None
-    if best is None or best.value < SURE:
-        return None
+    null = channel.evidence(base.X, base.sd, levels)
     value, own = _against(stage, base, best.trial.columns, best.size, levels, null)
-    value -= math.log(len(tried))
+    value -= price
     rivals = (_against(stage, base, trial.columns, best.size, levels, null)[0] for trial in _rivals(stage.view, best))
     if value < SURE or relevance(best.visible, own.rms, 0.0) < threshold or value < (1.0 + RIVAL_LEAD) * max(rivals):
         return None
@@ -137,7 +148,7 @@ def _rivals(view: View, step: Scored) -> list[Trial]:
     since = np.where(inside, np.maximum(view.time - float(where["time_s"]), 0.0), 0.0)
     passed = (step.trial.columns[:, 0] > 0.0) & inside
     shapes = [since, np.where(inside, view.time, 0.0)]
-    shapes += [np.where(passed, np.exp(-since / tau), 0.0) for tau in RELAXING_S]
+    shapes += [fading(passed, since, tau) for tau in RELAXING_S]
     scale = float(np.sqrt((step.trial.columns**2).mean()))
     alike = (shape * scale / max(float(np.sqrt((shape**2).mean())), 1e-30) for shape in shapes)
     return [Trial(PREFIX + CAUSE.name, shape[:, None]) for shape in alike]
@@ -164,7 +175,7 @@ def told_steps(steps: Sequence[JudgedStep], view: View) -> Beforehand | None:
         "time_s": Quantity(first.time, float(np.median(np.diff(rows.signals.time))), "s"),
         "step_um": Quantity(first.size * UM, first.error * UM, "um"),
     }
-    others = ", ".join(one.run for k, one in enumerate(steps) if k != at)
+    others = ALSO.join(one.run for k, one in enumerate(steps) if k != at)
     settings = {"run": first.run, "role": "validation"} | ({"also": others} if others else {})
     sentence = (
         f"In a run for validation the zero jumps, {CAUSE.name} (in {first.run}; at {told(parameters['time_s'])}; step "

@@ -19,6 +19,9 @@ from hexathermal.poses import FloatArray
 FORMAT = "hexathermal-diagnosis/1"
 UM = 1e6
 
+ALSO = ", "
+"""What stands between further runs of an effect, in its setting ``also``."""
+
 
 @dataclass(frozen=True)
 class Quantity:
@@ -264,7 +267,8 @@ class Diagnosis(Shown):
     @property
     def unlike(self) -> tuple[str, ...]:
         """Which runs never fitted are unlike those that the law knows; empty where none is."""
-        told = {str(one.target) for one in self.effects if one.of_judged_run}
+        judged = [one for one in self.effects if one.of_judged_run]
+        told = {name for one in judged for name in (str(one.target), *str(one.settings.get("also", "")).split(ALSO))}
         return unlike_words(self.residuals, told)
 
     @property
@@ -316,6 +320,7 @@ class Diagnosis(Shown):
             "parameters": _parameters(first),
             "settings": {} if first is None else dict(first.settings),
             "sentence": self.sentence,
+            "unlike": list(self.unlike),
             "effects": [
                 {"cause": one.cause, "target": _target(one), "probability": one.probability,
                  "equivalent": list(one.equivalent), "parameters": _parameters(one), "settings": dict(one.settings),

@@ -16,9 +16,12 @@ from hexathermal.poses import FloatArray
 LATE, OFF, SHIFTED = "thermal-lag", "clock-offset", 0.08
 """A lag, a clock that is off, and the part of a lag's evidence by which the clock must lead it."""
 
-LEAST_PART, MOST_PART, BENT, UNLIKELY = 0.3, 1.7, 0.5, 0.85
-"""What a lag acts by over the law's own A, from and to; the most by which its second rate may act, over A too; and the
-part of its evidence that counts where it acts by less or more: beyond two standard deviations."""
+LEAST_PART, MOST_PART, UNLIKELY = 0.3, 2.7, 0.85
+"""What a lag acts by over the law's own A, from and to, beyond two standard deviations: a part of the length may be
+late, and a time constant of the grid be too short by so much; and the part of its evidence that counts elsewhere."""
+
+RATES = "lead"
+"""The shape of a late thermometer by its own rates: with times of a grid, amplitudes tell how late it is."""
 
 MISSING, PLUGS, IMITATED = "missing-sensor", "swapped-sensors", 0.85
 """Another thermometer that matters, exchanged ones, and the part of its evidence, or of a lag's, that these have where
@@ -51,7 +54,7 @@ def nameless_bounded(channel: Channel, system: System, ranked: list[Ranked]) -> 
     as its sketch (`Cause.bent`), what flexible columns take beside it may be its bend: then they do not lead at all.
     """
     best = _first_name(ranked)
-    if best is None:
+    if best is None or best.gated < LEAST:
         return ranked
     base, own = system(best.best), best.best.trial
     law = np.column_stack([base.X[:, : base.plain], own.columns])
@@ -106,8 +109,9 @@ def with_a_misfit(channel: Channel, system: System, ranked: list[Ranked]) -> lis
 def lagging(channel: Channel, system: System, sensors: tuple[str, ...], ranked: list[Ranked]) -> list[Ranked]:
     """Return the ranking in which a lag that does not act by about the law's own A of its sensor counts for less.
 
-    What warms late moves the part by its A, or by that of a part of it, and in no other direction. Low passes and
-    rates of a temperature imitate stored heat, another place, or a clock that is far off, by any amplitude.
+    What warms late moves the part by its A, or by that of a part of it, and in no other direction; a thermometer that
+    is late shows what is yet to come, and not the reverse. Low passes and rates of a temperature imitate stored heat,
+    another place, or a clock that is far off, by any amplitude.
     """
     late = _item(ranked, LATE)
     if late is None or late.best.trial.target not in sensors or not late.best.trial.carried:
@@ -115,14 +119,13 @@ def lagging(channel: Channel, system: System, sensors: tuple[str, ...], ranked: 
     trial, base = late.best.trial, system(late.best)
     _, mean, covariance = channel.solved(base.X, base.sd, late.levels)
     first, own = len(mean) - trial.columns.shape[1], sensors.index(str(trial.target))
-    bounds = np.zeros((4, len(mean)))
-    bounds[[0, 1], first] = 1.0, -1.0
-    bounds[[0, 1], own] = -LEAST_PART, MOST_PART
-    if trial.carried > 1:
-        bounds[[2, 3], first + 1] = 1.0, -1.0
-        bounds[[2, 3], own] = BENT
-    sign = np.sign(mean[own])
-    over = sign * (bounds @ mean) + 2.0 * np.sqrt(np.einsum("ij,jk,ik->i", bounds, covariance, bounds))
+    bounds = np.zeros((2, len(mean)))
+    if trial.shape == RATES:  # at rates that are slow both columns go as T', the second twice
+        bounds[0, first : first + 2] = 1.0, 2.0
+    else:
+        bounds[:, first], bounds[:, own] = (1.0, -1.0), (-LEAST_PART, MOST_PART)
+    spread = np.maximum(np.einsum("ij,jk,ik->i", bounds, covariance, bounds), 0.0)
+    over = np.sign(mean[own]) * (bounds @ mean) + 2.0 * np.sqrt(spread)
     if np.all(over >= 0.0):
         return ranked
     return _with(ranked, replace(late, value=UNLIKELY * late.value, unlikely=True))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from itertools import pairwise
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -52,7 +53,12 @@ def fadings(step: FloatArray, channel: Channel) -> list[FloatArray]:
     first = int(np.argmax(step[:, 0] > 0.0))
     since = np.cumsum(channel.step)[:, None]
     own = (channel.run == channel.run[first])[:, None] * step
-    return [np.asarray(own * np.exp(-np.maximum(since - since[first], 0.0) / tau)) for tau in FADES_S]
+    return [fading(own, since - since[first], tau) for tau in FADES_S]
+
+
+def fading(step: npt.NDArray[Any], since: FloatArray, tau: float) -> FloatArray:
+    """Return a step that fades with a time constant [s], from times since it began [s], each of one shape."""
+    return np.asarray(step * np.exp(-np.maximum(since, 0.0) / tau))
 
 
 def _between(index: npt.NDArray[np.int64], landings: npt.NDArray[np.int64], at: int) -> FloatArray:

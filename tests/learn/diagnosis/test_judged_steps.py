@@ -16,7 +16,8 @@ from hexathermal.learn.campaign_files import load_campaign
 from hexathermal.learn.campaign_laws import identify_campaign
 from hexathermal.learn.cleaning_record import BeamStep
 from hexathermal.learn.diagnosis import diagnose
-from hexathermal.learn.diagnosis.judged_steps import SURE, JudgedStep, judged_steps
+from hexathermal.learn.diagnosis.judged_steps import SURE, JudgedStep, judged_steps, told_steps
+from hexathermal.learn.diagnosis.result import ALSO
 from hexathermal.learn.diagnosis.stage import Stage, view_of
 from hexathermal.learn.diagnosis.view import View
 from hexathermal.learn.law import IdentifiedLaw
@@ -105,6 +106,33 @@ def test_sound_campaigns_have_none() -> None:
     drawn = [(bench, int(rng.integers(2**53))) for bench in benches for _draw in range(4)]
     told = [key for key in drawn if judged_steps(*sound(*key), THRESHOLD)]
     assert len(told) <= 1, (seed, told)
+
+
+@pytest.mark.parametrize("tau", [300.0, 900.0, 1800.0])
+@pytest.mark.parametrize("size", [4.0, 12.0])
+def test_a_jolt_that_fades_is_no_step(tau: float, size: float) -> None:
+    """What comes back within minutes is none, however clear; a step in another run beside it is found still."""
+    view, law, held = sound("quiet", 5)
+    time, noise = held[0].signals.time, Stage(view).levels.rms
+    moment = 0.4 * time[-1]
+    shape = (time >= moment) * np.exp(-np.maximum(time - moment, 0.0) / tau)
+    jolted = replace(held[0], drift=held[0].drift + size * noise * shape)
+    assert judged_steps(view, law, [jolted, *held[1:]], THRESHOLD) == []
+    late = held[1].signals.time
+    ramp = np.clip((late - 0.55 * late[-1]) / 120.0, 0.0, 1.0)
+    stepped = replace(held[1], drift=held[1].drift + 12.0 * noise * ramp)
+    found = judged_steps(view, law, [jolted, stepped, *held[2:]], THRESHOLD)
+    assert [one.run for one in found] == [held[1].run.name]
+
+
+def test_runs_that_a_step_is_told_of_besides_are_told_once() -> None:
+    """Of steps in two runs the second is told with the first, and is nothing new."""
+    view, _law, held = sound("quiet", 5)
+    names = [rows.run.name for rows in held[:2]]
+    steps = [JudgedStep(name, 3600.0, size, 1e-8, 50.0) for name, size in zip(names, (1e-6, 2e-6), strict=True)]
+    told = told_steps(steps, view)
+    assert told is not None
+    assert str(told.effect.settings["also"]).split(ALSO) == names[:1]
 
 
 def test_where_all_runs_count_from_one_zero_nothing_is_said() -> None:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections import defaultdict
 from dataclasses import replace
+from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
@@ -121,3 +122,19 @@ def test_a_jolt_is_told_with_its_run_and_its_moment(tmp_path: Path) -> None:
     minutes = float(found.candidates[0].settings["time_s"]) / 60.0
     assert f"in {run.name} from {minutes:.3g} min on" in found.sentence
     assert "at best in " + run.name in all_sections(found, defaultdict(str))[0][2]
+
+
+@pytest.mark.parametrize("seed", [2, 3])
+def test_a_larger_jolt_says_more(seed: int) -> None:
+    """A step minutes away, which explains a little of it, does not bound what has no name: it is not there itself."""
+    view, _ = viewed("quiet", seed, (), 1.0)
+    noise, said = Stage(view).levels.rms, []
+    time = view.runs[3].signals.time
+    shape = (time >= 0.4 * time[-1]) * np.exp(-np.maximum(time - 0.4 * time[-1], 0.0) / 300.0)
+    for size in (2.0, 2.5, 3.0, 4.0, 6.0):
+        runs = list(view.runs)
+        runs[3] = replace(runs[3], drift=runs[3].drift + size * noise * shape)
+        ranking = Stage(replace(view, runs=tuple(runs))).step.ranking
+        said.append(max((item.value for item in ranking if item.cause == PREFIX + JOLT), default=0.0))
+    assert all(after > before for before, after in pairwise(said))
+    assert said[-1] > 100.0

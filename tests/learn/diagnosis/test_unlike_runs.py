@@ -25,11 +25,12 @@ class Left:
     run: str
     role: str
     after: FloatArray
+    signals: dict[str, FloatArray]
 
 
-def left(run: str, role: str, size: float) -> Left:
-    """Residuals of a run of that standard deviation [m], about a zero of their own."""
-    return Left(run, role, 3e-6 + size * np.tile([-1.0, 1.0], 30))
+def left(run: str, role: str, size: float, swing: float = 2.0) -> Left:
+    """Residuals of a run of that standard deviation [m], about a zero of their own; it warms by `swing` [K]."""
+    return Left(run, role, 3e-6 + size * np.tile([-1.0, 1.0], 30), {"dT": np.linspace(0.0, swing, 60)})
 
 
 FITTED = [left("run-01", "identification", 1e-7), left("run-02", "identification", 2e-7)]
@@ -50,6 +51,16 @@ def test_what_is_told_of_a_run_otherwise_is_not_told_twice() -> None:
     )
     assert "run-03" not in words
     assert unlike_words(runs, {"run-03", "run-04"}) == ()
+
+
+@pytest.mark.parametrize(("swing", "beyond"), [(2.4, False), (4.0, True), (-4.0, True)])
+def test_a_run_that_goes_farther_than_the_fitted_ones_may_be_beyond_the_law(swing: float, beyond: bool) -> None:
+    """Then that is told as well, with both ranges: a law's own uncertainty grows with the warming."""
+    (words,) = unlike_words([*FITTED, left("run-03", "validation", 9e-7, swing)])
+    assert ("its first thermometer goes 4 K from its zero there, 2 K at most in those" in words) == beyond
+    assert words.endswith("Measure such a run again, to fit the one and judge by the other.")
+    both = unlike_words([*FITTED, left("run-03", "validation", 9e-7), left("run-04", "validation", 1e-7)])
+    assert both[0].endswith("diagnose again: the others still judge.")
 
 
 def test_without_runs_to_compare_nothing_is_told() -> None:
@@ -83,5 +94,6 @@ def test_a_fault_that_begins_after_the_fitted_runs_is_not_passed_over(
     assert after.verdict == before.verdict
     assert after.sentence.endswith(words)
     assert after.to_json()["sentence"].endswith(words)
+    assert after.to_json()["unlike"] == [words]
     assert main(["diagnose", str(folder), "--sensors", ",".join(answer.base)]) == 0
     assert words in capsys.readouterr().out.replace("\n", " ")

@@ -2,18 +2,21 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
 import pytest
 
 from hexathermal.learn.diagnosis.channels import Levels
+from hexathermal.learn.diagnosis.deciding import decided
 from hexathermal.learn.diagnosis.evidence import LEAST, Base, Scored
 from hexathermal.learn.diagnosis.feigning import ERRING, FEIGNED, erring
-from hexathermal.learn.diagnosis.ranking import Ranked
+from hexathermal.learn.diagnosis.ranking import Ranked, Step
 from hexathermal.learn.diagnosis.rivals import UNLIKELY, exchanged, lagging, late_or_off, stepping, steps_with, tilted
 from hexathermal.learn.diagnosis.stage import Stage
-from hexathermal.learn.diagnosis.trials import Trial
+from hexathermal.learn.diagnosis.trials import STOOD, Trial
+from hexathermal.machine.leg_signals import Memory
 from tests.learn.diagnosis.campaigns import viewed
 from tests.learn.diagnosis.noises import channel_like
 
@@ -81,31 +84,53 @@ def test_a_clock_a_little_ahead_leads_where_motion_speaks_for_it(off: float, mot
     assert first(late_or_off(ranked, timed=False)) == leads
 
 
+def late(columns: np.ndarray, shape: str, target: str = "T02") -> Ranked:
+    """A lag of a thermometer that is surely there."""
+    item = named("thermal-lag", 100.0, columns)
+    return replace(item, best=replace(item.best, trial=replace(item.best.trial, target=target, shape=shape)))
+
+
+def beside_law(law: np.ndarray) -> Callable[[Scored], Base]:
+    """The law, and a trial beside it."""
+    return lambda scored: Base(np.column_stack([law, scored.trial.columns]),
+                               np.full(law.shape[1] + scored.trial.columns.shape[1], 10.0), law.shape[1])  # fmt: skip
+
+
 @pytest.mark.parametrize("A", [2.0, -0.5])
-@pytest.mark.parametrize(("parts", "likely"), [
-    ((1.0,), True), ((0.4,), True), ((1.5,), True), ((0.1,), False), ((2.5,), False), ((-1.0,), False),
-    ((1.0, 0.2), True), ((1.0, -0.9), False), ((0.7, 0.9), False),
+@pytest.mark.parametrize("shape", ["lag", "foretold"])
+@pytest.mark.parametrize(("part", "likely"), [
+    (1.0, True), (0.4, True), (2.0, True), (0.1, False), (4.0, False), (-1.0, False),
 ])  # fmt: skip
 def test_a_lag_acts_by_the_laws_own_coefficient(
-    A: float, parts: tuple[float, ...], likely: bool, rng: np.random.Generator
+    A: float, shape: str, part: float, likely: bool, rng: np.random.Generator
 ) -> None:
     """What is late is the part, or its thermometer: other amplitudes than its A, and other signs, are imitations."""
     channel = channel_like(rng, runs=4, windows=50)
-    law, late = rng.standard_normal((len(channel), 2)), rng.standard_normal((len(channel), len(parts)))
-    drift = law @ [0.3, A] + A * late @ np.array(parts)
-    data = channel.with_y(drift + 0.02 * rng.standard_normal(len(channel)))
-    item = named("thermal-lag", 100.0, late)
-    item = replace(item, best=replace(item.best, trial=replace(item.best.trial, target="T02")))
-
-    def system(scored: Scored) -> Base:
-        """The law, and the trial."""
-        columns = scored.trial.columns
-        return Base(np.column_stack([law, columns]), np.full(2 + columns.shape[1], 10.0), 2)
-
-    given = [item, named("missing-sensor", 90.0)]
-    after = lagging(data, system, ("T01", "T02"), given)
+    law, column = rng.standard_normal((len(channel), 2)), rng.standard_normal((len(channel), 1))
+    data = channel.with_y(law @ [0.3, A] + A * part * column[:, 0] + 0.02 * rng.standard_normal(len(channel)))
+    given = [late(column, shape), named("missing-sensor", 90.0)]
+    after = lagging(data, beside_law(law), ("T01", "T02"), given)
     assert after[0].value == (100.0 if likely else UNLIKELY * 100.0)
+    assert after[0].unlikely == (not likely)
     assert after[1] is given[1]
+
+
+@pytest.mark.parametrize("grid", [30.0, 60.0, 150.0, 400.0])
+@pytest.mark.parametrize(("true", "likely"), [(60.0, True), (200.0, True), (-100.0, False)])
+def test_a_late_thermometer_is_likely_whatever_the_time_that_stands_for_it(
+    grid: float, true: float, likely: bool, rng: np.random.Generator
+) -> None:
+    """By its rates behind low passes of another time: amplitudes are any, but it shows what is yet to come."""
+    channel, A = channel_like(rng, runs=4, windows=50), 2.0
+    time = np.arange(len(channel)) * 300.0
+    reads = np.cumsum(rng.standard_normal(len(time))) / 5.0
+    reads = Memory().low_pass("smooth", time, reads, 900.0)
+    part = reads + true * np.gradient(reads, time)
+    once = Memory().low_pass("once", time, reads, grid)
+    rates = np.column_stack([reads - once, reads - Memory().low_pass("twice", time, once, grid)])
+    data = channel.with_y(A * part + 1e-3 * rng.standard_normal(len(time)))
+    after = lagging(data, beside_law(reads[:, None]), ("T02",), [late(rates, "lead")])
+    assert after[0].unlikely == (not likely)
 
 
 def test_a_lag_whose_amplitude_is_not_sure_may_act_by_the_laws_own(rng: np.random.Generator) -> None:
@@ -113,16 +138,36 @@ def test_a_lag_whose_amplitude_is_not_sure_may_act_by_the_laws_own(rng: np.rando
     channel = channel_like(rng, runs=4, windows=50)
     law = rng.standard_normal((len(channel), 1))
     data = channel.with_y(law[:, 0])
-    item = named("thermal-lag", 9.0, 0.004 * rng.standard_normal((len(channel), 1)))
-    item = replace(item, best=replace(item.best, trial=replace(item.best.trial, target="T01")))
-
-    def system(scored: Scored) -> Base:
-        """The law, and the trial."""
-        return Base(np.column_stack([law, scored.trial.columns]), np.full(2, 10.0), 1)
-
-    assert lagging(data, system, ("T01",), [item]) == [item]
+    item = late(0.004 * rng.standard_normal((len(channel), 1)), "lag", "T01")
+    assert lagging(data, beside_law(law), ("T01",), [item]) == [item]
     whole = named("thermal-lag", 9.0)
-    assert lagging(data, system, ("T01",), [whole]) == [whole]
+    assert lagging(data, beside_law(law), ("T01",), [whole]) == [whole]
+
+
+@pytest.mark.parametrize("unlikely", [True, False])
+def test_an_unlikely_name_is_not_chosen_for_its_gate(unlikely: bool) -> None:
+    """Of names that fit alike the one that may least be a misfit is given, unless it acts by an unlikely amplitude."""
+    lag = replace(named("thermal-lag", 60.0), unlikely=unlikely)
+    heat = named("hidden-heat", 61.0)
+    heat = replace(heat, best=replace(heat.best, visible=0.2, trial=replace(heat.best.trial, feigned=0.05)))
+    assert LEAST < heat.gated < lag.gated
+    leader = decided(Step((heat, lag), LEVELS, 0.0), LEAST).leader
+    assert leader is not None
+    assert leader.cause == ("hidden-heat" if unlikely else "thermal-lag")
+
+
+def test_time_at_each_displacement_imitates_time() -> None:
+    """A name may be a little behind it, as behind what is flexible; of wear, one column as well, it must be ahead."""
+    drift = named("zero-drift", 50.0)
+
+    def nameless(cause: str, target: str) -> Ranked:
+        """One column a little ahead."""
+        item = named(f"follows {cause}", 51.0, np.ones((3, 1)))
+        return replace(item, best=replace(item.best, trial=replace(item.best.trial, target=target)))
+
+    stood, worn = nameless("the time at each displacement", STOOD), nameless("the way travelled", "travel")
+    assert decided(Step((stood, drift), LEVELS, 0.0), LEAST).named
+    assert not decided(Step((worn, drift), LEVELS, 0.0), LEAST).named
 
 
 def test_tilt_that_only_steps_is_a_step_of_the_zero(rng: np.random.Generator) -> None:
