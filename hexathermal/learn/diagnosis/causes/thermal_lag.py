@@ -24,7 +24,7 @@ CAUSE = Cause(
     signature="The residual follows the rate of the temperature; heating and cooling make a loop.",
     parameters=(
         Parameter("time_constant_s", "s", "log-uniform, 15 s to 4 h, two rows at least below 1 min"),
-        Parameter("amplitude", "1", "+1: the whole part lags; below 0: the thermometer does"),
+        Parameter("amplitude", "1", "of the law's own A; 1: the whole part lags, less: a part of it"),
     ),
     confused_with=(
         "clock-offset",
