@@ -49,6 +49,21 @@ def test_a_sound_diagnosis_has_no_wrong_field() -> None:
     assert wrong_fields(told()) == ()
 
 
+def test_runs_that_are_unlike_are_told_where_causes_are_named(tmp_path: Path) -> None:
+    """As a note; where nothing is named the first sentence has it; older files have none."""
+    words = "In run-09, never fitted, the law leaves up to 1 um."
+    with_causes = told() | {"unlike": [words]}
+    assert with_causes["effects"]
+    assert words.rstrip(".") in diagnosis_report(with_causes, tmp_path).notes
+    nothing = with_causes | {"effects": [], "verdict": "none", "sentence": f"No effect stands. {words}"}
+    report = diagnosis_report(nothing, tmp_path)
+    assert report.notes.count(words.rstrip(".")) == 0
+    assert words in report.finding
+    older = {name: value for name, value in told().items() if name != "unlike"}
+    assert wrong_fields(older) == ()
+    diagnosis_report(older, tmp_path)
+
+
 @pytest.mark.parametrize(
     ("place", "new", "wanted"),
     [
