@@ -82,6 +82,7 @@ CONSTANTS = {
         "NAME_SHARE",
         "NAME_AHEAD",
         "AHEAD_SHARE",
+        "AHEAD_OF_WEAR",
         "LEAST_NAMED",
         "SOUND",
         "IMITATED",

@@ -17,7 +17,7 @@ import numpy as np
 
 from hexathermal.learn.diagnosis.ranking import NONE, Ranked, Step
 from hexathermal.learn.diagnosis.rivals import SHAPE_ERROR
-from hexathermal.learn.diagnosis.trials import STOOD
+from hexathermal.learn.diagnosis.trials import STOOD, WORN
 
 NAMED_PRIOR = 0.75
 """Of the catalogue, against something nameless."""
@@ -29,9 +29,10 @@ NAME_LEAD, NAME_SHARE = 0.5, 0.03
 """A cause may be that far behind flexible columns, which imitate any shape, and by this part of what they say besides,
 and still be the name."""
 
-NAME_AHEAD, AHEAD_SHARE = 0.5, 0.02
+NAME_AHEAD, AHEAD_SHARE, AHEAD_OF_WEAR = 0.5, 0.05, 0.02
 """Of one column without a name, which imitates nothing, it must be that far ahead, and by this part of what that says:
-the shape of either may be a little wrong."""
+the shape of either may be a little wrong. Less of wear, which goes as the way travelled: what imitates that, as time
+does, is one column as well, while what is not linear bends as a kink does."""
 
 IMITATED = 0.6
 """Part of what is nameless that counts for a name which is given although something nameless fits as well."""
@@ -200,10 +201,15 @@ def _wanted(standing: Sequence[Ranked], before: float) -> float:
     it what errors of the shapes of causes named before leave.
     """
     best, left = standing[0], SHAPE_ERROR * before
-    alone = [item.value for item in standing if not item.named and _alone(item) and not before]
+    alone = [item for item in standing if not item.named and _alone(item) and not before]
     imitating = not best.named and (before > 0.0 or not _alone(best))
     wanted = best.value - (NAME_LEAD + NAME_SHARE * best.value + left) * imitating
-    return max([wanted, *(NAME_AHEAD + (1.0 + AHEAD_SHARE) * value for value in alone)])
+    return max([wanted, *(NAME_AHEAD + (1.0 + _share(item)) * item.value for item in alone)])
+
+
+def _share(item: Ranked) -> float:
+    """Return the part of what one column without a name says by which a name must be ahead of it."""
+    return AHEAD_OF_WEAR if item.best.trial.target == WORN else AHEAD_SHARE
 
 
 def _cool(best: Ranked) -> float:

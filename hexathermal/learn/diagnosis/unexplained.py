@@ -10,14 +10,14 @@ from scipy.integrate import cumulative_trapezoid
 
 from hexathermal.learn.diagnosis.last_move import last_moves
 from hexathermal.learn.diagnosis.pieces import going_on
-from hexathermal.learn.diagnosis.trials import PREFIX, STOOD, Trial, Workbench
+from hexathermal.learn.diagnosis.trials import PREFIX, STOOD, WORN, Trial, Workbench
 from hexathermal.learn.diagnosis.view import View
 from hexathermal.poses import FloatArray
 
 THERMAL = ("T", "qT", "input", "the humidity")
 """What errors of thermometers can feign; the relative humidity of a room goes as its temperature."""
 
-WANDERING = ("travel", "the humidity", "the pressure")
+WANDERING = (WORN, "the humidity", "the pressure")
 """What thermometers that wander from run to run can feign: it grows all along the campaign, or changes by the day."""
 
 SHORTEST_S, LONGEST_S, LONGER_S = 480.0, 7200.0, (14400.0, 28800.0, 86400.0)
@@ -45,10 +45,10 @@ def flexible_trials(bench: Workbench) -> Iterator[Trial]:
             yield Trial(PREFIX + "the displacement", _powers(q, power), "q", "", {"power": power})
         way, zero = view.travelled
         for wear in WEAR:
-            yield Trial(PREFIX + "the way travelled", (way**wear - zero**wear)[:, None], "travel", "", {"power": wear})
+            yield Trial(PREFIX + "the way travelled", (way**wear - zero**wear)[:, None], WORN, "", {"power": wear})
         since = np.maximum(way - zero, 0.0)
         for columns in (since * q / np.ptp(q), np.sqrt(since)):
-            yield Trial(PREFIX + "the way travelled", columns[:, None], "travel")
+            yield Trial(PREFIX + "the way travelled", columns[:, None], WORN)
         stood = view.once((PREFIX, "stood"), lambda: _stood(view), ())
         for columns in (stood[:, None], np.column_stack([view.time, stood])):
             yield Trial(PREFIX + "the time at each displacement", columns, STOOD)

@@ -15,7 +15,7 @@ from hexathermal.learn.diagnosis.feigning import ERRING, FEIGNED, erring
 from hexathermal.learn.diagnosis.ranking import Ranked, Step
 from hexathermal.learn.diagnosis.rivals import UNLIKELY, exchanged, lagging, late_or_off, stepping, steps_with, tilted
 from hexathermal.learn.diagnosis.stage import Stage
-from hexathermal.learn.diagnosis.trials import STOOD, Trial
+from hexathermal.learn.diagnosis.trials import STOOD, WORN, Trial
 from hexathermal.machine.leg_signals import Memory
 from tests.learn.diagnosis.campaigns import viewed
 from tests.learn.diagnosis.noises import channel_like
@@ -165,9 +165,13 @@ def test_time_at_each_displacement_imitates_time() -> None:
         item = named(f"follows {cause}", 51.0, np.ones((3, 1)))
         return replace(item, best=replace(item.best, trial=replace(item.best.trial, target=target)))
 
-    stood, worn = nameless("the time at each displacement", STOOD), nameless("the way travelled", "travel")
+    stood, worn = nameless("the time at each displacement", STOOD), nameless("the way travelled", WORN)
+    kink = nameless("the temperature beyond a kink", "T")
     assert decided(Step((stood, drift), LEVELS, 0.0), LEAST).named
     assert not decided(Step((worn, drift), LEVELS, 0.0), LEAST).named
+    assert decided(Step((named("zero-drift", 53.0), worn), LEVELS, 0.0), LEAST).named
+    assert not decided(Step((named("zero-drift", 53.0), kink), LEVELS, 0.0), LEAST).named
+    assert decided(Step((named("zero-drift", 54.5), kink), LEVELS, 0.0), LEAST).named
 
 
 def test_tilt_that_only_steps_is_a_step_of_the_zero(rng: np.random.Generator) -> None:
