@@ -31,9 +31,13 @@ VERDICTS = {
 }
 
 
+UNNAMED = "nothing can be named"
+"""The verdict where some candidates stand above chance and none is given as a name."""
+
+
 def verdict_words(found: Diagnosis) -> str:
     """Return a verdict in words; where some candidates stand above chance, nothing can be named."""
-    return "nothing can be named" if found.unnamed else VERDICTS[found.verdict]
+    return UNNAMED if found.unnamed else VERDICTS[found.verdict]
 
 
 @dataclass(frozen=True)

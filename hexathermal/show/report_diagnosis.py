@@ -15,6 +15,7 @@ from hexathermal.show.diagnosis_page import paragraph, table, text
 from hexathermal.show.diagnosis_tables import probability, verdict_probability
 from hexathermal.show.diagnosis_words import (
     NONE_NAMED,
+    UNNAMED,
     VERDICTS,
     how_apart,
     odds,
@@ -73,7 +74,8 @@ def _report(told: Facts, place: Path) -> Report:
     whole = told.get("kind") == "hexapod"
     many = len(told["effects"])
     sure = verdict_probability("" if whole else told["verdict"], many, float(told["probability"]))
-    verdict = f"{many} causes are named" if many > 1 else VERDICTS[told["verdict"]]
+    said = UNNAMED if _unnamed(told) else VERDICTS[told["verdict"]]
+    verdict = f"{many} causes are named" if many > 1 else said
     pairs = [("Verdict", verdict, sure),
              ("Threshold", f"{told['threshold']:.1f}", "log evidence that a name needed")]  # fmt: skip
     gain = told["gain"]
@@ -157,17 +159,19 @@ def _finding(told: Facts) -> Section:
         )
     if told["follows"]:
         parts.append(paragraph(f"What is left, and has no name, {told['follows']}.", "note"))
-    above = (
-        not whole
-        and told["verdict"] == "none"
-        and any(one["evidence"] >= told["threshold"] for one in told["candidates"])
-    )
     if not parts:
         parts.append(paragraph(
-            f"Every cause that these data could show was tried, and none {NONE_NAMED[above]}. "
+            f"Every cause that these data could show was tried, and none {NONE_NAMED[_unnamed(told)]}. "
             "That is no proof that there is none: how small an effect can hide is told below."
         ))  # fmt: skip
     return Section("finding", "Finding", "What was found", tuple(parts))
+
+
+def _unnamed(told: Facts) -> bool:
+    """Whether some candidates of a leg or a part stand above chance although none is named."""
+    if told.get("kind") == "hexapod" or told["verdict"] != "none":
+        return False
+    return any(one["evidence"] >= told["threshold"] for one in told["candidates"])
 
 
 def _sentences(told: Facts) -> list[str]:

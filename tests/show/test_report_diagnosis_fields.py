@@ -13,6 +13,7 @@ import pytest
 
 from hexathermal.errors import FileFormatError
 from hexathermal.show.diagnosis_tables import diagnosis_facts
+from hexathermal.show.diagnosis_words import UNNAMED, VERDICTS
 from hexathermal.show.report_diagnosis import diagnosis_report
 from hexathermal.show.report_diagnosis_fields import wrong_fields
 from tests.show.drawn_diagnoses import drawn
@@ -62,6 +63,18 @@ def test_runs_that_are_unlike_are_told_where_causes_are_named(tmp_path: Path) ->
     older = {name: value for name, value in told().items() if name != "unlike"}
     assert wrong_fields(older) == ()
     diagnosis_report(older, tmp_path)
+
+
+@pytest.mark.parametrize(("evidence", "verdict"), [(50.0, UNNAMED), (0.0, VERDICTS["none"])])
+def test_where_candidates_stand_and_none_is_named_the_report_says_so(
+    tmp_path: Path, evidence: float, verdict: str
+) -> None:
+    """As `diagnose` itself: nothing can be named, which is not that nothing is there."""
+    facts = told() | {"effects": [], "verdict": "none", "cause": None, "target": None, "follows": None}
+    for candidate in facts["candidates"]:
+        candidate["evidence"] = evidence
+    report = diagnosis_report(facts, tmp_path)
+    assert report.pairs[0][1] == verdict
 
 
 @pytest.mark.parametrize(
