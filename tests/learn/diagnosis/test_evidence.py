@@ -244,7 +244,7 @@ def test_something_nameless_far_ahead_is_unexplained() -> None:
     far = decided(step(ranked("follows the displacement", 120.0, columns=6), ranked("creep", 20.0)), LEAST)
     near = decided(step(ranked("follows the displacement", 60.0, columns=6), ranked("creep", 59.0)), LEAST)
     single = decided(step(ranked("follows the temperature", 60.0), ranked("creep", 58.0)), LEAST)
-    behind = decided(step(ranked("creep", 61.0), ranked("follows the temperature", 60.0)), LEAST)
+    behind = decided(step(ranked("creep", 62.0), ranked("follows the temperature", 60.0)), LEAST)
     ahead = decided(step(ranked("creep", 65.0), ranked("follows the temperature", 60.0)), LEAST)
     assert far.leader is not None
     assert not far.named
