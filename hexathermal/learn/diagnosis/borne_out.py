@@ -24,7 +24,7 @@ TRIFLE = 0.3
 Said = Callable[[Sequence[Trial]], list[Scored]]
 """Gives trials with their evidence."""
 
-JOLT = "time (a jolt that fades)"
+JOLT = PREFIX + "time (a jolt that fades)"
 """What is nameless and looks like a step that does not stay."""
 
 FADED = 3.0
@@ -81,7 +81,7 @@ def _standing_off(channel: Channel, steps: Sequence[Scored], said: Said) -> Floa
 def _faded(channel: Channel, steps: Sequence[Scored], said: Said) -> list[Scored]:
     """Return the best that fades in place of each step."""
     trials = [
-        Trial(PREFIX + JOLT, column, "t", "", {**item.trial.parameters, "time_constant_s": tau})
+        Trial(JOLT, column, "t", "", {**item.trial.parameters, "time_constant_s": tau})
         for item in steps
         for tau, column in zip(FADES_S, fadings(item.trial.columns, channel), strict=True)
     ]

@@ -12,7 +12,6 @@ import numpy as np
 from hexathermal.learn.diagnosis.borne_out import JOLT
 from hexathermal.learn.diagnosis.ranking import Ranked
 from hexathermal.learn.diagnosis.rivals import STEP
-from hexathermal.learn.diagnosis.trials import PREFIX
 from hexathermal.poses import FloatArray
 
 if TYPE_CHECKING:
@@ -86,7 +85,7 @@ def denied(stage: Stage, after: Stage, leader: Ranked) -> bool:
 
 def tells_of_one_run(leader: Ranked) -> bool:
     """Whether a cause belongs to one run, so that no run left out can tell of it."""
-    return leader.cause in (STEP, PREFIX + JOLT)
+    return leader.cause in (STEP, JOLT)
 
 
 def _left(before: Stage, after: Stage, leader: Ranked, *, within: bool = False) -> list[FloatArray]:

@@ -103,32 +103,28 @@ def _taken_back(step: JudgedStep, rows: RunRows) -> bool:
 
 def _next(stage: Stage, base: Base, levels: Levels, threshold: float) -> tuple[JudgedStep, Scored] | None:
     """Return the best step beside a base with its noise that stands, and as it was scored: of each run its best one."""
-    tried, search = list(trials(stage.bench)), Search(stage.bench, stage.channel, base, stage.largest)
+    channel, tried = stage.channel, list(trials(stage.bench))
+    if not tried:
+        return None
     bests: dict[str | None, Scored] = {}
-    for item in sorted(search.scored(levels, tried) if tried else [], key=lambda item: -item.value):
+    search = Search(stage.bench, channel, base, stage.largest)
+    for item in sorted(search.scored(levels, tried), key=lambda item: -item.value):
         if item.trial.cause == CAUSE.name and item.value >= SURE:
             bests.setdefault(item.trial.target, item)
-    price = math.log(max(len(tried), 1))
-    standing = (_standing(stage, base, levels, best, price, threshold) for best in bests.values())
-    return next((found for found in standing if found is not None), None)
-
-
-def _standing(
-    stage: Stage, base: Base, levels: Levels, best: Scored, price: float, threshold: float
-) -> tuple[JudgedStep, Scored] | None:
-    """Return a step as it is told, and as it was scored; None where it does not stand."""
-    channel = stage.channel
-    null = channel.evidence(base.X, base.sd, levels)
-    value, own = _against(stage, base, best.trial.columns, best.size, levels, null)
-    value -= price
-    rivals = (_against(stage, base, trial.columns, best.size, levels, null)[0] for trial in _rivals(stage.view, best))
-    if value < SURE or relevance(best.visible, own.rms, 0.0) < threshold or value < (1.0 + RIVAL_LEAD) * max(rivals):
-        return None
-    with_step = base.extended(best.trial.columns, best.size)
-    _, mean, covariance = channel.solved(with_step.X, with_step.sd, own)
-    where = best.trial.parameters
-    size, error = float(mean[-1]), float(np.sqrt(covariance[-1, -1]))
-    return JudgedStep(str(where["run"]), float(where["time_s"]), size, error, value), best
+    null, price = channel.evidence(base.X, base.sd, levels), math.log(len(tried))
+    for best in bests.values():
+        value, own = _against(stage, base, best.trial.columns, best.size, levels, null)
+        value -= price
+        rivals = (_against(stage, base, one.columns, best.size, levels, null)[0] for one in _rivals(stage.view, best))
+        small = value < SURE or relevance(best.visible, own.rms, 0.0) < threshold
+        if small or value < (1.0 + RIVAL_LEAD) * max(rivals):
+            continue
+        with_step = base.extended(best.trial.columns, best.size)
+        _, mean, covariance = channel.solved(with_step.X, with_step.sd, own)
+        where = best.trial.parameters
+        size, error = float(mean[-1]), float(np.sqrt(covariance[-1, -1]))
+        return JudgedStep(str(where["run"]), float(where["time_s"]), size, error, value), best
+    return None
 
 
 def _against(

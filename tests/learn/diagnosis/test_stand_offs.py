@@ -19,7 +19,6 @@ from hexathermal.learn.diagnosis.evidence import LEAST
 from hexathermal.learn.diagnosis.stage import Stage
 from hexathermal.learn.diagnosis.stand_offs import FADES_S, fadings, stand_offs
 from hexathermal.learn.diagnosis.tolerating import tolerant
-from hexathermal.learn.diagnosis.trials import PREFIX
 from hexathermal.show.diagnosis_sections import all_sections
 from hexathermal.simulate.hidden.drawing import campaign_of
 from hexathermal.simulate.hidden.writing import write_campaign
@@ -81,14 +80,14 @@ def test_a_jolt_that_fades_is_no_step(tau: float, fades: bool, sign: float) -> N
     found = tolerant(Stage(replace(view, runs=tuple(runs))), LEAST).step
     leader = decided(found, LEAST).leader
     assert leader is not None
-    assert leader.cause == (PREFIX + JOLT if fades else "zero-jump")
+    assert leader.cause == (JOLT if fades else "zero-jump")
     assert leader.best.trial.parameters["run"] == view.runs[3].run.name
     assert abs(leader.best.trial.parameters["time_s"] - moment) < 300.0
     by_name = {item.cause: item.value for item in found.ranking}
     if fades:
         assert by_name["zero-jump"] <= STEP_ALONE
     else:
-        assert PREFIX + JOLT not in by_name
+        assert JOLT not in by_name
 
 
 def test_a_step_that_fades_begins_with_it_and_keeps_to_its_run() -> None:
@@ -118,7 +117,7 @@ def test_a_jolt_is_told_with_its_run_and_its_moment(tmp_path: Path) -> None:
 
     rewritten(run.path, jolted)
     found = diagnose(load_campaign(tmp_path / "campaign"), answer.base)
-    assert (found.verdict, found.follows) == ("unexplained", PREFIX + JOLT)
+    assert (found.verdict, found.follows) == ("unexplained", JOLT)
     minutes = float(found.candidates[0].settings["time_s"]) / 60.0
     assert f"in {run.name} from {minutes:.3g} min on" in found.sentence
     assert "at best in " + run.name in all_sections(found, defaultdict(str))[0][2]
@@ -135,6 +134,6 @@ def test_a_larger_jolt_says_more(seed: int) -> None:
         runs = list(view.runs)
         runs[3] = replace(runs[3], drift=runs[3].drift + size * noise * shape)
         ranking = Stage(replace(view, runs=tuple(runs))).step.ranking
-        said.append(max((item.value for item in ranking if item.cause == PREFIX + JOLT), default=0.0))
+        said.append(max((item.value for item in ranking if item.cause == JOLT), default=0.0))
     assert all(after > before for before, after in pairwise(said))
     assert said[-1] > 100.0
