@@ -15,7 +15,7 @@ import numpy as np
 
 from hexathermal.machine.forms import Form, dotted, shown
 from hexathermal.machine.leg_repairs import KINDS, SensorRepair
-from hexathermal.machine.leg_terms import PRESSURE, SHAPES, WEIGHED, LegTerm
+from hexathermal.machine.leg_terms import SHAPES, WEATHERS, WEIGHED, LegTerm
 from hexathermal.machine.toml_positions import Where
 from hexathermal.machine.units import from_millionths, metres, millionths, shortest
 from hexathermal.poses import FloatArray
@@ -267,7 +267,8 @@ def _check_parameters(form: Form, shape: str, parameters: Mapping[str, Any], pat
             (*path, "reference_index"), 1.0 <= parameters["reference_index"] <= DENSEST_AIR, f"1 to {DENSEST_AIR:g}"
         )
     if "weather" in parameters and shape == "air-index":
-        form.check((*path, "weather"), parameters["weather"] == PRESSURE, f"{PRESSURE!r}, or left out")
+        known = ", ".join(map(repr, WEATHERS))
+        form.check((*path, "weather"), parameters["weather"] in WEATHERS, f"{known}, or left out")
     if "source_share" in parameters and shape == "stored-heat":
         form.check((*path, "source_share"), 0.0 <= parameters["source_share"] <= 1.0, "0 to 1")
     if "decades" in parameters and shape == "relaxation":

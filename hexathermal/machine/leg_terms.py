@@ -21,8 +21,13 @@ from hexathermal.poses import FloatArray
 Shape = Callable[[LegSignals, Mapping[str, Any], Memory], FloatArray]
 """From signals, parameters and the memory of the rows before to columns, shape (n, k)."""
 
-PRESSURE = "pressure"
+PRESSURE, WARMTH = "pressure", "temperature"
+WEATHERS = (PRESSURE, WARMTH)
 """Of the weather, what alone an ``air-index`` may have left out."""
+
+INDEX_PER_K = -9.5e-7
+"""Change of the index of air with its temperature at 20 degC, 1013.25 hPa and 50 % humidity [1/K] (Ciddor, Applied
+Optics 35 (1996) 1566); 3 % more at 15, 2 % less at 25 degC."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -261,14 +266,19 @@ def air_index(signals: LegSignals, parameters: Mapping[str, Any], memory: Memory
 
     With ``reference_index`` the laser took that index for the air's, so that its scale is wrong already at the zero:
     ``+ stroke_share (q - q_0) (n_0 - reference_index)``. With ``weather = "pressure"`` that alone was not applied: n is
-    that of air as warm and as humid as at the zero. With ``time_constant_s`` the air along the beams follows
+    that of air as warm and as humid as at the zero; with ``"temperature"`` its temperature alone, by
+    `INDEX_PER_K`. With ``time_constant_s`` the air along the beams follows
     that at the station behind a low pass: a tube, an enclosure.
     """
     share = parameters["stroke_share"]
-    if parameters.get("weather", PRESSURE) != PRESSURE:
-        raise ArgumentError(f"weather of 'air-index' is {PRESSURE!r} or left out, found {parameters['weather']!r}")
-    index = "pressure_index" if "weather" in parameters else "index"
-    change = signals.recorded(index)
+    weather = parameters.get("weather", PRESSURE)
+    if weather not in WEATHERS:
+        known = " or ".join(map(repr, WEATHERS))
+        raise ArgumentError(f"weather of 'air-index' is {known} or left out, found {weather!r}")
+    if "weather" not in parameters:
+        change = signals.recorded("index")
+    else:
+        change = INDEX_PER_K * signals.recorded("air") if weather == WARMTH else signals.recorded("pressure_index")
     if parameters.get("time_constant_s", 0.0) > 0.0:
         change = memory.low_pass("air", signals.time, change, parameters["time_constant_s"])
     found = (parameters["path_m"] + share * signals.q) * change

@@ -11,11 +11,12 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from hexathermal.errors import ArgumentError, UnknownNameError
+from hexathermal.learn.air import index_sensitivity
 from hexathermal.machine.leg_repairs import SensorRepair
 from hexathermal.machine.leg_signals import LegSignals, Memory
 from hexathermal.machine.leg_states import of_bench, sensors_of, solved_length
 from hexathermal.machine.leg_term_files import COUNTS, PARAMETERS, UNITS
-from hexathermal.machine.leg_terms import SHAPES, LegTerm, term_columns
+from hexathermal.machine.leg_terms import INDEX_PER_K, SHAPES, LegTerm, term_columns
 from hexathermal.poses import FloatArray
 from tests.learn.extended_laws import EXAMPLES, drawn_signals
 
@@ -206,6 +207,19 @@ def test_the_pressure_alone_may_not_have_been_applied() -> None:
     assert np.array_equal(term_columns("air-index", signals, settings)[:, 0], wanted)
     with pytest.raises(ArgumentError, match="needs the air's pressure along the run"):
         term_columns("air-index", dataclasses.replace(signals, pressure_index=None), settings)
+
+
+def test_the_air_s_temperature_alone_may_not_have_been_applied() -> None:
+    """Then what is read goes with it at once, by Ciddor's sensitivity to 4 % between 15 and 25 degC."""
+    signals = drawn_signals(4, 50)
+    settings = {"path_m": 0.7, "stroke_share": 1.0, "weather": "temperature"}
+    wanted = (0.7 + signals.q) * INDEX_PER_K * signals.recorded("air")
+    assert np.allclose(term_columns("air-index", signals, settings)[:, 0], wanted, atol=1e-18)
+    for warm in (15.0, 20.0, 25.0):
+        sensitivity = index_sensitivity(633e-9, warm, 101325.0, 0.5).temperature
+        assert INDEX_PER_K == pytest.approx(float(sensitivity), rel=0.04)
+    with pytest.raises(ArgumentError, match="'pressure' or 'temperature' or left out"):
+        term_columns("air-index", signals, settings | {"weather": "humidity"})
 
 
 def test_a_relaxation_does_not_ask_how_often_a_move_was_logged() -> None:

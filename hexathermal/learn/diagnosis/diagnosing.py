@@ -17,7 +17,7 @@ from hexathermal.learn.diagnosis.causes import catalogue
 from hexathermal.learn.diagnosis.course import Course, Progress, base_law, searched
 from hexathermal.learn.diagnosis.extension import extended_law, gained, reachable
 from hexathermal.learn.diagnosis.judged_steps import JudgedStep, judged_steps, told_steps
-from hexathermal.learn.diagnosis.limits import limits_of, sure_of_nothing
+from hexathermal.learn.diagnosis.limits import at_most_named, limits_of, sure_of_nothing
 from hexathermal.learn.diagnosis.lost_counts import lost_count
 from hexathermal.learn.diagnosis.mending import mended, mended_view
 from hexathermal.learn.diagnosis.next_experiments import next_experiments
@@ -107,6 +107,7 @@ def _diagnosed(
     jumped = judged_steps(plain, extended, held, course.threshold)
     told = _told_before(course, plain, plugs, jumped)
     effects = _effects(course, told)
+    limits = at_most_named(limits, _smallest(course, effects))
     verdict, probability, follows = _verdict(course, effects, sure_of_nothing(limits, levels.rms))
     candidates = _candidates(course, told)
     notes = (
@@ -149,6 +150,13 @@ def _effects(course: Course, told: Sequence[Beforehand]) -> tuple[Effect, ...]:
 def _largest(course: Course) -> float:
     """Return the most that is visible of an effect that the search named [m]."""
     return max((one.ranked.best.visible for one in course.found), default=0.0)
+
+
+def _smallest(course: Course, effects: Sequence[Effect]) -> dict[str, float]:
+    """Return the least that is visible of an effect of each cause that the search named [m]."""
+    searched_for = {one.ranked.cause for one in course.found}
+    sizes = sorted((one for one in effects if one.cause in searched_for), key=lambda one: -one.visible)
+    return {one.cause: one.visible for one in sizes}
 
 
 def _jumps(course: Course) -> list[tuple[str, float]]:

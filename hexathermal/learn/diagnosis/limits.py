@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -86,6 +86,24 @@ def sure_of_nothing(limits: Sequence[Limit], noise: float) -> float:
     seen = np.clip(np.array([one.visible for one in limits]) / noise, WEAKEST, STRONGEST)
     missed = np.mean(np.log(seen / WEAKEST) / np.log(STRONGEST / WEAKEST))
     return float(SOUND_CAMPAIGNS / (SOUND_CAMPAIGNS + (1.0 - SOUND_CAMPAIGNS) * missed))
+
+
+def at_most_named(limits: Sequence[Limit], named: Mapping[str, float]) -> tuple[Limit, ...]:
+    """Return limits none of which is larger than what was named: as little is named, then.
+
+    A limit is that of the middle one of a cause's trials, and what these data hold may be one that they see better.
+
+    Parameters
+    ----------
+    limits : sequence of Limit
+    named : mapping of str to float [m]
+        Visible RMS of the smallest effect of each cause that was named.
+    """
+    found = []
+    for one in limits:
+        least = min(one.visible, named.get(one.cause, np.inf))
+        found.append(Limit(one.cause, least, one.whole * least / one.visible) if least < one.visible else one)
+    return tuple(found)
 
 
 def _shapes_of(stage: Stage, levels: Levels, threshold: float) -> tuple[list[Limit], dict[str, Shape]]:

@@ -25,10 +25,14 @@ from hexathermal.learn.diagnosis.evidence import (
 from hexathermal.learn.diagnosis.forms import as_joined, at_rest, fullest
 from hexathermal.learn.diagnosis.ranking import Ranked, Step, most_valued
 from hexathermal.learn.diagnosis.rivals import (
+    beyond_chance,
+    drifting,
     exchanged,
     lagging,
     late_or_off,
     nameless_bounded,
+    never_on_its_part,
+    refracted,
     shaped,
     stepping,
     tilted,
@@ -152,12 +156,17 @@ class Search:
             levels, null = pool[better], nulls[better]
             if gained < TRIFLE:
                 break
-        acting = lagging(self.channel, self.system, self.bench.view.base, list(ranked.values()))
-        timed = exchanged(late_or_off(shaped(acting), timed=self._timed))
-        believed = with_a_misfit(self.channel, self.system, timed)
-        bounded = tilted(nameless_bounded(self.channel, self.system, stepping(self.channel, self.system, believed)))
-        order = tuple(sorted(bounded, key=lambda item: -item.value))
+        order = tuple(sorted(self._weighed(list(ranked.values())), key=lambda item: -item.value))
         return Step(order, levels, null)
+
+    def _weighed(self, ranked: list[Ranked]) -> list[Ranked]:
+        """Return causes as they stand against each other."""
+        channel, system = self.channel, self.system
+        acting = refracted(channel, system, lagging(channel, system, self.bench.view.base, ranked))
+        timed = exchanged(late_or_off(beyond_chance(shaped(acting)), timed=self._timed))
+        believed = with_a_misfit(channel, system, never_on_its_part(timed))
+        beams = drifting(channel, system, stepping(channel, system, believed))
+        return tilted(nameless_bounded(channel, system, beams))
 
     def _beside(
         self, best: Scored, grid: float, pool: list[Levels], nulls: list[float],
@@ -312,13 +321,16 @@ class Search:
         return value if trial.parity is None else value + max(self.witnesses.parity(trial), 0.0)
 
     def _told_otherwise(self, best: Scored, scored: list[Scored]) -> list[Scored]:
-        """Return the best trial of the same loss by the sensor's own reading where others tell it, else by the others.
+        """Return the best trial of each other way to tell the same loss: others, the own reading, or data mended.
 
-        Each kind has witnesses of its own: what the others foretell shows large losses better, the reading small ones.
+        Each has witnesses of its own: what the others foretell shows large losses better, the reading small ones.
         """
-        other = [item for item in scored
-                 if item.trial.cause == best.trial.cause and item.trial.ratio != best.trial.ratio]  # fmt: skip
-        return [self._witnessed(max(other, key=lambda item: item.value), other)] if other else []
+        ways: dict[tuple[bool, bool], list[Scored]] = {}
+        for item in scored:
+            if item.trial.cause == best.trial.cause:
+                ways.setdefault((item.trial.ratio, item.trial.anew), []).append(item)
+        ways.pop((best.trial.ratio, best.trial.anew), None)
+        return [self._witnessed(max(items, key=lambda item: item.value), items) for items in ways.values()]
 
     def _witnessed(self, best: Scored, scored: list[Scored]) -> Scored:
         """Return the trial of a sensor's fault that drift and parity together speak for; others as they are."""

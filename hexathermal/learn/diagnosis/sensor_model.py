@@ -200,13 +200,17 @@ class SensorModel:
 
         ``T = (1 - share) P c + share T_air``: the more of the air, the less its readings tell of c.
         """
+        centre, spread = self.expected
+        M, own = (np.sum(each, axis=0) for each in zip(*self._products, strict=True))
+        z = own - share * self._product_of_air
+        return self._solved((1.0 - share) ** 2 * M, (1.0 - share) * z, centre, spread)
+
+    @cached_property
+    def _product_of_air(self) -> FloatArray:
+        """Products of the profiles with the air, in all runs."""
         airs = self.view.airs
         assert airs is not None  # looked at before
-        centre, spread = self.expected
-        left = (own - share * air for own, air in zip(self.own, airs, strict=True))
-        products = [_products(P, y) for P, y in zip(self.profiles, left, strict=True)]
-        M, z = (np.sum(each, axis=0) for each in zip(*products, strict=True))
-        return self._solved((1.0 - share) ** 2 * M, (1.0 - share) * z, centre, spread)
+        return np.asarray(sum(P.T @ air for P, air in zip(self.profiles, airs, strict=True)))
 
     def _solved(self, M: FloatArray, z: FloatArray, centre: FloatArray, spread: FloatArray) -> FloatArray:
         """Return weights, by products of rows, that are expected about `centre` with a spread, shape (k,) each."""

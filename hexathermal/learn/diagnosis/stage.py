@@ -231,7 +231,8 @@ class Stage:
         taken = {item.trial.cause for item in self.joined} | {repair.cause for repair in self.repairs}
         gone = (taken - {REPEATED}) | set(self.refused)
         twins = {twin for name in taken for twin in TWINS.get(name, ())}
-        if any(item.trial.shape == FORETOLD for item in self.joined):
+        spoken = any(repair.kind == "detached" and "from_s" not in repair.parameters for repair in self.repairs)
+        if spoken or any(item.trial.shape == FORETOLD for item in self.joined):
             gone.add(REPEATED)
         sensors = {item.trial.target for item in self.joined}
         if any(item.trial.cause == STEP and self._tilts_with(item.trial) for item in self.joined):

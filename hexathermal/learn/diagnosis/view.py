@@ -295,6 +295,11 @@ class View:
         """Whether the rod moves at all."""
         return bool(np.ptp(self.q) > 1e-4)
 
+    @property
+    def indexed(self) -> bool:
+        """Whether beams measure, in air of which the index is known."""
+        return self.kind == "leg" and all(rows.signals.index is not None for rows in self.runs)
+
     def temperatures(self, sensor: str) -> FloatArray:
         """Return a sensor's smoothed temperature in windows [K]."""
         return self.once(("means", sensor), lambda: self._means([one.dT[sensor] for one in self.signals]), [sensor])

@@ -268,6 +268,8 @@ class Witnesses:
 
     def _own(self, best: Scored, levels: Levels) -> float:
         """Return the part that counts of a fault whose size in the drift should be the law's own A."""
+        if best.trial.base is not None:
+            return 1.0
         return float(np.exp(-0.5 * ((self.error(best, levels) - 1.0) / PARTLY) ** 2))
 
     def error(self, best: Scored, levels: Levels) -> float:

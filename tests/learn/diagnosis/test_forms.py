@@ -8,7 +8,7 @@ from typing import Any, cast
 import numpy as np
 import pytest
 
-from hexathermal.learn.diagnosis.causes import air_refraction
+from hexathermal.learn.diagnosis.causes import air_refraction, frame_expansion
 from hexathermal.learn.diagnosis.causes.creep import SATURATIONS_M, _saturations
 from hexathermal.learn.diagnosis.causes.nonlinear_expansion import trials as squares
 from hexathermal.learn.diagnosis.deciding import CLEAR, Decision, _cool, decided
@@ -99,23 +99,44 @@ def test_where_runs_have_one_zero_the_index_of_air_counts_from_it() -> None:
     assert np.ptp([rows.signals.index[0] for rows in view.runs if rows.signals.index is not None]) > 1e-7
 
 
-@pytest.mark.parametrize("weather", ["pressure", None])
+@pytest.mark.parametrize("weather", ["pressure", "temperature", None])
 def test_a_barometer_that_nobody_reads_is_told_from_a_whole_index(weather: str | None) -> None:
-    """Beams that lack the index of air by its pressure alone, or all of it: named so, and which of both is told."""
+    """Beams that lack the index of air by its pressure or its temperature alone, or all of it: told as that."""
     view, _ = viewed("quiet", 2, (), 1.0)
     runs = []
     for rows in view.runs:
         assert rows.weather is not None
-        still = rows.weather if weather is None else np.tile(rows.weather[0], (len(rows.weather), 1))
-        still = np.column_stack([still[:, 0], rows.weather[:, 1], still[:, 2]])
+        still = rows.weather.copy() if weather is None else np.tile(rows.weather[0], (len(rows.weather), 1))
+        lacking = 0 if weather == "temperature" else 1
+        still[:, lacking] = rows.weather[:, lacking]
         index = index_along_run(still)
         assert rows.signals.pressure_index is not None
-        if weather:
+        if weather == "pressure":
             assert np.allclose(rows.signals.pressure_index, index - index[0], atol=1e-12)
         runs.append(replace(rows, drift=rows.drift + 0.4 * (view.dead_path + rows.signals.q) * (index - index[0])))
     leader = Stage(replace(view, runs=tuple(runs))).step.ranking[0]
     assert leader.cause == "air-refraction"
     assert leader.best.trial.parameters.get("weather") == weather
+
+
+def test_what_follows_the_air_at_once_is_its_index_where_beams_measure() -> None:
+    """A frame is behind the air; without an index of it what follows at once is tried as the frame's."""
+    view, _ = viewed("quiet", 2, (), 1.0)
+    blind = [replace(rows, signals=replace(rows.signals, index=None)) for rows in view.runs]
+    for seen, at_once in ((view, False), (replace(view, runs=tuple(blind)), True)):
+        bench = Stage(seen).bench
+        times = {trial.parameters["time_constant_s"] for trial in frame_expansion.trials(bench)}
+        assert (0.0 in times) == at_once
+        assert (
+            any(trial.parameters.get("weather") == "temperature" for trial in air_refraction.trials(bench)) != at_once
+        )
+
+
+def test_thermometers_feign_of_the_index_only_what_the_air_s_temperature_does() -> None:
+    """Their errors go as temperatures: nothing of theirs follows the pressure."""
+    view, _ = viewed("quiet", 2, (), 1.0)
+    for trial in air_refraction.trials(Stage(view).bench):
+        assert trial.unfeigned == (trial.parameters.get("weather") != "temperature")
 
 
 def test_short_moves_are_tried_where_lengths_of_moves_differ() -> None:

@@ -15,7 +15,7 @@ from hexathermal.learn.diagnosis.chance import chance_threshold
 from hexathermal.learn.diagnosis.course import Course
 from hexathermal.learn.diagnosis.deciding import Decision, decided
 from hexathermal.learn.diagnosis.evidence import LEAST, visible
-from hexathermal.learn.diagnosis.limits import _confused, _shapes_of, limits_of
+from hexathermal.learn.diagnosis.limits import _confused, _shapes_of, at_most_named, limits_of
 from hexathermal.learn.diagnosis.next_experiments import next_experiments
 from hexathermal.learn.diagnosis.result import Candidate, Confusion, Limit
 from hexathermal.learn.diagnosis.stage import Stage
@@ -142,6 +142,15 @@ def test_what_runs_left_out_refused_is_asked_next() -> None:
     found = next_experiments(course_with(refused=(suspect,)), limits, (Confusion(("creep", "backlash"), 1.0),), ())
     assert [one.causes[0] for one in found] == ["hidden-heat", "creep", "creep"]
     assert found[0].size == pytest.approx(2e-7)
+
+
+def test_no_limit_is_larger_than_what_was_named() -> None:
+    """What is named at a size is named at that size: the page cannot say that only twice as much would be."""
+    limits = (Limit("backlash", 4e-7, 8e-7), Limit("creep", 1e-7, 1e-7), Limit("zero-drift", 2e-7, 3e-7))
+    told = at_most_named(limits, {"backlash": 2e-7, "creep": 3e-7})
+    assert [one.cause for one in told] == [one.cause for one in limits]
+    assert [one.visible for one in told] == pytest.approx([2e-7, 1e-7, 2e-7])
+    assert [one.whole for one in told] == pytest.approx([4e-7, 1e-7, 3e-7])
 
 
 def test_other_witnesses_than_the_drift_tell_causes_apart() -> None:

@@ -13,6 +13,8 @@ import pytest
 from hexathermal.learn.campaign_files import load_campaign
 from hexathermal.learn.diagnosis import Diagnosis, diagnose
 from hexathermal.learn.diagnosis.causes import sensor_detached
+from hexathermal.learn.diagnosis.ranking import Ranked
+from hexathermal.learn.diagnosis.rivals import ORDERED, SURELY, never_on_its_part
 from hexathermal.learn.diagnosis.stage import Stage, view_of
 from hexathermal.learn.diagnosis.trials import Trial
 from hexathermal.learn.diagnosis.view import View
@@ -120,8 +122,46 @@ def test_what_it_reads_besides_the_air_is_asked_for_the_part() -> None:
     """Where places foretell roughly, its own readings less the air tell the drift better what it should have read."""
     view = loosened("free_convection", 1)
     stage = Stage(view)
-    plain, taught = stage.search.scored(stage.levels, begun(view))
-    assert taught.value > plain.value + 10.0
+    plain, *taught = stage.search.scored(stage.levels, [trial for trial in begun(view) if trial.base is None])
+    assert max(item.value for item in taught) > plain.value + 10.0
+
+
+@pytest.mark.parametrize(("bench", "seed"), [("finite_volume", 1), ("free_convection", 1)])
+def test_a_thermometer_in_the_air_is_no_exchange_with_a_neighbour(bench: str, seed: int) -> None:
+    """A neighbour's reading stands for it as well as all others do; the parity knows of the air.
+
+    Where the order along the leg speaks for an exchange, or the parity says little, an exchange stays what it is.
+    """
+    step = Stage(loosened(bench, seed)).step
+    (lost,) = [item for item in step.ranking if item.cause == "sensor-detached"]
+    trial = lost.best.trial
+    assert lost.witness > SURELY
+    plugs = Trial("swapped-sensors", trial.columns, trial.target, parameters={"other": "T02"}, advantage=1.0)
+    beside = replace(lost, cause=plugs.cause, best=replace(lost.best, trial=plugs), value=1.2 * lost.value, borne=20.0)
+    assert [item.cause for item in by_value(never_on_its_part([lost, beside]))] == ["sensor-detached", plugs.cause]
+    ordered = replace(beside, best=replace(beside.best, trial=replace(plugs, advantage=ORDERED + 1.0)))
+    later = replace(beside, best=replace(beside.best, trial=replace(plugs, parameters={"from_run": "run-02"})))
+    for pair in ([lost, ordered], [lost, later], [replace(lost, witness=1.0), beside],
+                 [lost, replace(beside, value=2.0 * lost.value)]):  # fmt: skip
+        assert never_on_its_part(pair) == pair
+
+
+def by_value(ranked: list[Ranked]) -> list[Ranked]:
+    """Causes, the likeliest first."""
+    return sorted(ranked, key=lambda item: -item.value)
+
+
+def test_its_share_is_looked_for() -> None:
+    """Shares on a grid, and the one that the parity shows, are taken out of readings before they teach.
+
+    The best of them stand for the reading as the law's own temperature: no amplitude is left to be found.
+    """
+    view = loosened("finite_volume", 1)
+    mended = [trial for trial in begun(view) if trial.base is not None]
+    assert len(mended) == len(begun(view)) - len(mended) == len(sensor_detached.SHARES) + 2
+    for trial in mended:
+        assert trial.anew
+        assert not trial.columns.shape[1]
 
 
 def test_the_zero_of_a_campaign_was_read_in_the_air_too() -> None:
@@ -139,5 +179,5 @@ def test_the_zero_of_a_campaign_was_read_in_the_air_too() -> None:
 def test_no_row_of_all_runs_is_left_out_of_what_it_reads() -> None:
     """The trial explains the whole of each run: the drift's columns are those of all windows."""
     view = loosened("finite_volume", 1)
-    for trial in begun(view):
+    for trial in [one for one in begun(view) if one.base is None]:
         assert (np.abs(trial.columns).max(axis=1) > 0.0).mean() > 0.9

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from dataclasses import replace
 from functools import cache
 from typing import Any
 
@@ -11,18 +12,21 @@ import numpy as np
 from hexathermal.learn.diagnosis.trials import Cause, Parameter, Trial, Workbench
 from hexathermal.learn.diagnosis.view import View
 from hexathermal.learn.interferometer import index_along_run
-from hexathermal.machine.leg_terms import PRESSURE
+from hexathermal.machine.leg_terms import PRESSURE, WARMTH
 
 CAUSE = Cause(
     name="air-refraction",
     physics=(
         "Light is slower in dense air: a path L read without its index is wrong by L (n - n0), 0.27 um per "
-        "metre and hPa."
+        "metre and hPa, -0.95 um per metre and kelvin."
     ),
-    signature="The residual follows the pressure, which nothing thermal does, and grows with the path.",
+    signature=(
+        "The residual follows the pressure, which nothing thermal does, or the air's temperature at once; it grows "
+        "with the path."
+    ),
     parameters=(
         Parameter("share", "1", "of the index that was not applied; 1: all of it"),
-        Parameter("weather", "name", "all of it, or the pressure alone"),
+        Parameter("weather", "name", "all of it, the pressure alone, or the temperature alone"),
         Parameter("time_constant_s", "s", "none, 5 or 15 min: the air in a tube follows that at the station"),
     ),
     confused_with=(
@@ -30,6 +34,7 @@ CAUSE = Cause(
         "zero-drift",
     ),
     experiment="A day at rest on which the weather changes, compared with a refractometer every hour.",
+    thermal=True,
     words="the index of refraction of air was not applied over the whole path",
     readings=24,
 )
@@ -43,10 +48,11 @@ def trials(bench: Workbench) -> Iterator[Trial]:
     """Give the index over the dead path, over the path with the stroke, and with the leg, along which light may pass.
 
     The laser's scale, too: it may have taken the standard index for the air's, or that of the first run's first row.
-    Where air temperature and humidity are read and the pressure was typed in once, the pressure alone is lacking.
+    Where air temperature and humidity are read and the pressure was typed in once, the pressure alone is lacking;
+    or the temperature was: what it does follows the air at once, which no frame does.
     """
     view = bench.view
-    if view.kind != "leg" or any(rows.signals.index is None for rows in view.runs):
+    if not view.indexed:
         return
     zeros = [rows.signals.zero_index for rows in view.runs]
     references = [] if None in zeros else [_standard_index(), *zeros[:1]]
@@ -54,12 +60,15 @@ def trials(bench: Workbench) -> Iterator[Trial]:
         references = references[:1]
     for path, share in _paths(view):
         own: dict[str, Any] = {"path_m": path, "stroke_share": share}
-        yield bench.term(CAUSE.name, "air-index", None, quick=True, **own)
-        yield bench.term(CAUSE.name, "air-index", None, quick=True, weather=PRESSURE, **own)
-        for late in ENCLOSED_S:
-            yield bench.term(CAUSE.name, "air-index", None, time_constant_s=late, **own)
-        for reference in references if share > 0.0 and view.moves else ():
-            yield bench.term(CAUSE.name, "air-index", None, quick=True, reference_index=reference, **own)
+        ways: list[dict[str, Any]] = [{}, {"weather": PRESSURE}]
+        ways += [{"reference_index": one} for one in references if share > 0.0 and view.moves]
+        known = [bench.term(CAUSE.name, "air-index", None, quick=True, **own, **way) for way in ways]
+        known += [bench.term(CAUSE.name, "air-index", None, time_constant_s=late, **own) for late in ENCLOSED_S]
+        yield from (replace(trial, unfeigned=True) for trial in known)
+        yield bench.term(CAUSE.name, "air-index", None, quick=True, weather=WARMTH, **own)
+    if view.dead_path <= 0.0:
+        yield bench.term(CAUSE.name, "air-index", None, quick=True, weather=WARMTH, path_m=view.length,
+                         stroke_share=0.0)  # fmt: skip
 
 
 def _paths(view: View) -> list[tuple[float, float]]:

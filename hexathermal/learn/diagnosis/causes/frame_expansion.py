@@ -39,7 +39,8 @@ def trials(bench: Workbench) -> Iterator[Trial]:
     """Give the air temperature behind low passes; at rest when a run begins, or on its way from what was before."""
     view = bench.view
     if view.airs is not None:
-        for tau in TIMES_S:
+        # what follows the air at once is its index, where beams measure
+        for tau in TIMES_S[1:] if bench.view.indexed else TIMES_S:
             trial = bench.term(CAUSE.name, "room", None, time_constant_s=tau)
             yield trial
             if tau > 0.0:

@@ -49,6 +49,10 @@ LAST = 0.98
 LEARNT_S = 600.0
 """So long it must have been seen on the part before, for the others to be able to speak for it."""
 
+SHARES = (0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9)
+"""Shares of the air beside which readings that were never on the part alone teach, besides the one that the parity
+shows and none of what they read."""
+
 KINDS = 2
 """It stays, or is mended before the next run."""
 
@@ -61,15 +65,15 @@ of the best that are tried besides."""
 class Loss:
     """A loss of contact: in which run, when [s], and whether it stays or is mended before the next run.
 
-    Or whether it was there before the first row of all (`begun`); `teaches` then tells whether what the thermometer
-    reads besides the air is asked what the others foretell.
+    Or whether it was there before the first row of all (`begun`); what the thermometer reads besides a share `beside`
+    of the air then teaches what the others foretell, nothing where that is zero.
     """
 
     run: int
     moment: float
     stays: bool = True
     begun: bool = False
-    teaches: bool = False
+    beside: float = 0.0
 
     def first_row(self, run: int, time: FloatArray) -> int:
         """Return the first row of a run that shows it, of rows at `time`; as many as there are where none does."""
@@ -104,7 +108,10 @@ def trials(bench: Workbench) -> Iterator[Trial]:
                           parity=_parity_of(loss), repair=partial(_repair, model, loss), asked=asked or loss.begun,
                           tight=loss.begun, advantage=-price if asked else 0.0)  # fmt: skip
             yield whole if loss.begun else replace(whole, lessened=partial(_loose_as_told, model, loss))
-            if not loss.begun:
+            if loss.begun:
+                tables = [told if name == sensor else view.temperatures(name) for name in view.base]
+                yield replace(whole, columns=np.zeros((len(lost), 0)), base=view.base_of(tables), anew=True)
+            else:
                 column = span * view.once((CAUSE.name, sensor, loss, "own"), partial(_aired, model, loss))
                 yield replace(whole, columns=column[:, None], partly=False, ratio=True, in_parity=1.0,
                               lessened=partial(_loose, model, loss))  # fmt: skip
@@ -115,7 +122,9 @@ def _from_the_beginning(model: SensorModel) -> list[Loss]:
     if not model.placed or model.spoken_for:
         return []
     begin = float(model.view.signals[0].time[0])
-    return [Loss(0, begin, begun=True, teaches=teaches) for teaches in (False, True)]
+    shown = model.tight.shown_of(_parity_of(Loss(0, begin, begun=True))).amplitude
+    shares = {0.0, *SHARES, float(np.clip(shown, 0.0, MOST_SHARE))}
+    return [Loss(0, begin, begun=True, beside=share) for share in shares]
 
 
 def _where(model: SensorModel, loss: Loss) -> dict[str, Any]:
@@ -126,9 +135,9 @@ def _where(model: SensorModel, loss: Loss) -> dict[str, Any]:
     return where if loss.stays else where | {"fixed_again": 1}
 
 
-def _order(loss: Loss) -> tuple[bool, int, float, bool]:
+def _order(loss: Loss) -> tuple[bool, int, float, float]:
     """Return what losses are sorted by."""
-    return not loss.stays, loss.run, loss.moment, loss.teaches
+    return not loss.stays, loss.run, loss.moment, loss.beside
 
 
 def _even_moments(model: SensorModel, each: int, *, stays: bool = True) -> list[Loss]:
@@ -241,10 +250,7 @@ def _aired(model: SensorModel, loss: Loss) -> FloatArray:
 
 def _weights(model: SensorModel, loss: Loss) -> FloatArray:
     """Return the weights of the profiles that foretell the sensor, learnt while it sat on the part."""
-    if not loss.teaches:
-        return model.weights(_sound(model, loss))
-    share = model.tight.shown_of(_parity_of(loss)).amplitude
-    return model.weights_beside_air(float(np.clip(share, 0.0, MOST_SHARE)))
+    return model.weights_beside_air(loss.beside) if loss.beside else model.weights(_sound(model, loss))
 
 
 def _sound(model: SensorModel, loss: Loss) -> list[slice]:
@@ -256,7 +262,7 @@ def _sound(model: SensorModel, loss: Loss) -> list[slice]:
 
 def _parity_of(loss: Loss) -> Parity:
     """Return what the parity is asked of a loss, the same whatever its readings teach: models keep what it shows."""
-    return partial(_parity, replace(loss, teaches=False))
+    return partial(_parity, replace(loss, beside=0.0))
 
 
 def _parity(loss: Loss, model: SensorModel) -> tuple[FloatArray, FloatArray]:
