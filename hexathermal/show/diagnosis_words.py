@@ -324,8 +324,8 @@ def changed(found: Diagnosis) -> bool:
 
 
 def sentences(found: Diagnosis) -> list[str]:
-    """Return the finding: one sentence, one for each further cause, and which runs never fitted are unlike."""
-    return [*(found.sentences or [found.finding]), *found.unlike]
+    """Return the finding: a sentence for each cause, what a law that was given lacks, and which runs are unlike."""
+    return list(found.framed(found.sentences or (found.finding,)))
 
 
 def shared_words(one: Effect) -> list[str]:

@@ -91,7 +91,9 @@ def _report(told: Facts, place: Path) -> Report:
             sure = "" if same or part is None else f": {_worth(part)}"
             what = "nothing joined the law" if same else "before → after"
             pairs.append((f"{_measure(key)}, for validation", value, what + aside + sure))
-    unlike = (told.get("unlike") or []) if told["effects"] else []  # else the first sentence has it
+    unlike = list(told.get("unlike") or []) if told["effects"] else []  # else the first sentence has it
+    if told["effects"] and (given := (told.get("given") or {}).get("sentence")):
+        unlike = [given, *unlike]
     notes = [str(note).rstrip(".") for note in (*unlike, *told["notes"])]
     folder = place if place.is_dir() else place.parent
     if (folder / "report.html").is_file():

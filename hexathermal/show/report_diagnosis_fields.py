@@ -46,6 +46,7 @@ _ALL: dict[str, Shape] = {
 
 LEG: dict[str, Shape] = _ALL | {
     "unlike?": [TEXT],
+    "given?": {"sentence": TEXT},
     "gain?": _SCORES | _ENDS | {"runs?": {"*": _SCORES | _ENDS}},
     "sensors": [TEXT],
     "detection_limits_um": {"*": NUMBER},

@@ -96,7 +96,7 @@ class Course:
 def base_law(
     campaign: Campaign, rows: Sequence[RunRows], sensors: Sequence[str] | None, law: IdentifiedLaw | None
 ) -> IdentifiedLaw:
-    """Return the law that is looked at: the one given, of some sensors, or of those that its runs speak for."""
+    """Return the law that is looked at: of a given one's sensors, of some, or of those that its runs speak for."""
     if campaign.kind == "hexapod":
         raise ArgumentError("a campaign of kind 'hexapod' is not diagnosed as one leg")
     if law is not None:
@@ -106,7 +106,7 @@ def base_law(
                 f"the law reads sensor {lost[0]!r}, which this campaign does not have; it has: "
                 f"{', '.join(campaign.sensors)}", campaign.sensors,
             )  # fmt: skip
-        return law
+        sensors = law.sensors
     read = {one.run.name: one for one in rows}
     if sensors is not None:
         return identify_campaign(campaign, tuple(sensors), read=read).law

@@ -15,14 +15,16 @@ from hexathermal.learn.copied_runs import without_copies
 from hexathermal.learn.diagnosis.beforehand import Beforehand, among
 from hexathermal.learn.diagnosis.causes import catalogue
 from hexathermal.learn.diagnosis.course import Course, Progress, base_law, searched
+from hexathermal.learn.diagnosis.doubtful import doubtful_readings
 from hexathermal.learn.diagnosis.extension import extended_law, gained, reachable
+from hexathermal.learn.diagnosis.given_law import Given
 from hexathermal.learn.diagnosis.judged_steps import JudgedStep, judged_steps, told_steps
 from hexathermal.learn.diagnosis.limits import at_most_named, limits_of, sure_of_nothing
 from hexathermal.learn.diagnosis.lost_counts import lost_count
 from hexathermal.learn.diagnosis.mending import mended, mended_view
 from hexathermal.learn.diagnosis.next_experiments import next_experiments
 from hexathermal.learn.diagnosis.places import alias_words
-from hexathermal.learn.diagnosis.recorded import judged_runs, refuse_silent, silence_words, units_words
+from hexathermal.learn.diagnosis.recorded import judged_runs, refuse_silent, silence_words
 from hexathermal.learn.diagnosis.replugged import Exchange, exchanges_between_runs, told_of
 from hexathermal.learn.diagnosis.residuals import run_residuals, whiteness
 from hexathermal.learn.diagnosis.result import Candidate, Diagnosis, Effect, Limit
@@ -60,7 +62,8 @@ def diagnose(
         Of the law; by default the one or two that make the drift likeliest, of a part without a stroke those that
         `identify_campaign` chooses. What is wrong with a thermometer that the law does not read does not show.
     law : IdentifiedLaw, optional
-        A law whose sensors are taken; its coefficients are fitted anew, since a cause biases them.
+        A law whose sensors are taken; its coefficients are fitted anew, since a cause biases them. What these gain over
+        those that were given is told apart, `Diagnosis.given`.
     progress : function, optional
         Called as ``progress(done, total, label)``.
 
@@ -110,9 +113,10 @@ def _diagnosed(
     limits = at_most_named(limits, _smallest(course, effects))
     verdict, probability, follows = _verdict(course, effects, sure_of_nothing(limits, levels.rms))
     candidates = _candidates(course, told)
+    doubtful = doubtful_readings(campaign, [*rows, *judged], course.first.channel.y, levels)
     notes = (
-        *_notes(course), *_sees_little(verdict, limits, levels.rms),
-        *_chosen(base, given=sensors is not None or law is not None), *units_words(rows), *_unseen(course, rows, mute),
+        *doubtful, *_notes(course), *_sees_little(verdict, limits, levels.rms),
+        *_chosen(base, given=sensors is not None or law is not None), *_unseen(course, rows, mute),
         *copies, *_cleaned((*rows, *judged)),
     )  # fmt: skip
     return Diagnosis(
@@ -120,6 +124,7 @@ def _diagnosed(
         reachable(campaign, last, held, base.sensors), last.levels, course.threshold, limits, confusions,
         next_experiments(course, limits, confusions, _candidates(course, ())),
         run_residuals(campaign, course, rows, held, base, extended), campaign.title, notes, whiteness(course),
+        None if law is None else Given(law, gained(law, base, seen, read)), doubtful,
     )  # fmt: skip
 
 

@@ -8,7 +8,6 @@ from dataclasses import replace
 import numpy as np
 
 from hexathermal.errors import ArgumentError, DataError
-from hexathermal.learn.check_remarks import of_fahrenheit
 from hexathermal.learn.cleaning_rules import TO_SIGMA
 from hexathermal.learn.law import IdentifiedLaw
 from hexathermal.learn.signals import RunRows
@@ -111,13 +110,6 @@ def _readable(rows: RunRows, law: IdentifiedLaw) -> bool:
         return bool(np.isfinite(law.predict_signals(rows.signals, run=rows.run.name)).all())
     except ArgumentError:
         return False
-
-
-def units_words(rows: Sequence[RunRows]) -> list[str]:
-    """Return what is said of temperatures that can hardly be in degrees Celsius."""
-    sensors = tuple(name for name in rows[0].signals.dT if all(name in one.signals.zero_degC for one in rows))
-    lowest = [np.array([one.signals.zero_degC[name] + one.signals.dT[name].min() for name in sensors]) for one in rows]
-    return of_fahrenheit(sensors, lowest, float("nan"))
 
 
 def silence_words(runs: Sequence[RunRows]) -> list[str]:

@@ -6,13 +6,13 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
-import numpy as np
-
+from hexathermal.learn.diagnosis.as_json import gained_facts, parameter_facts, ranked_facts, target_of
 from hexathermal.learn.diagnosis.channels import Levels
+from hexathermal.learn.diagnosis.given_law import Given
 from hexathermal.learn.diagnosis.trials import PREFIX
 from hexathermal.learn.diagnosis.unlike_runs import unlike_words
 from hexathermal.learn.law import IdentifiedLaw
-from hexathermal.learn.validation_gain import Gain, RunGain
+from hexathermal.learn.validation_gain import Gain
 from hexathermal.machine.shown import Shown
 from hexathermal.poses import FloatArray
 
@@ -201,7 +201,7 @@ class Diagnosis(Shown):
     candidates : tuple of Candidate
         Best first; effects that were named come first.
     law : IdentifiedLaw
-        Before.
+        Before, fitted to the campaign's runs for identification.
     extended : IdentifiedLaw
         With the terms and repairs that joined; the same law where none did.
     gain : Gain or None
@@ -219,6 +219,10 @@ class Diagnosis(Shown):
     notes : tuple of str
     whiteness : Autocorrelation or None
         None where runs are too short to tell.
+    given : Given or None
+        The law that was given, where one was.
+    doubtful : tuple of str
+        Of the notes, what makes the readings themselves doubtful.
     """
 
     verdict: str
@@ -239,6 +243,8 @@ class Diagnosis(Shown):
     title: str = ""
     notes: tuple[str, ...] = field(default=())
     whiteness: Autocorrelation | None = None
+    given: Given | None = None
+    doubtful: tuple[str, ...] = ()
 
     def __repr__(self) -> str:
         return f"{type(self).__name__}: {self.sentence}"
@@ -273,8 +279,18 @@ class Diagnosis(Shown):
 
     @property
     def sentence(self) -> str:
-        """The diagnosis in one sentence, or one for each cause, and which runs are unlike those that it speaks of."""
-        return " ".join((self.finding, *self.unlike))
+        """The diagnosis in one sentence, or one for each cause, and which runs are unlike those that it speaks of.
+
+        Of a law that was given, with other coefficients than these data have, that is said first where nothing is
+        named.
+        """
+        return " ".join(self.framed((self.finding,)))
+
+    def framed(self, said: Sequence[str]) -> tuple[str, ...]:
+        """Return sentences of the finding with those of a law that was given, and of runs that are unlike others."""
+        given = self.given.words if self.given is not None else ()
+        first, last = (given, ()) if self.verdict == "none" else ((), given)
+        return (*first, *said, *last, *self.unlike)
 
     @property
     def finding(self) -> str:
@@ -294,7 +310,7 @@ class Diagnosis(Shown):
     @property
     def unnamed(self) -> tuple[str, ...]:
         """Why nothing is named although some candidates stand above chance; empty where none does."""
-        above = [one.cause + (f", {at}" if (at := _target(one)) and not one.cause.startswith(PREFIX) else "")
+        above = [one.cause + (f", {at}" if (at := target_of(one)) and not one.cause.startswith(PREFIX) else "")
                  for one in self.candidates if one.evidence >= self.threshold]  # fmt: skip
         if self.verdict != "none" or not above:
             return ()
@@ -314,27 +330,29 @@ class Diagnosis(Shown):
             "title": self.title,
             "verdict": self.verdict,
             "cause": self.cause,
-            "target": None if first is None else _target(first),
+            "target": None if first is None else target_of(first),
             "equivalent": list(first.equivalent) if first is not None else [],
             "probability": self.probability,
-            "parameters": _parameters(first),
+            "parameters": parameter_facts(first),
             "settings": {} if first is None else dict(first.settings),
             "sentence": self.sentence,
             "unlike": list(self.unlike),
             "effects": [
-                {"cause": one.cause, "target": _target(one), "probability": one.probability,
-                 "equivalent": list(one.equivalent), "parameters": _parameters(one), "settings": dict(one.settings),
+                {"cause": one.cause, "target": target_of(one), "probability": one.probability,
+                 "equivalent": list(one.equivalent), "parameters": parameter_facts(one), "settings": dict(one.settings),
                  "visible_rms_um": one.visible * UM, "joined_law": one.joined,
                  "taken_back": one.taken_back, "sentence": one.sentence}
                 for one in self.effects
             ],
             "follows": self.follows,
             "gain": None if total is None else {
-                **_gained(total),
-                "runs": {name: _gained(run) for name, run in self.gain.runs.items()} if self.gain is not None else {},
+                **gained_facts(total),
+                "runs": {name: gained_facts(run)
+                         for name, run in (self.gain.runs if self.gain is not None else {}).items()},
                 "rmse_reachable_um": None if self.reachable is None else self.reachable * UM,
             },
-            "candidates": [_ranked(one) for one in self.candidates],
+            "given": None if self.given is None else self.given.to_json(),
+            "candidates": [ranked_facts(one) for one in self.candidates],
             "next_experiment": self.experiments[0].words if self.experiments else None,
             "experiments": [{"words": one.words, "causes": list(one.causes), "separation": one.separation,
                              "size_um": one.size * UM} for one in self.experiments],
@@ -348,6 +366,7 @@ class Diagnosis(Shown):
                 "band_95": self.whiteness.band},
             "threshold": self.threshold,
             "sensors": list(self.law.sensors),
+            "doubtful": list(self.doubtful),
             "notes": [*self.notes, *(one.removesuffix(".") for one in self.unnamed)],
         }  # fmt: skip
 
@@ -355,43 +374,3 @@ class Diagnosis(Shown):
 def in_turn(said: Sequence[str]) -> tuple[str, ...]:
     """Return sentences of causes, the later ones of what those before them left."""
     return (*said[:1], *(words.replace("The residual is ", "What is then left is ", 1) for words in said[1:]))
-
-
-def _gained(one: RunGain) -> dict[str, Any]:
-    """Return what an extension leaves of a run, or of all, with 95 % intervals of the gains."""
-    found: dict[str, Any] = {
-        "rmse_before_um": one.rmse_before * UM, "rmse_after_um": one.rmse_after.value * UM,
-        "linf_before_um": one.linf_before * UM, "linf_after_um": one.linf_after.value * UM,
-    }  # fmt: skip
-    for name, gain in (("rmse_gain", one.rmse_gain), ("linf_gain", one.linf_gain)):
-        ends = [end if np.isfinite(end) else None for end in (gain.low, gain.high)]
-        found |= {name: gain.value, f"{name}_95": ends}
-    return found
-
-
-def _target(one: Effect | Candidate) -> str | None:
-    """Return the sensor or beam that a cause sits on; runs and sources of heat stand among the settings."""
-    return None if one.target in (one.settings.get("run"), one.settings.get("source")) else one.target
-
-
-def _ranked(one: Candidate) -> dict[str, Any]:
-    """Return a line of the ranking."""
-    return {
-        "cause": one.cause,
-        "target": _target(one),
-        "evidence": one.evidence,
-        "probability": one.probability,
-        "visible_rms_um": one.visible * UM,
-        "visible_std_um": None if np.isnan(one.spread) else one.spread * UM,
-        "settings": dict(one.settings),
-    }
-
-
-def _parameters(effect: Effect | None) -> dict[str, Any]:
-    """Return parameters as the format has them."""
-    if effect is None:
-        return {}
-    return {
-        name: {"value": one.value, "std": one.std if one.std == one.std else None, "unit": one.unit}
-        for name, one in effect.parameters.items()
-    }

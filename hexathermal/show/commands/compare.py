@@ -88,7 +88,7 @@ def run(arguments: argparse.Namespace, progress: Progress) -> Answer:
         old = sorted({file for kind in KINDS for file in arguments.plots.glob(f"*-{kind}.png")} - set(written))
         if old:
             texts.append(f"Older pictures stay in {arguments.plots}: {', '.join(file.name for file in old)}")
-    return Answer(tuple(texts), facts, tuple(lost), code=bool(lost))
+    return Answer(tuple(texts), facts, tuple(lost), code=int(bool(lost)))
 
 
 def _summary(found: Comparison) -> str:

@@ -134,17 +134,20 @@ def run(arguments: argparse.Namespace, progress: Progress) -> Answer:
         written += files
         lost += missed
         if not changed(found):
-            warnings.append(f"warning: nothing joined the law: {arguments.extend} holds it without terms")
+            warnings.append(
+                f"warning: nothing joined the law: {arguments.extend} holds it without terms, fitted to these runs"
+            )
         if found.gain is not None and (worse := found.gain.total.rmse_gain).high < 0.0:
             warnings.append(
                 f"warning: on runs never fitted the extended law is worse, {less(worse)} of the RMSE: do not use "
                 f"{arguments.extend} before the next campaign says otherwise"
             )
+    warnings = [*(f"warning: {one}" for one in found.doubtful), *warnings]
     facts["written"] = [str(file) for file in written]
     shown = [*_shown(found)]
     if written:
         shown.append("Written:\n" + "\n".join(f"  {file}" for file in written))
-    return Answer(tuple(shown), facts, (*lost, *warnings), code=bool(lost))
+    return Answer(tuple(shown), facts, (*lost, *warnings), code=int(bool(lost)))
 
 
 def _names(arguments: argparse.Namespace) -> tuple[str, ...] | None:
@@ -225,7 +228,7 @@ def _summary(found: Diagnosis) -> str:
     ]
     if found.effects and found.follows:
         lines.append(f"Besides, something without a name is left: it {found.follows}.")
-    lines += [f"note: {note}" for note in found.notes]
+    lines += [f"note: {note}" for note in found.notes if note not in found.doubtful]
     return "\n".join(lines)
 
 

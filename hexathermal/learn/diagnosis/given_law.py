@@ -1,0 +1,59 @@
+"""A law that was given to a diagnosis, against the same law with coefficients that were fitted anew.
+
+What a diagnosis tells of causes is told beside coefficients of the campaign's own runs, since a cause biases them. What
+those of another campaign leave besides is theirs, and no cause's gain.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from hexathermal.learn.law import IdentifiedLaw
+from hexathermal.learn.validation_gain import Gain
+
+UM = 1e6
+
+
+@dataclass(frozen=True, eq=False)
+class Given:
+    """A law as it was given.
+
+    Attributes
+    ----------
+    law : IdentifiedLaw
+    gain : Gain or None
+        Of the same law fitted anew over it, on runs never fitted; None where there are none.
+    """
+
+    law: IdentifiedLaw
+    gain: Gain | None
+
+    @property
+    def wrong(self) -> bool:
+        """Whether its coefficients leave more than those fitted anew, beyond doubt."""
+        return self.gain is not None and self.gain.proven
+
+    @property
+    def words(self) -> tuple[str, ...]:
+        """In a sentence that its coefficients do not fit these data; empty where they may."""
+        if self.gain is None or not self.wrong:
+            return ()
+        total = self.gain.total
+        return (
+            "The coefficients of the law as it was given do not fit these data: on runs never fitted they leave an "
+            f"RMSE of {total.rmse_before * UM:.3f} um, those fitted anew {total.rmse_after.value * UM:.3f} um; all "
+            "that is told here is told beside those.",
+        )
+
+    def to_json(self) -> dict[str, Any] | None:
+        """Return both RMSEs, the gain with its 95 % interval, and the words; None without runs never fitted."""
+        if self.gain is None:
+            return None
+        total = self.gain.total
+        ends = [end if np.isfinite(end) else None for end in (total.rmse_gain.low, total.rmse_gain.high)]
+        return {"rmse_um": total.rmse_before * UM, "rmse_refitted_um": total.rmse_after.value * UM,
+                "rmse_gain": total.rmse_gain.value, "rmse_gain_95": ends,
+                "sentence": " ".join(self.words)}  # fmt: skip
