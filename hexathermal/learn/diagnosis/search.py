@@ -163,10 +163,10 @@ class Search:
         """Return causes as they stand against each other."""
         channel, system = self.channel, self.system
         acting = refracted(channel, system, lagging(channel, system, self.bench.view.base, ranked))
-        timed = exchanged(late_or_off(beyond_chance(shaped(acting)), timed=self._timed))
+        timed = exchanged(late_or_off(shaped(acting), timed=self._timed))
         believed = with_a_misfit(channel, system, never_on_its_part(timed))
         beams = drifting(channel, system, stepping(channel, system, believed))
-        return tilted(nameless_bounded(channel, system, beams))
+        return beyond_chance(tilted(nameless_bounded(channel, system, beams)))
 
     def _beside(
         self, best: Scored, grid: float, pool: list[Levels], nulls: list[float],
