@@ -38,6 +38,9 @@ LARGEST_FACTOR = 5.0
 FEWEST_RUNS = 2
 """For identification: a number is named only where a run left out of its estimate is foretold better."""
 
+LEAST_WORSE = 0.01
+"""Part by which the RMSE of a channel must have grown for it to be told."""
+
 OTHER_LEG = 4
 """From so many named numbers on, the campaign's leg is said to be another one than the bench's."""
 
@@ -87,7 +90,13 @@ class Comparison:
         """What was found, in one sentence."""
         if not self.differences:
             return "No difference from the virtual bench was found; the table says how large it would have to be."
-        return "The bench differs in " + "; ".join(one.sentence for one in self.differences) + "."
+        told = "; ".join(one.sentence for one in self.differences)
+        if len(self.differences) < OTHER_LEG:
+            return f"The bench differs in {told}."
+        return (
+            f"This is another leg than the virtual bench's: {len(self.differences)} of its numbers differ, which stand "
+            f"for what the bench lacks as a whole and not for one cause each: {told}."
+        )
 
 
 def compare_campaign(
@@ -206,7 +215,7 @@ def _gaps(runs: Sequence[MeasuredRun], names: Sequence[str]) -> list[str]:
 
 def _worse(scores: Sequence[ChannelScore], role: str) -> list[str]:
     """Return which channels are proven to be simulated worse than before, in words."""
-    worse = [one for one in scores if one.reduction.high < 0.0]
+    worse = [one for one in scores if one.reduction.high < 0.0 and one.reduction.value < -LEAST_WORSE]
     if not worse:
         return []
     most = min(worse, key=lambda one: one.reduction.value)
@@ -226,8 +235,8 @@ def _doubts(role: str, named: int, logs: Mapping[str, float]) -> list[str]:
         notes.append("no run for validation could be compared: the scores are those of the runs that were fitted")
     if named >= OTHER_LEG:
         notes.append(
-            f"{named} numbers differ (at most {MOST_NAMED} are sought): this is another leg than the bench's; its "
-            "numbers then stand for what the bench lacks as a whole, not for one cause each"
+            f"{named} numbers differ, and at most {MOST_NAMED} are sought"
+            + (": others differ as well, whose estimates stand in the table" if named >= MOST_NAMED else "")
         )
     notes += [
         f"{name}: a factor of {exp(value):.2g} is no number of that part any more; the bench lacks something there"

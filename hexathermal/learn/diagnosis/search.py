@@ -327,7 +327,7 @@ class Search:
         """
         ways: dict[tuple[bool, bool], list[Scored]] = {}
         for item in scored:
-            if item.trial.cause == best.trial.cause:
+            if item.trial.cause == best.trial.cause and item.trial.fault:
                 ways.setdefault((item.trial.ratio, item.trial.anew), []).append(item)
         ways.pop((best.trial.ratio, best.trial.anew), None)
         return [self._witnessed(max(items, key=lambda item: item.value), items) for items in ways.values()]

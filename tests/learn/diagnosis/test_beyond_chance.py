@@ -1,0 +1,93 @@
+"""What is said for a name counts in part whatever thermometers feign; a beam that drifts is no tilt; index and air."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from hexathermal.learn.diagnosis.channels import Levels
+from hexathermal.learn.diagnosis.evidence import Base, Scored
+from hexathermal.learn.diagnosis.ranking import Ranked
+from hexathermal.learn.diagnosis.rivals import (
+    MOST_INDEX,
+    SELDOM,
+    SELDOM_ELSE,
+    UNLIKELY,
+    beyond_chance,
+    drifting,
+    refracted,
+    tilted,
+)
+from hexathermal.learn.diagnosis.trials import PREFIX, Trial
+from tests.learn.diagnosis.noises import channel_like
+
+LEVELS = Levels(0.1, 0.0, 0.0, 0.0)
+
+
+def item(cause: str, value: float, columns: np.ndarray | None = None, feigned: float = 0.0) -> Ranked:
+    """A cause of some evidence, of which thermometers may feign a part."""
+    made = np.zeros((3, 0)) if columns is None else columns
+    scored = Scored(Trial(cause, made, feigned=feigned), value, 0.1, 0.1, 0.0, 1.0, np.full(made.shape[1], 10.0))
+    return Ranked(cause, value, scored, LEVELS)
+
+
+@pytest.mark.parametrize("cause", ["swapped-sensors", "nonlinear-expansion", "missing-sensor", "creep"])
+def test_a_part_of_what_is_said_counts_in_any_case(cause: str) -> None:
+    """However much thermometers feign; never more than is said, and what stands anyway is left as it is."""
+    doubted = item(cause, 90.0, feigned=1.0)
+    assert doubted.gated < 1.0
+    (after,) = beyond_chance([doubted])
+    assert after.gated == pytest.approx(SELDOM.get(cause, SELDOM_ELSE) * 90.0)
+    assert after.value == 90.0
+    sure = replace(doubted, best=replace(doubted.best, visible=5.0, trial=Trial(cause, np.zeros((3, 0)))))
+    assert beyond_chance([sure]) == [sure]
+
+
+def test_a_clock_and_a_lag_do_not_count_so() -> None:
+    """Loggers are off by seconds everywhere: what moves little stays small."""
+    given = [item("clock-offset", 90.0, feigned=1.0), item("thermal-lag", 80.0, feigned=1.0)]
+    assert beyond_chance(given) == given
+
+
+def test_beside_something_without_a_name_only_exchanges_and_squares_count() -> None:
+    """Where flexible columns say as much, a name that thermometers feign stays held back."""
+    nameless = item(f"{PREFIX}the last move", 88.0)
+    creep, square = item("creep", 90.0, feigned=1.0), item("nonlinear-expansion", 89.0, feigned=1.0)
+    after = beyond_chance([creep, square, nameless])
+    assert after[0] == creep
+    assert after[1].gated > 40.0
+    assert after[2] == nameless
+
+
+@pytest.mark.parametrize(
+    ("straight", "drift", "leads"), [(True, 90.0, True), (True, 50.0, False), (False, 90.0, False)]
+)
+def test_a_beam_that_drifts_is_no_tilt(straight: bool, drift: float, leads: bool, rng: np.random.Generator) -> None:
+    """What tilt explains goes as time in each run, and the drift says nearly as much: it is the drift of the zero."""
+    channel = channel_like(rng, runs=4, windows=50)
+    time = np.tile(np.linspace(0.0, 1.0, 50), 4)
+    tilt = (time if straight else np.sin(40.0 * time))[:, None]
+    data = channel.with_y(tilt[:, 0] + 0.05 * rng.standard_normal(len(time)))
+    base = Base(rng.standard_normal((len(time), 1)), np.ones(1), 1)
+    given = [item("abbe-tilt", 100.0, tilt), item("zero-drift", drift, time[:, None])]
+    given = [replace(one, best=replace(one.best, visible=5.0)) for one in given]
+    after = drifting(data, lambda scored: base.extended(scored.trial.columns, scored.size), given)
+    first = max(tilted(after), key=lambda one: one.value).cause
+    assert first == ("zero-drift" if leads else "abbe-tilt")
+    assert sorted(one.value for one in after) == sorted(one.value for one in given)
+
+
+@pytest.mark.parametrize(("share", "likely"), [(0.9, True), (MOST_INDEX + 0.5, False), (-MOST_INDEX - 0.5, False)])
+def test_no_path_lacks_far_more_than_its_index(share: float, likely: bool, rng: np.random.Generator) -> None:
+    """A thermometer in the air leaves what goes with it, by any amount: as an index it counts for less."""
+    channel = channel_like(rng, runs=4, windows=50)
+    column = rng.standard_normal((len(channel), 1))
+    data = channel.with_y(share * column[:, 0] + 0.02 * rng.standard_normal(len(channel)))
+    base = Base(rng.standard_normal((len(channel), 1)), np.ones(1), 1)
+    (after,) = refracted(
+        data, lambda scored: base.extended(scored.trial.columns, scored.size), [item("air-refraction", 50.0, column)]
+    )
+    assert after.unlikely != likely
+    assert after.value == pytest.approx(50.0 if likely else UNLIKELY * 50.0)

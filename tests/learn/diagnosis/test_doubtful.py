@@ -1,0 +1,92 @@
+"""Readings in another unit, out of the stroke or in motion: told as a warning, whatever the finding."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from hexathermal.cli import main
+from hexathermal.learn.campaign_files import load_campaign
+from hexathermal.learn.diagnosis import Diagnosis, diagnose
+from hexathermal.simulate.hidden.drawing import campaign_of
+from hexathermal.simulate.hidden.writing import write_campaign
+from tests.learn.diagnosis.campaigns import rewritten
+
+Row = dict[str, str]
+
+
+def changed(folder: Path, change: Callable[[Row], None]) -> tuple[str, ...]:
+    """Write a quiet leg whose every row is changed; return its law's sensors."""
+    truth, answer = campaign_of("quiet", 6, causes=(), shared=True)
+    write_campaign(folder, truth, answer)
+    for file in sorted((folder / "runs").glob("*.csv")):
+        rewritten(file, lambda rows: [change(row) for row in rows] and None)
+    return answer.base
+
+
+def told(folder: Path, change: Callable[[Row], None]) -> Diagnosis:
+    """The diagnosis of such a leg."""
+    base = changed(folder, change)
+    return diagnose(load_campaign(folder), base)
+
+
+def scaled(name: str, factor: float, less: float = 0.0) -> Callable[[Row], None]:
+    """Return what writes a column in another unit."""
+
+    def change(row: Row) -> None:
+        row[name] = f"{factor * float(row[name]) + less:.4f}"
+
+    return change
+
+
+@pytest.mark.parametrize(
+    ("change", "words"),
+    [
+        (
+            scaled("T03_degC", 0.1),
+            r"T03: [12]\.\d degC when runs begin, where most others read [12]\d\.\d: is it",
+        ),
+        (scaled("T03_degC", 1.8, 32.0), r"T03: never below \d\d degC, where the others read \d\d: degrees Fahrenheit"),
+        (scaled("air_temperature_degC", 1.8, 32.0), r"air_temperature_degC: never below \d\d degC: degrees Fahrenheit"),
+        (
+            scaled("q_mm", 1.0, 400.0),
+            r"and \d+ more: q_mm runs from \d+\.\d to \d.*outside stroke_mm.*is a column",
+        ),
+    ],
+)
+def test_units_and_strokes_are_doubted(tmp_path: Path, change: Callable[[Row], None], words: str) -> None:
+    """One sentence that names the column, what it reads, and what that looks like."""
+    found = told(tmp_path / "campaign", change)
+    assert any(re.search(words, one) for one in found.doubtful)
+    assert found.notes[: len(found.doubtful)] == found.doubtful
+    assert found.to_json()["doubtful"] == list(found.doubtful)
+
+
+def test_landings_that_scatter_as_the_drift_does_are_doubted(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Each stop lands micrometres elsewhere: rows of motion are suspected, as a warning before all else."""
+    rng = np.random.default_rng(3)
+    last = {"q": "", "off": 0.0}
+
+    def change(row: Row) -> None:
+        if abs(float(row["q_mm"]) - float(last["q"] or "inf")) > 0.1:
+            last["off"] = float(rng.normal(0.0, 0.02))
+        last["q"] = row["q_mm"]
+        for beam in [name for name in row if name.startswith("beam")]:
+            row[beam] = f"{float(row[beam]) + float(last['off']):.6f}"
+
+    base = changed(tmp_path / "campaign", change)
+    assert main(["diagnose", str(tmp_path / "campaign"), "--sensors", ",".join(base)]) == 0
+    shown = capsys.readouterr()
+    assert "warning: landings scatter by" in shown.err
+    assert "are rows of a moving rod among them?" in shown.err
+
+
+def test_sound_readings_are_not_doubted(tmp_path: Path) -> None:
+    """Nothing is said of a leg as it was measured."""
+    assert told(tmp_path / "campaign", lambda row: None).doubtful == ()
