@@ -110,7 +110,8 @@ def limits_figure(found: Diagnosis, width: float) -> Figure:
             axes.plot(one.visible * 1e6, k, "o", color=BLUE, ms=5.0, zorder=3, label="visible" if k == 0 else None)
             axes.plot(one.whole * 1e6, k, "D", mfc="none", color=BLACK, ms=5.0, zorder=2,
                       label="whole effect" if k == 0 else None)  # fmt: skip
-        axes.axvline(found.noise.rms * 1e6, color=GREEN, ls="-.", lw=1.2, label="noise")
+        axes.axvline(found.noise.rms * 1e6, color=GREEN, ls="-.", lw=1.2,
+                     label="noise within runs")  # fmt: skip
         axes.set_yticks(range(len(shown)), [one.cause for one in shown])
         plain_log(axes)
         axes.set_xlabel("smallest RMS that is named (µm)")

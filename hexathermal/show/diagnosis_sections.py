@@ -7,13 +7,13 @@ from hexathermal.learn.diagnosis.result import Diagnosis, Effect
 from hexathermal.learn.diagnosis.words import two_digits
 from hexathermal.learn.validation_scores import Figure
 from hexathermal.show.diagnosis_album import MOST_RUNS
+from hexathermal.show.diagnosis_gain import gain_words
 from hexathermal.show.diagnosis_page import facts, paragraph, section, table, text
 from hexathermal.show.diagnosis_tables import joined_words, probability, verdict_probability, visible_words
 from hexathermal.show.diagnosis_words import (
     NONE_NAMED,
     changed,
     effect_rows,
-    gain_words,
     how_apart,
     noise_rows,
     placed,
@@ -21,6 +21,7 @@ from hexathermal.show.diagnosis_words import (
     sentences,
     settings_words,
     shared_words,
+    unexplained_words,
     verdict_words,
 )
 from hexathermal.show.shares import less, parts
@@ -88,20 +89,10 @@ def _finding(found: Diagnosis) -> str:
             f"Every cause that these data could show was tried, and none {NONE_NAMED[bool(found.unnamed)]}. "
             "That is no proof that there is none: how small an effect can hide is told below, cause by cause."
         ) + "".join(paragraph(words, "note") for words in found.unnamed)
-    best = next((settings_words(one.settings) for one in found.candidates if one.cause == found.follows), "")
-    at = f" (at best {'' if best.startswith('in ') else 'with '}{best})" if best else ""
-    return paragraph(
-        f"What is left {found.follows}{at} more than chance could make it, but none of the seventeen causes of the "
-        "catalogue explains that. Look at the pictures of that signal, and at what changes with it on the bench: it is "
-        "real, and it is not noise. The law was left as it is." + (RHYTHM if "rhythm" in (found.follows or "") else "")
-    )
+    return paragraph(unexplained_words(found))
 
 
 FEIGNED = "Why none is named of those that stand above it is told under “What was found”."
-RHYTHM = (
-    " A rhythm that no cause has is often that of the room or of a supply: see what switches on and off with this "
-    "period, as air conditioning, a chiller or a pump does."
-)
 
 
 def _effect(one: Effect, kind: str) -> str:

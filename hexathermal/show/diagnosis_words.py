@@ -7,10 +7,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
-import numpy as np
-
 from hexathermal.show.diagnosis_labels import CHOICES, LABELS, SHARES, SIGNALS
-from hexathermal.show.shares import less, proven
 
 if TYPE_CHECKING:
     from hexathermal.learn.diagnosis.result import Diagnosis, Effect, Experiment, Quantity
@@ -328,6 +325,23 @@ def sentences(found: Diagnosis) -> list[str]:
     return list(found.framed(found.sentences or (found.finding,)))
 
 
+RHYTHM = (
+    " A rhythm that no cause has is often that of the room or of a supply: see what switches on and off with this "
+    "period, as air conditioning, a chiller or a pump does."
+)
+
+
+def unexplained_words(found: Diagnosis) -> str:
+    """Return what to do where something real has no name."""
+    best = next((settings_words(one.settings) for one in found.candidates if one.cause == found.follows), "")
+    at = f" (at best {'' if best.startswith('in ') else 'with '}{best})" if best else ""
+    return (
+        f"What is left {found.follows}{at} more than chance could make it, but none of the seventeen causes of the "
+        "catalogue explains that. Look at the pictures of that signal, and at what changes with it on the bench: it is "
+        "real, and it is not noise. The law was left as it is." + (RHYTHM if "rhythm" in (found.follows or "") else "")
+    )
+
+
 def shared_words(one: Effect) -> list[str]:
     """Return why the sizes of a cause may be uncertain although it is sure; nothing where they are not."""
     from hexathermal.learn.diagnosis.words import UNITS as OF_GRIDS
@@ -339,45 +353,3 @@ def shared_words(one: Effect) -> list[str]:
         "The interval of its size holds 0 although something of it is seen: the law's own coefficients can take up a "
         "part of it, and these data do not tell how much."
     ]
-
-
-def gain_words(found: Diagnosis) -> str:
-    """Return what the extended law gains on runs for validation, in words."""
-    if found.gain is None:
-        return "There are no runs for validation that could be judged: what the extended law gains is not known."
-    one = found.gain.total
-    before, after, part = one.rmse_before * 1e6, one.rmse_after.value * 1e6, one.rmse_gain
-    if not changed(found):
-        said = f"On runs never fitted the law leaves an RMSE of {before:.3f} um; nothing joined it"
-    else:
-        said = (
-            f"On runs never fitted the extended law brings the RMSE from {before:.3f} to {after:.3f} um ({less(part)}"
-        )
-        said += f"; {proven(part)})"
-    if found.reachable is not None and math.isfinite(found.reachable):
-        free = f"{found.reachable * 1e6:.3f} um"
-        beaten = found.reachable > found.gain.total.rmse_after.value
-        said += f"; a free fit of all channels {f'does no better: {free}' if beaten else f'reaches {free}'}"
-    skipped = found.gain.skipped
-    said += f".{shifted_words(found)}"
-    return said + (f" Not compared, rows differ: {', '.join(skipped)}." if skipped else "")
-
-
-def shifted_words(found: Diagnosis) -> str:
-    """Return what the gain is beside a constant in each run, where it is not beyond doubt as it stands; else nothing.
-
-    Each run counts from its own first row, whose noise shifts all others, so that few runs may lose by what they gain.
-    """
-    if found.gain is None or not changed(found) or found.law.zero != "run" or found.gain.proven:
-        return ""
-    judged = [one for one in found.residuals if one.role == "validation" and one.run in found.gain.runs]
-    spreads = np.array([(one.before.std(), one.after.std()) for one in judged])
-    if not len(judged):
-        return ""
-    weights = np.array([len(one.before) for one in judged])
-    before, after = np.sqrt(np.average(spreads**2, axis=0, weights=weights)) * 1e6
-    falls = int((spreads[:, 1] < spreads[:, 0]).sum())
-    return (
-        " The noise of its first row shifts a run as a whole, whatever the law; beside a constant in each run the RMSE "
-        f"of means over minutes goes from {before:.3f} to {after:.3f} um, and falls in {falls} of {len(judged)} runs."
-    )

@@ -11,8 +11,8 @@ from typing import Any
 import pytest
 
 from hexathermal.learn.validation_scores import Figure
+from hexathermal.show.diagnosis_gain import gain_words
 from hexathermal.show.diagnosis_tables import diagnosis_facts
-from hexathermal.show.diagnosis_words import gain_words
 from hexathermal.show.report_diagnosis import diagnosis_report
 from hexathermal.show.report_page import Report
 from tests.show.drawn_diagnoses import drawn

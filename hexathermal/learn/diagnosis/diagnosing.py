@@ -43,6 +43,10 @@ HIDING = 1.0 / 3.0
 """Part of the causes that may hide an effect as large as the noise before it is said that a campaign shows little."""
 
 
+OPPOSED = 2.0
+"""Coefficients of opposite sign that are no farther from each other than this factor make a difference."""
+
+
 def diagnose(
     campaign: Campaign,
     sensors: Sequence[str] | None = None,
@@ -115,7 +119,7 @@ def _diagnosed(
     candidates = _candidates(course, told)
     doubtful = doubtful_readings(campaign, [*rows, *judged], course.first.channel.y, levels)
     notes = (
-        *doubtful, *_notes(course), *_sees_little(verdict, limits, levels.rms),
+        *doubtful, *_notes(course), *_opposed(effects), *_sees_little(verdict, limits, levels.rms),
         *_chosen(base, given=sensors is not None or law is not None), *_unseen(course, rows, mute),
         *copies, *_cleaned((*rows, *judged)),
     )  # fmt: skip
@@ -223,6 +227,19 @@ def _notes(course: Course) -> tuple[str, ...]:
     if len(view.base) == 1 and view.kind == "leg" and course.first.bench.model(view.base[0]) is None:
         notes.append("too few other thermometers: a fault of the law's own sensor cannot be told from the leg's")
     return tuple(notes)
+
+
+def _opposed(effects: Sequence[Effect]) -> list[str]:
+    """Return that two thermometers act as a difference of temperatures does."""
+    several = [(one.target, next(iter(one.parameters.values())).value) for one in effects
+               if one.cause == REPEATED and one.parameters]  # fmt: skip
+    pairs = [(one, other) for k, (one, a) in enumerate(several) for other, b in several[k + 1 :]
+             if a * b < 0.0 and max(abs(a), abs(b)) < OPPOSED * min(abs(a), abs(b))]  # fmt: skip
+    return [
+        f"{one} and {other} act nearly alike with opposite signs: together they are a difference of temperatures, as "
+        "bends a part, or two thermometers that read nearly the same"
+        for one, other in pairs
+    ]
 
 
 def _told(trial: Trial) -> str:

@@ -194,7 +194,8 @@ def _refuse_other_law(campaign: Campaign, law: IdentifiedLaw | None) -> None:
 def _shown(found: Diagnosis) -> list[Any]:
     """Return texts and tables, the finding first."""
     from hexathermal.show import diagnosis_tables as tables
-    from hexathermal.show.diagnosis_words import changed, gain_words, sentences
+    from hexathermal.show.diagnosis_gain import gain_words
+    from hexathermal.show.diagnosis_words import changed, sentences
     from hexathermal.show.identification_tables import gain_table
 
     texts: list[Any] = ["\n".join(sentences(found)), _summary(found)]
@@ -217,7 +218,7 @@ def _shown(found: Diagnosis) -> list[Any]:
 def _summary(found: Diagnosis) -> str:
     """Return what stands around the finding, in words."""
     from hexathermal.show.diagnosis_tables import verdict_probability
-    from hexathermal.show.diagnosis_words import noise_rows
+    from hexathermal.show.diagnosis_words import noise_rows, unexplained_words
 
     noise = ", ".join(f"{name} {value * 1e6:.3f}" for name, value, _words in noise_rows(found))
     lines = [
@@ -226,6 +227,8 @@ def _summary(found: Diagnosis) -> str:
         f"needed a log evidence of {found.threshold:.1f}.",
         f"Noise (um): {noise}.",
     ]
+    if found.verdict == "unexplained":
+        lines.append(unexplained_words(found))
     if found.effects and found.follows:
         lines.append(f"Besides, something without a name is left: it {found.follows}.")
     lines += [f"note: {note}" for note in found.notes if note not in found.doubtful]

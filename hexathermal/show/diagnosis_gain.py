@@ -1,0 +1,63 @@
+"""What an extended law gains on runs never fitted, in words."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from hexathermal.show.diagnosis_words import changed
+from hexathermal.show.shares import less, proven
+
+if TYPE_CHECKING:
+    from hexathermal.learn.diagnosis.result import Diagnosis
+
+FEWEST_JUDGED = 3
+"""Fewer runs for validation hardly tell how much runs differ."""
+
+
+def gain_words(found: Diagnosis) -> str:
+    """Return what the extended law gains on runs for validation, in words."""
+    if found.gain is None:
+        return "There are no runs for validation that could be judged: what the extended law gains is not known."
+    one = found.gain.total
+    before, after, part = one.rmse_before * 1e6, one.rmse_after.value * 1e6, one.rmse_gain
+    if not changed(found):
+        said = f"On runs never fitted the law leaves an RMSE of {before:.3f} um; nothing joined it"
+    else:
+        said = (
+            f"On runs never fitted the extended law brings the RMSE from {before:.3f} to {after:.3f} um ({less(part)}"
+        )
+        said += f"; {proven(part)})"
+    if found.reachable is not None and math.isfinite(found.reachable):
+        free = f"{found.reachable * 1e6:.3f} um"
+        beaten = found.reachable > found.gain.total.rmse_after.value
+        said += f"; a free fit of all channels {f'does no better: {free}' if beaten else f'reaches {free}'}"
+    skipped = found.gain.skipped
+    judged = len(found.gain.runs)
+    few = changed(found) and judged < FEWEST_JUDGED
+    runs = "one run" if judged == 1 else f"{judged} runs"
+    said += f". That is of {runs}; three or more tell how much runs differ" if few else ""
+    said += f".{shifted_words(found)}"
+    return said + (f" Not compared, rows differ: {', '.join(skipped)}." if skipped else "")
+
+
+def shifted_words(found: Diagnosis) -> str:
+    """Return what the gain is beside a constant in each run, where it is not beyond doubt as it stands; else nothing.
+
+    Each run counts from its own first row, whose noise shifts all others, so that few runs may lose by what they gain.
+    """
+    if found.gain is None or not changed(found) or found.law.zero != "run" or found.gain.proven:
+        return ""
+    judged = [one for one in found.residuals if one.role == "validation" and one.run in found.gain.runs]
+    spreads = np.array([(one.before.std(), one.after.std()) for one in judged])
+    if not len(judged):
+        return ""
+    weights = np.array([len(one.before) for one in judged])
+    before, after = np.sqrt(np.average(spreads**2, axis=0, weights=weights)) * 1e6
+    falls = int((spreads[:, 1] < spreads[:, 0]).sum())
+    return (
+        " The noise of its first row shifts a run as a whole, whatever the law; beside a constant in each run the RMSE "
+        f"of means over minutes goes from {before:.3f} to {after:.3f} um, and falls in {falls} of {len(judged)} runs."
+    )
