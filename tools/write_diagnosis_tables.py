@@ -70,8 +70,6 @@ CONSTANTS = {
         "SURELY",
         "NEARLY",
         "ORDERED",
-        "SELDOM_ELSE",
-        "NEARLY_ALONE",
         "DRIFTED",
         "LINE",
         "MEASURED",

@@ -16,11 +16,11 @@ from hexathermal.learn.diagnosis.channels import Levels
 from hexathermal.learn.diagnosis.result import Quantity
 from hexathermal.learn.diagnosis.words import AMPLITUDES, STEPS, UNITS
 from hexathermal.learn.validation_scores import Figure
+from hexathermal.show.diagnosis_gain import gain_words
 from hexathermal.show.diagnosis_sections import all_sections, opening
 from hexathermal.show.diagnosis_tables import visible_words
 from hexathermal.show.diagnosis_words import (
     ENDINGS,
-    gain_words,
     how_apart,
     noise_rows,
     odds,
@@ -126,7 +126,7 @@ def test_the_visible_part_is_as_uncertain_as_the_amplitude() -> None:
 def test_a_free_fit_that_is_worse_is_not_said_to_reach_more() -> None:
     """What all channels give is a mark to reach only where it lies below what the extended law leaves."""
     better = drawn()
-    assert gain_words(better).endswith("a free fit of all channels reaches 0.090 um.")
+    assert "; a free fit of all channels reaches 0.090 um. " in gain_words(better)
     assert gain_words(replace(better, reachable=0.15e-6)).endswith(
         "a free fit of all channels does no better: 0.150 um."
     )

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from typing import TypeGuard
 
 import numpy as np
 
@@ -18,6 +19,10 @@ from hexathermal.learn.signals import RunRows
 from hexathermal.machine.leg_repairs import SensorRepair, repaired
 from hexathermal.machine.leg_signals import Memory
 from hexathermal.poses import FloatArray
+
+FEWEST_DOUBTING = 5
+"""Others that are needed for the null to doubt a thermometer by them: fewer show a fault of it, but what they foretell
+of a sound one is so rough that any misfit could be its error."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -42,12 +47,17 @@ class Told:
 def told_by(view: View, model: Callable[[str], SensorModel | None]) -> Told:
     """Return what the law's thermometers tell, by their models."""
     models = [model(sensor) for sensor in view.base]
-    parity = [np.zeros((len(view.q), 0)) if one is None else one.innovation for one in models]
+    parity = [one.innovation if _doubting(one) else np.zeros((len(view.q), 0)) for one in models]
     quick = [view.quick(sensor) for sensor in view.base]
     doubts = tuple(np.column_stack(both) for both in zip(parity, quick, strict=True))
     others = outside(view)
     alike = view.once(("doubted alike",), lambda: view.windows_zeroed(doubted_alike(view)), others)
     return Told(view.base_columns, doubts, (alike,) * len(view.base))
+
+
+def _doubting(model: SensorModel | None) -> TypeGuard[SensorModel]:
+    """Return whether the others foretell a thermometer well enough for the law not to believe it elsewhere."""
+    return model is not None and len(model.others) >= FEWEST_DOUBTING
 
 
 def told_after(view: View, repair: SensorRepair, model: Callable[[str], SensorModel | None]) -> Told:
@@ -94,7 +104,8 @@ def _told(view: View, found: Sequence[FloatArray]) -> Told:
 def _rows(view: View, sensor: str, model: Callable[[str], SensorModel | None]) -> list[FloatArray]:
     """Return a sensor's temperature, and what the law may rather not believe of it, in all rows of each run."""
     one = model(sensor)
-    parts = [view.tables([sensor]), *([] if one is None else [one.doubted]), view.bands(sensor), doubted_alike(view)]
+    doubted = [one.doubted] if _doubting(one) else []
+    parts = [view.tables([sensor]), *doubted, view.bands(sensor), doubted_alike(view)]
     return [np.column_stack(own) for own in zip(*parts, strict=True)]
 
 

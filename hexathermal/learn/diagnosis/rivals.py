@@ -32,12 +32,12 @@ MISSING, PLUGS, IMITATED = "missing-sensor", "swapped-sensors", 0.85
 """Another thermometer that matters, exchanged ones, and the part of its evidence, or of a lag's, that these have where
 they are it."""
 
-SELDOM = {"swapped-sensors": 1.0 / 3.0, "nonlinear-expansion": 0.5, OFF: 0.0, LATE: 0.0}
-SELDOM_ELSE, NEARLY_ALONE = 1.0 / 6.0, 0.8
-"""Part of a name's evidence that counts against nothing, whatever thermometers may feign: errors have neither the
-amplitude of an exchange nor the square of a temperature by chance. Of 386 sound legs on five benches one showed an
-exchange beyond 12, by 23, none expansion that is not linear beyond 10, and one any other name beyond 24, by 45. A clock
-or a lag moves little, and loggers are off by seconds everywhere."""
+SELDOM = {"swapped-sensors": (1.0 / 3.0, np.inf), "nonlinear-expansion": (0.5, 1.0), OFF: (0.0, 0.0), LATE: (0.0, 0.0)}
+SELDOM_ELSE = (1.0 / 6.0, 0.8)
+"""Part of a name's evidence that counts against nothing, whatever thermometers may feign, and how much of it something
+without a name may say then: errors have neither the amplitude of an exchange nor the square of a temperature by chance.
+Of 386 sound legs on five benches one showed an exchange beyond 12, by 23, none expansion that is not linear beyond 10,
+and one any other name beyond 24, by 45. A clock or a lag moves little, and loggers are off by seconds everywhere."""
 
 LOST, SURELY, NEARLY, ORDERED = "sensor-detached", 5.0, 0.65, 5.0
 """Lost contact, what a parity must say for it, the part of the evidence for an exchange that it must have, and what the
@@ -210,13 +210,14 @@ def exchanged(ranked: list[Ranked]) -> list[Ranked]:
 def beyond_chance(ranked: list[Ranked]) -> list[Ranked]:
     """Return the ranking in which a part of what is said for each name is no misfit of the drift.
 
-    But for exchanges and squares not where something without a name says nearly as much.
+    But not where something without a name says as much, or nearly: a kink is no square, and imitates one.
     """
     nameless = max((item.value for item in ranked if not item.named), default=0.0)
     found = []
     for item in ranked:
-        part = SELDOM.get(item.cause, SELDOM_ELSE * (nameless < NEARLY_ALONE * item.value))
-        found.append(_at_least(item, part) if item.named else item)
+        part, most = SELDOM.get(item.cause, SELDOM_ELSE)
+        counts = item.named and nameless < most * item.value
+        found.append(_at_least(item, part) if counts else item)
     return found
 
 

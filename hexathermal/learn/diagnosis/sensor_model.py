@@ -21,7 +21,7 @@ from hexathermal.learn.diagnosis.view import View
 from hexathermal.machine.leg_signals import Memory
 from hexathermal.poses import FloatArray
 
-FEWEST_OTHERS = 5
+FEWEST_OTHERS = 4
 """Other thermometers that are needed to foretell one."""
 
 MOST_PROFILES, MOST_LOOSE = 10, 6
