@@ -31,6 +31,7 @@ CHOICES: dict[tuple[str, Any], str] = {
     ("renewed", 1.0): "wiped out by each move",
     ("fixed_again", 1): "before the next run",
     ("weather", "pressure"): "of the pressure alone",
+    ("weather", "temperature"): "of the temperature alone",
     ("approach", 0.0): "from where nobody knows",
     ("approach", 1.0): "from below",
     ("approach", -1.0): "from above",

@@ -8,6 +8,7 @@ import re
 from collections import defaultdict
 from dataclasses import replace
 
+import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
@@ -207,3 +208,33 @@ def words_of(sections: list[tuple[str, str, str]]) -> str:
     """Return the words of sections."""
     text = " ".join(re.sub(r"<[^>]+>", " ", body) for _name, _short, body in sections)
     return html.unescape(text).replace("\xa0", " ")
+
+
+def test_a_gain_that_is_not_proven_is_told_beside_a_constant_in_each_run() -> None:
+    """The noise of a first row shifts a whole run: what fell without it is told; nothing where the gain is proven."""
+    found = drawn()
+    assert found.gain is not None
+    assert found.gain.proven
+    assert "first row" not in gain_words(found)
+    doubtful = replace(found.gain.total, rmse_gain=Figure(-0.1, -0.4, 0.2))
+    unsure = replace(found, gain=replace(found.gain, total=doubtful))
+    held = [one for one in found.residuals if one.role == "validation"]
+    spreads = np.array([(one.before.std(), one.after.std()) for one in held])
+    before, after = np.sqrt((spreads**2).mean(axis=0)) * 1e6
+    said = gain_words(unsure)
+    assert "The noise of its first row shifts a run as a whole" in said
+    assert f"goes from {before:.3f} to {after:.3f} um, and falls in {len(held)} of {len(held)} runs." in said
+    assert "first row" not in gain_words(replace(unsure, extended=unsure.law))
+    shared = replace(unsure, law=replace(unsure.law, zero="campaign"))
+    assert "first row" not in gain_words(shared)
+
+
+@pytest.mark.parametrize(("count", "words"), [(1, "That is of one run;"), (2, "That is of 2 runs;"), (3, None)])
+def test_few_judged_runs_are_told(count: int, words: str | None) -> None:
+    """One or two runs for validation do not tell how much runs differ, whatever the interval in them."""
+    found = drawn()
+    assert found.gain is not None
+    runs = {f"run-{k}": found.gain.total for k in range(count)}
+    said = gain_words(replace(found, gain=replace(found.gain, runs=runs)))
+    assert ("three or more tell how much runs differ" in said) == (words is not None)
+    assert words is None or words in said

@@ -22,8 +22,7 @@ late, and a time constant of the grid be too short by so much; and the part of w
 evidence."""
 
 AIR, MOST_INDEX = "air-refraction", 2.0
-"""Air along the beams, and the most of its index that may have been left out: of a path that is half as long as
-stated, or longer than that, all of it."""
+"""Air along the beams, and the most of its index that may have been left out: a path may be twice as long as stated."""
 
 RATES = "lead"
 """The shape of a late thermometer by its own rates: with times of a grid, amplitudes tell how late it is."""
@@ -36,8 +35,9 @@ SELDOM = {"swapped-sensors": (1.0 / 3.0, np.inf), "nonlinear-expansion": (0.5, 1
 SELDOM_ELSE = (1.0 / 6.0, 0.8)
 """Part of a name's evidence that counts against nothing, whatever thermometers may feign, and how much of it something
 without a name may say then: errors have neither the amplitude of an exchange nor the square of a temperature by chance.
-Of 386 sound legs on five benches one showed an exchange beyond 12, by 23, none expansion that is not linear beyond 10,
-and one any other name beyond 24, by 45. A clock or a lag moves little, and loggers are off by seconds everywhere."""
+Of 440 sound legs on five benches one showed an exchange beyond 12, by 23, none expansion that is not linear beyond 3,
+and four any other name beyond 25, by 28 to 49. A clock or a lag moves little, and loggers are off by seconds
+everywhere."""
 
 LOST, SURELY, NEARLY, ORDERED = "sensor-detached", 5.0, 0.65, 5.0
 """Lost contact, what a parity must say for it, the part of the evidence for an exchange that it must have, and what the
@@ -224,7 +224,7 @@ def beyond_chance(ranked: list[Ranked]) -> list[Ranked]:
 def _at_least(item: Ranked, part: float) -> Ranked:
     """Return a cause of whose evidence, over its doubts, a part counts in any case."""
     counts = part * (item.value - item.best.trial.doubt) - item.gated
-    return replace(item, borne=item.borne + counts) if counts > 0.0 < item.gated else item
+    return replace(item, borne=item.borne + counts) if counts > 0.0 and item.gated > 0.0 else item
 
 
 def never_on_its_part(ranked: list[Ranked]) -> list[Ranked]:

@@ -40,7 +40,7 @@ def trials(bench: Workbench) -> Iterator[Trial]:
     view = bench.view
     if view.airs is not None:
         # what follows the air at once is its index, where beams measure
-        for tau in TIMES_S[1:] if bench.view.indexed else TIMES_S:
+        for tau in TIMES_S[1:] if view.indexed else TIMES_S:
             trial = bench.term(CAUSE.name, "room", None, time_constant_s=tau)
             yield trial
             if tau > 0.0:
