@@ -114,7 +114,8 @@ def test_a_setting_without_an_end_is_not_said() -> None:
     assert settings_words({"reference_index": 1.0002714}) == "reference index 1.000271"
     assert settings_words({"approach": 1.0}) == "first positions of runs were reached from below"
     assert settings_words({"fixed_again": 1}) == "fixed to the part again before the next run"
-    assert settings_words({"weather": "pressure"}) == "index left out of the pressure alone"
+    for one in ("pressure", "temperature"):
+        assert settings_words({"weather": one}) == f"index left out of the {one} alone"
 
 
 def test_the_visible_part_is_as_uncertain_as_the_amplitude() -> None:
