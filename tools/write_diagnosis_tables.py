@@ -18,6 +18,7 @@ CONSTANTS = {
     "whitening_loops": ("LOWEST", "SPREAD", "OFFSET_SPREAD"),
     "sensor_model": (
         "FEWEST_OTHERS",
+        "FEWEST_DOUBTING",
         "MOST_PROFILES",
         "MOST_LOOSE",
         "BIAS_K",

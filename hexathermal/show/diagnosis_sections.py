@@ -39,7 +39,7 @@ def opening(found: Diagnosis) -> str:
             pairs.append(("RMSE on runs never fitted", change, less(one.rmse_gain)))
         else:
             pairs.append(("RMSE on runs never fitted", f"{before} µm", "nothing joined the law"))
-    pairs.append(("Noise", f"{found.noise.rms * 1e6:.3f} µm", "beside the zero of a run"))
+    pairs.append(("Noise", f"{found.noise.rms * 1e6:.3f} µm", "within runs; what shifts a whole run is told below"))
     roles = [run.role for run in found.residuals]
     pairs.append(("Runs", f"{len(roles)}", f"{roles.count('identification')} fitted, {roles.count('validation')} not"))
     notes = "".join(paragraph(f"Note: {note}.", "note") for note in found.notes)

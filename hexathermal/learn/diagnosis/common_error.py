@@ -25,7 +25,7 @@ from scipy import linalg, optimize
 from hexathermal.learn.diagnosis.channels import Levels
 from hexathermal.learn.diagnosis.parity_windows import parity_windows
 from hexathermal.learn.diagnosis.recorded import noisy_sensors
-from hexathermal.learn.diagnosis.sensor_model import FEWEST_OTHERS
+from hexathermal.learn.diagnosis.sensor_model import FEWEST_DOUBTING
 from hexathermal.learn.diagnosis.smoothing import smoothed
 from hexathermal.learn.diagnosis.view import View
 from hexathermal.machine.leg_signals import LegSignals, Memory
@@ -217,7 +217,7 @@ def _made(view: View) -> CommonError | None:
     """Return what `common_error` keeps."""
     noisy = noisy_sensors(view.runs, outside(view))
     sensors = tuple(name for name in outside(view) if name not in noisy and _answers(view, name))
-    return CommonError(view, sensors) if view.kind == "leg" and view.moves and len(sensors) >= FEWEST_OTHERS else None
+    return CommonError(view, sensors) if view.kind == "leg" and view.moves and len(sensors) >= FEWEST_DOUBTING else None
 
 
 def _answers(view: View, sensor: str) -> bool:

@@ -11,7 +11,7 @@ import numpy as np
 from hexathermal.learn.diagnosis.common_error import doubted_alike, outside
 from hexathermal.learn.diagnosis.evidence import Scored
 from hexathermal.learn.diagnosis.read_later import read_later
-from hexathermal.learn.diagnosis.sensor_model import SensorModel, sensor_model
+from hexathermal.learn.diagnosis.sensor_model import FEWEST_DOUBTING, SensorModel, sensor_model
 from hexathermal.learn.diagnosis.smoothing import smoothed
 from hexathermal.learn.diagnosis.trials import Delay
 from hexathermal.learn.diagnosis.view import View, read_by
@@ -19,10 +19,6 @@ from hexathermal.learn.signals import RunRows
 from hexathermal.machine.leg_repairs import SensorRepair, repaired
 from hexathermal.machine.leg_signals import Memory
 from hexathermal.poses import FloatArray
-
-FEWEST_DOUBTING = 5
-"""Others that are needed for the null to doubt a thermometer by them: fewer show a fault of it, but what they foretell
-of a sound one is so rough that any misfit could be its error."""
 
 
 @dataclass(frozen=True, eq=False)

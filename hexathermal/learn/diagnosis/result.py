@@ -304,7 +304,8 @@ class Diagnosis(Shown):
             what = f"stands above {limit:.2g} um (visible RMS)" if self.limits else "is seen"
             data = "the runs that it was fitted on" if self.unlike else "these data"
             trusted = "as far as its thermometers can be trusted" if self.unnamed else "to their noise"
-            return f"No effect of the catalogue {what}: the law explains {data} {trusted}."
+            law = "the law fitted anew" if self.given is not None and self.given.wrong else "the law"
+            return f"No effect of the catalogue {what}: {law} explains {data} {trusted}."
         return f"S{left}"
 
     @property

@@ -38,7 +38,7 @@ SELDOM_ELSE = (1.0 / 6.0, 0.8)
 without a name may say then: errors have neither the amplitude of an exchange nor the square of a temperature by chance,
 nor do they follow a room hours later. Of 500 sound legs on six benches one showed an exchange beyond 12, by 23, none of
 these others beyond 4, and five any other name beyond 24, by 28 to 49. A clock or a lag moves little, and loggers are
-off by seconds everywhere."""
+off by seconds everywhere. Of parts, which thermometers' errors move by a micrometre, nothing of this is known."""
 
 LOST, SURELY, NEARLY, ORDERED = "sensor-detached", 5.0, 0.65, 5.0
 """Lost contact, what a parity must say for it, the part of the evidence for an exchange that it must have, and what the

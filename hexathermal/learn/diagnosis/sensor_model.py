@@ -24,6 +24,10 @@ from hexathermal.poses import FloatArray
 FEWEST_OTHERS = 4
 """Other thermometers that are needed to foretell one."""
 
+FEWEST_DOUBTING = 5
+"""Others that are needed for the null to doubt a thermometer by them: fewer show a fault of it, but what they foretell
+of a sound one is so rough that any misfit could be its error."""
+
 MOST_PROFILES, MOST_LOOSE = 10, 6
 """Profiles of the others where places along the leg foretell their weights, and where nothing does."""
 

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from hexathermal.learn.diagnosis import foresight
+from hexathermal.learn.diagnosis import foresight, rivals
 from hexathermal.learn.diagnosis.all_trials import all_trials
 from hexathermal.learn.diagnosis.chance import LEAST_THRESHOLD
 from hexathermal.learn.diagnosis.channels import Levels
@@ -123,8 +123,11 @@ def test_what_every_run_loses_alike_is_no_wandering_thermometer(
     assert least <= foresight.repeated(before, nothing, nothing) <= most
 
 
-def test_a_small_effect_of_all_runs_is_named_where_thermometers_may_feign_as_much() -> None:
+def test_a_small_effect_of_all_runs_is_named_where_thermometers_may_feign_as_much(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
     """Another thermometer that matters, no more than those of the law may feign, stands: each run left out shows it."""
+    monkeypatch.setattr(rivals, "SELDOM_ELSE", (0.0, 0.0))
     view, answer = viewed("rough", 3259304782937083, ("missing-sensor",), 1.6)
     best = Stage(view).step.ranking[0]
     assert (best.cause, best.best.trial.target) == ("missing-sensor", answer.targets[0])

@@ -47,6 +47,8 @@ def test_a_wrong_law_is_not_said_to_explain_the_data() -> None:
     (words,) = given.given.words
     assert given.sentence.startswith(words)
     assert words.startswith("The coefficients of the law as it was given do not fit these data")
+    assert "the law fitted anew explains these data" in given.sentence
+    assert "the law explains these data" in plain.sentence
     facts = given.to_json()["given"]
     assert facts["rmse_um"] > 3.0 * facts["rmse_refitted_um"]
     assert facts["rmse_refitted_um"] == pytest.approx(plain.to_json()["gain"]["rmse_before_um"])

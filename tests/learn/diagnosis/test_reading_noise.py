@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from hexathermal.learn.diagnosis import evidence
+from hexathermal.learn.diagnosis import evidence, rivals
 from hexathermal.learn.diagnosis.evidence import Scored, less_feigned
 from hexathermal.learn.diagnosis.reading_noise import with_reading_noise
 from hexathermal.learn.diagnosis.recorded import reading
@@ -138,6 +138,8 @@ def test_what_leaves_nothing_that_wanders_is_no_error_of_thermometers(
     view, _ = viewed(bench, seed, (cause,), 1.5)
     monkeypatch.setattr(SensorModel, "bias", 0.5)
     monkeypatch.setattr(Workbench, "usual_bias", 0.5)
+    monkeypatch.setattr(rivals, "SELDOM", {})
+    monkeypatch.setattr(rivals, "SELDOM_ELSE", (0.0, 0.0))
     assert first_name(view) == cause
     monkeypatch.setattr(evidence, "WANDERING", 1e-12)
     assert first_name(replace(view)) is None
