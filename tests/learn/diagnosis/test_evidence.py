@@ -365,7 +365,7 @@ def test_the_null_is_given_every_noise_that_a_leader_is_given(
 ) -> None:
     """Noise refitted for the leaders is open to the null: on noise alone no cause of ten gains 6 by it, in 20 draws."""
     wins = 0
-    bench = SimpleNamespace(view=SimpleNamespace(base=(), sensors=()), model=lambda _name: None)
+    bench = SimpleNamespace(view=SimpleNamespace(base=(), sensors=(), kind="leg"), model=lambda _name: None)
     for _ in range(20):
         search = Search(bench, noisy(channel, LEVELS, rng), base, LARGEST)  # type: ignore[arg-type]
         trials = [Trial(f"cause-{k}", rng.standard_normal((len(channel), 1))) for k in range(10)]
