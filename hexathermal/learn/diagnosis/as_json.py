@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from hexathermal.learn.validation_gain import RunGain
+from hexathermal.learn.validation_scores import Figure
 
 if TYPE_CHECKING:
     from hexathermal.learn.diagnosis.result import Candidate, Effect
@@ -21,9 +22,13 @@ def gained_facts(one: RunGain) -> dict[str, Any]:
         "linf_before_um": one.linf_before * UM, "linf_after_um": one.linf_after.value * UM,
     }  # fmt: skip
     for name, gain in (("rmse_gain", one.rmse_gain), ("linf_gain", one.linf_gain)):
-        ends = [end if np.isfinite(end) else None for end in (gain.low, gain.high)]
-        found |= {name: gain.value, f"{name}_95": ends}
+        found |= {name: gain.value, f"{name}_95": ends_of(gain)}
     return found
+
+
+def ends_of(one: Figure) -> list[float | None]:
+    """Return the ends of a 95 % interval, None where there is no end."""
+    return [end if np.isfinite(end) else None for end in (one.low, one.high)]
 
 
 def target_of(one: Effect | Candidate) -> str | None:

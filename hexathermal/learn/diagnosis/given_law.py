@@ -9,12 +9,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any
 
-import numpy as np
-
+from hexathermal.learn.diagnosis.as_json import UM, ends_of
 from hexathermal.learn.law import IdentifiedLaw
 from hexathermal.learn.validation_gain import Gain
-
-UM = 1e6
 
 
 @dataclass(frozen=True, eq=False)
@@ -53,7 +50,6 @@ class Given:
         if self.gain is None:
             return None
         total = self.gain.total
-        ends = [end if np.isfinite(end) else None for end in (total.rmse_gain.low, total.rmse_gain.high)]
         return {"rmse_um": total.rmse_before * UM, "rmse_refitted_um": total.rmse_after.value * UM,
-                "rmse_gain": total.rmse_gain.value, "rmse_gain_95": ends,
+                "rmse_gain": total.rmse_gain.value, "rmse_gain_95": ends_of(total.rmse_gain),
                 "sentence": " ".join(self.words)}  # fmt: skip

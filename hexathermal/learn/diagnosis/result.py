@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
-from hexathermal.learn.diagnosis.as_json import gained_facts, parameter_facts, ranked_facts, target_of
+from hexathermal.learn.diagnosis.as_json import UM, gained_facts, parameter_facts, ranked_facts, target_of
 from hexathermal.learn.diagnosis.channels import Levels
 from hexathermal.learn.diagnosis.given_law import Given
 from hexathermal.learn.diagnosis.trials import PREFIX
@@ -17,7 +17,6 @@ from hexathermal.machine.shown import Shown
 from hexathermal.poses import FloatArray
 
 FORMAT = "hexathermal-diagnosis/1"
-UM = 1e6
 
 ALSO = ", "
 """What stands between further runs of an effect, in its setting ``also``."""

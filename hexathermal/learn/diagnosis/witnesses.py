@@ -268,7 +268,7 @@ class Witnesses:
 
     def _own(self, best: Scored, levels: Levels) -> float:
         """Return the part that counts of a fault whose size in the drift should be the law's own A."""
-        if best.trial.base is not None:
+        if best.trial.base is not None:  # as in `_in_drift`
             return 1.0
         return float(np.exp(-0.5 * ((self.error(best, levels) - 1.0) / PARTLY) ** 2))
 
@@ -300,6 +300,8 @@ class Witnesses:
         With c +- s the coefficient of the fault's last column in the drift beside the law alone, which would be the
         law's own A were it whole, ``(c + s) / A`` over `IN_DRIFT`; of a part p of a reading it would be p / (1 - p).
         """
+        if trial.base is not None:  # no amplitude: the reading is replaced as it is
+            return 1.0
         A, fault, spread = self._beside_the_law(trial)
         shown, whole = fault * np.sign(A) + spread, abs(A)
         if trial.ratio and (own := self.shown(trial)) is not None:

@@ -18,6 +18,7 @@ from hexathermal.learn.diagnosis.rivals import ORDERED, SURELY, never_on_its_par
 from hexathermal.learn.diagnosis.stage import Stage, view_of
 from hexathermal.learn.diagnosis.trials import Trial
 from hexathermal.learn.diagnosis.view import View
+from hexathermal.learn.diagnosis.witnesses import Witnesses
 from hexathermal.learn.signals import campaign_rows
 from hexathermal.simulate.hidden.drawing import campaign_of
 from hexathermal.simulate.hidden.effects import named
@@ -181,3 +182,15 @@ def test_no_row_of_all_runs_is_left_out_of_what_it_reads() -> None:
     view = loosened("finite_volume", 1)
     for trial in [one for one in begun(view) if one.base is None]:
         assert (np.abs(trial.columns).max(axis=1) > 0.0).mean() > 0.9
+
+
+def test_a_reading_that_is_replaced_as_it_is_has_no_size_to_be_seen(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Whatever the law's last coefficient is, against the first too: what the parity says counts wholly."""
+    monkeypatch.setattr(Witnesses, "_beside_the_law", lambda _own, _trial: (1.0, -1.0, 0.0))
+    view = loosened("finite_volume", 1)
+    stage = Stage(view)
+    for trial in [one for one in begun(view) if one.base is not None]:
+        own = stage.search.witnesses._gain(trial, trial.target)
+        (scored,) = stage.search.scored(stage.levels, [trial])
+        assert own > 0.0
+        assert stage.search.witnesses.spoken(scored) == own
