@@ -24,6 +24,9 @@ from hexathermal.predict.temperatures import active_model
 RELATIVE_COEFFICIENTS = 0.03
 """Standard uncertainty of A and B as a part of them, where the law brings no covariance. Engineering value."""
 
+USUAL_BACKLASH = 0.3e-6
+"""Half width of a leg's backlash of which its law tells nothing [m]. Engineering value."""
+
 LEG_TO_LEG = 0.02
 """How differently legs expand that share one law, identified on one of them. Engineering value."""
 
@@ -86,7 +89,7 @@ def default_sources(hexapod: Hexapod, plates: Plates | None = None) -> Sources:
             *_sensors(),
             *laws,
             *_lengths(),
-            *_backlash(active_model(hexapod)),
+            _backlash(active_model(hexapod)),
             *_plates(hexapod, given),
             *load,
             *_geometry(),
@@ -260,18 +263,22 @@ def _lengths() -> tuple[Source, ...]:
     return (
         Source("encoder", "length", 0.05e-6, basis="engineering value: 20 to 100 nm within a period of the scale"),
         Source("scale", "scale", 1e-6, basis="engineering value: 1 um/m after calibration"),
-        Source.bounded("backlash", "length", 0.3e-6, "arcsine",
-                       basis="engineering value: joints outside the loop rest on one side or the other, 0.2 to 2 um "
-                             "in all"),
     )  # fmt: skip
 
 
-def _backlash(model: ThermalModel) -> tuple[Source, ...]:
-    """Return the source of the backlash that laws of legs hold: a pose may be reached from either side."""
-    steps = [[abs(float(term.amplitudes[0])) for term in law.terms if term.shape == DIRECTION] for law in model.legs]
-    half = np.array([0.5 * sum(own) for own in steps])
-    basis = "the law's step at a reversal: half of it to either side, as the last move went"
-    return (Source.bounded("backlash of the law", "length", half, "arcsine", basis=basis),) if half.any() else ()
+def _backlash(model: ThermalModel) -> Source:
+    """Return the source of the backlash: a pose may be reached from either side.
+
+    Of a leg whose law holds the step at a reversal, half of it; of others an engineering value.
+    """
+    told = [[abs(float(term.amplitudes[0])) for term in law.terms if term.shape == DIRECTION] for law in model.legs]
+    half = np.array([0.5 * sum(own) if own else USUAL_BACKLASH for own in told])
+    known = [str(leg) for leg, own in enumerate(told, start=1) if own]
+    basis = "engineering value: joints outside the loop rest on one side or the other, 0.2 to 2 um in all"
+    if known:
+        of_laws = f"half the step at a reversal that the law of leg {', '.join(known)} holds"
+        basis = of_laws if len(known) == len(told) else f"{of_laws}; of the others {basis}"
+    return Source.bounded("backlash", "length", half if known else USUAL_BACKLASH, "arcsine", basis=basis)
 
 
 def _plates(hexapod: Hexapod, given: Plates) -> tuple[Source, ...]:

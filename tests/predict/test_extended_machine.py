@@ -380,16 +380,18 @@ def test_a_leg_of_its_own_leaves_the_others_alike(reference: ht.Hexapod) -> None
 
 
 def test_a_budget_counts_both_sides_of_a_backlash(reference: ht.Hexapod) -> None:
-    """One leg's backlash is no bias but a source of half the step to either side; other states are still refused."""
+    """One leg's backlash is no bias but the source, half the step to either side, in place of the usual one."""
     law = ht.LegLaw("T1", 2e-6, 1e-6)
     slack = ht.LegLaw("T1", 2e-6, 1e-6, terms=(SLACK,))
     machine = dataclasses.replace(reference, thermal=ht.ThermalModel([law, slack, law, law, law, law]))
     plain = dataclasses.replace(reference, thermal=ht.ThermalModel(law))
     budget, other = machine.error_budget(POSE, [26.0] * 6), plain.error_budget(POSE, [26.0] * 6)
     assert np.allclose(budget.uncorrected, other.uncorrected, rtol=1e-12)
-    own = next(item for item in budget.contributions if item.label == "backlash of the law")
-    rates = situation(plain, POSE, np.full(6, 26.0)).rates()[:, blocks(plain, "length")[0][1]]
-    assert np.allclose(own.uncertainty, np.abs(rates) * 0.6e-6 / 2**0.5, rtol=1e-9)
-    assert np.allclose(budget.covariance - own.covariance, other.covariance, rtol=1e-9)
+    assert [item.label for item in budget.contributions].count("backlash") == 1
+    own, usual = (next(item for item in one.contributions if item.label == "backlash") for one in (budget, other))
+    rates = situation(plain, POSE, np.full(6, 26.0)).rates()[:, blocks(plain, "length")[0]]
+    half = np.where(np.arange(6) == 1, 0.6e-6, 0.3e-6)
+    assert np.allclose(own.covariance, (rates * half**2 / 2.0) @ rates.T, rtol=1e-9, atol=1e-24)
+    assert np.allclose(budget.covariance - own.covariance, other.covariance - usual.covariance, rtol=1e-9, atol=1e-24)
     found = ht.budget_map(machine, np.array([POSE]), [26.0] * 6)
     assert np.allclose(found.uncertainty[0], budget.uncertainty, rtol=1e-9)
