@@ -5,6 +5,7 @@ Results go to stdout, progress and errors to stderr. What each command accepts s
 
 from __future__ import annotations
 
+import errno
 import json
 import os
 import re
@@ -48,6 +49,9 @@ PLAIN_WIDTH = 100_000
 """Columns of a table that goes to a file or a pipe: lines are never folded there."""
 
 TRACEBACK = "HEXATHERMAL_TRACEBACK"
+
+FULL = tuple(getattr(errno, name) for name in ("ENOSPC", "EDQUOT") if hasattr(errno, name))
+"""What a system says where a disk, or a share of it, is full."""
 
 _STOP = threading.Event()
 """A stop was asked for. Libraries that catch everything while they load would swallow the exception alone."""
@@ -113,7 +117,7 @@ def _explain(error: Exception) -> int:
             return BAD_INPUT
         return UNREACHABLE if isinstance(error, KinematicsError) else USAGE
     if isinstance(error, OSError):
-        _say(f"error: {error.strerror or error}" + (f": {error.filename}" if error.filename else ""))
+        _say(f"error: {_lacking(error)}")
         return UNFINISHED
     if isinstance(error, UnicodeEncodeError):
         _say(
@@ -128,6 +132,13 @@ def _explain(error: Exception) -> int:
         f"error inside hexathermal: {type(error).__name__}: {error}\nplease report it; {TRACEBACK}=1 shows where it is"
     )
     return UNFINISHED
+
+
+def _lacking(error: OSError) -> str:
+    """Return what the system refused, with the file, and what to do where a disk is full."""
+    place = f": {error.filename}" if error.filename else ""
+    room = "; make room, or give another place" if error.errno in FULL else ""
+    return f"{error.strerror or error}{place}{room}"
 
 
 def _run(argv: list[str]) -> int:
@@ -169,9 +180,13 @@ def _finish(answer: Answer, command: str, target: str | None, voice: Voice) -> N
     files = dict(answer.files)
     if target not in (None, "-"):
         files[Path(str(target))] = f"{text}\n".encode()
-    with written_together(tuple(files)) as parts:
-        for part, content in zip(parts, files.values(), strict=True):
-            part.write_bytes(content)
+    lost: OSError | None = None
+    try:
+        with written_together(tuple(files)) as parts:
+            for part, content in zip(parts, files.values(), strict=True):
+                part.write_bytes(content)
+    except OSError as error:  # an answer that took minutes is told nevertheless
+        lost = error
     try:
         if target == "-":
             print(text)
@@ -180,6 +195,8 @@ def _finish(answer: Answer, command: str, target: str | None, voice: Voice) -> N
         sys.stdout.flush()
     except BrokenPipeError:
         _drop(sys.stdout)  # the reader has gone; the code is still the answer's
+    if lost is not None:
+        raise lost
 
 
 @contextmanager

@@ -72,3 +72,58 @@ def test_what_stands_above_chance_without_a_name_is_no_noise() -> None:
 def test_pictures_of_runs_are_named_once() -> None:
     """A run that is called run-01 has a picture run-01, another one run-NAME."""
     assert file_names(["run-01", "day 2"]) == ["run-01", "run-day_2"]
+
+
+@pytest.mark.parametrize(
+    ("words", "writer"),
+    [
+        (["check", "CAMPAIGN", "--plots", "PLACE"], "hexathermal.show.figures.save_figure"),
+        (["check", "CAMPAIGN", "--netcdf", "PLACE.nc"], "hexathermal.learn.campaign_dataset.save_campaign_netcdf"),
+        (["identify", "CAMPAIGN", "--report", "PLACE"], "hexathermal.show.identification_tables.ranking_csv"),
+        (["identify", "CAMPAIGN", "--out", "PLACE.toml"], "hexathermal.learn.leg_law_files.write_leg_law"),
+        (["validate", "LAW", "CAMPAIGN", "--report", "PLACE"], "hexathermal.show.identification_figures.save_both"),
+    ],
+)
+def test_no_command_keeps_its_answer_back(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], words: list[str], writer: str
+) -> None:
+    """The answer is told and its JSON written although files that were asked for cannot be; the code is 1."""
+    campaign, law, place = leg_campaign(tmp_path / "campaign"), tmp_path / "leg.toml", tmp_path / "place"
+    assert main(["identify", str(campaign), "--out", str(law)]) == 0
+    told = {"CAMPAIGN": str(campaign), "LAW": str(law)}
+    said = [told.get(word, word.replace("PLACE", str(place))) for word in words]
+    plain, numbers = said[: len(said) - 2], tmp_path / "numbers.json"
+    capsys.readouterr()
+    assert main(plain) == 0
+    whole = capsys.readouterr().out
+    monkeypatch.setattr(writer, full)
+    assert main([*said, "--json", str(numbers)]) == 1
+    out, err = capsys.readouterr()
+    assert out == whole
+    assert f"cannot write {said[-1]}: No space left on device; make room, or give another place" in err
+    assert json.loads(numbers.read_text())["written"] == []
+    assert not list(tmp_path.glob("place*"))
+
+
+def test_an_answer_whose_json_finds_no_room_is_told(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """The table stands on stdout, stderr names the file, the code is 1."""
+    monkeypatch.setattr(Path, "write_bytes", full)
+    assert main(["machines", "--json", str(tmp_path / "machines.json")]) == 1
+    out, err = capsys.readouterr()
+    assert "rubin-m2" in out
+    assert err == (f"error: No space left on device: {tmp_path / 'machines.json'}; make room, or give another place\n")
+    assert not list(tmp_path.iterdir())
+
+
+def test_a_full_disk_is_told_with_the_folder(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """A command whose answer is what it writes says where there was no room, and leaves nothing."""
+    monkeypatch.setattr("hexathermal.simulate.campaign_writing.write_table", full)
+    assert main(["simulate", "bench", "--out", str(tmp_path / "campaign")]) == 1
+    assert capsys.readouterr().err.endswith(
+        f"error: No space left on device: {tmp_path / 'campaign'}; make room, or give another place\n"
+    )
+    assert not list(tmp_path.iterdir())

@@ -85,10 +85,11 @@ def written_together(outs: Sequence[Path]) -> Iterator[tuple[Path, ...]]:
                     part.chmod(mode)
         for part, target in zip(parts, targets, strict=True):
             os.replace(part, target)
-    except BaseException:
+    except BaseException as error:
         for part in parts:
             with suppress(OSError):
                 part.unlink()
+        say_where(error, *outs)
         raise
 
 
@@ -126,12 +127,19 @@ def written_folder(folder: Path) -> Iterator[Path]:
             part.rmdir()
         else:
             os.replace(part, target)
-    except BaseException:
+    except BaseException as error:
         shutil.rmtree(part, ignore_errors=True)
         with suppress(OSError):  # not empty: somebody else uses it
             for one in made:
                 one.rmdir()
+        say_where(error, folder)
         raise
+
+
+def say_where(error: BaseException, *places: Path) -> None:
+    """Give an error of the system the places that were written: a full disk names none, or one gone again."""
+    if isinstance(error, OSError) and error.errno is not None and ".part" in str(error.filename or ".part"):
+        error.filename = ", ".join(str(place) for place in places)
 
 
 def refuse_no_place(folder: Path) -> None:

@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from hexathermal.errors import ArgumentError
-from hexathermal.show.commands import Answer, Progress
+from hexathermal.show.commands import Answer, Progress, Writing
 from hexathermal.show.options import machine, number, path, sensor_names, whole
 from hexathermal.show.outputs import machine_place
 
@@ -83,8 +83,6 @@ def identify_answer(arguments: argparse.Namespace, progress: Progress) -> Answer
     from hexathermal.learn.hexapod_doubts import weak_coefficients
     from hexathermal.learn.hexapod_identification import identify_hexapod
     from hexathermal.learn.hexapod_observability import observability
-    from hexathermal.learn.hexapod_origin import identified_origin, write_origin
-    from hexathermal.machine.writing import write_hexapod
     from hexathermal.show.hexapod_tables import (
         design_facts,
         design_table,
@@ -108,25 +106,20 @@ def identify_answer(arguments: argparse.Namespace, progress: Progress) -> Answer
     design = None if arguments.propose is None else _proposed(arguments, found, progress)
     if design is not None:
         facts["proposal"] = design_facts(design)
-    written: list[Path] = []
+    writing = Writing()
     if arguments.report is not None:
         progress(0, 0, "drawing")
-        written += _identification_report(found, seen, design, facts, arguments.report)
-    # last: a machine is there only where all else is
+        writing.into(arguments.report, lambda: _identification_report(found, seen, design, facts, arguments.report))
     if arguments.out is not None:
-        title, own = campaign.title or campaign.folder.name, bench if found.chosen == "bench" else None
-        made = found.hexapod(title, own)
-        written.append(write_hexapod(made, arguments.out))
-        written.append(write_origin(identified_origin(campaign, found, title), made, written[-1]))
-    facts["written"] = [str(file) for file in written]
+        writing.into(arguments.out, lambda: _machine_files(campaign, found, bench, arguments.out))
+    facts["written"] = writing.names
     texts: list[Any] = [_identified(campaign, found), lambda pretty, _: hexapod_laws_table(found, pretty),
                         lambda pretty, _: kinds_table(found, pretty),
                         lambda pretty, _: observability_table(seen, pretty), "\n".join(seen.words)]  # fmt: skip
     if design is not None:
         texts += [_design_words(design), lambda pretty, _: design_table(design, pretty)]
-    if written:
-        texts.append("Written:\n" + "\n".join(f"  {file}" for file in written))
-    return Answer(tuple(texts), facts, tuple(f"warning: {text}" for text in doubts))
+    warnings = [f"warning: {text}" for text in doubts]
+    return Answer((*texts, *writing.words), facts, (*writing.lost, *warnings), code=writing.code)
 
 
 def _check_options(arguments: argparse.Namespace) -> None:
@@ -279,6 +272,19 @@ def _design_words(design: PoseDesign) -> str:
     )
 
 
+def _machine_files(
+    campaign: Campaign, found: HexapodIdentification, bench: tuple[LegLaw, ...] | None, place: Path
+) -> list[Path]:
+    """Write the identified machine and where it comes from; returns their paths."""
+    from hexathermal.learn.hexapod_origin import identified_origin, write_origin
+    from hexathermal.machine.writing import write_hexapod
+
+    title = campaign.title or campaign.folder.name
+    made = found.hexapod(title, bench if found.chosen == "bench" else None)
+    file = write_hexapod(made, place)
+    return [file, write_origin(identified_origin(campaign, found, title), made, file)]
+
+
 def _identification_report(
     found: HexapodIdentification, seen: Observability, design: PoseDesign | None, facts: dict[str, Any], folder: Path
 ) -> list[Path]:
@@ -315,15 +321,15 @@ def validate_answer(arguments: argparse.Namespace, progress: Progress) -> Answer
     facts = hexapod_validation_facts(found)
     if origin is None:
         facts["notes"].append(f"whether these runs were fitted cannot be told: {why}")
-    written = [] if arguments.report is None else list(_validation_report(found, facts, arguments.report, progress))
+    writing = Writing()
+    if arguments.report is not None:
+        writing.into(arguments.report, lambda: _validation_report(found, facts, arguments.report, progress))
     texts: list[Any] = [lambda pretty, _: hexapod_validation_table(found, pretty), _validated(found, facts["notes"])]
-    if written:
-        texts.append("Written:\n" + "\n".join(f"  {file}" for file in written))
-    warnings = tuple(
+    warnings = [
         f"warning: run {run} was fitted: the law was identified on its rows, then named {before}; it proves nothing"
         for run, before in found.fitted.items()
-    )
-    return Answer(tuple(texts), facts, warnings)
+    ]
+    return Answer((*texts, *writing.words), facts, (*writing.lost, *warnings), code=writing.code)
 
 
 def law_origin(name: str, hexapod: Hexapod) -> tuple[Origin | None, str]:

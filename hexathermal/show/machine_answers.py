@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import argparse
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from hexathermal.errors import ArgumentError
-from hexathermal.show.commands import Answer, Progress
+from hexathermal.show.commands import Answer, Progress, Writing
 from hexathermal.show.hexapod_answers import LARGEST_PROPOSAL, own_machine
 from hexathermal.show.options import machine, whole
 from hexathermal.show.outputs import machine_place
@@ -95,20 +96,18 @@ def diagnose_answer(arguments: argparse.Namespace, progress: Progress) -> Answer
     found = diagnose_machine(campaign, hexapod=hexapod, laws=laws, progress=progress)
     warnings = list[str]()
     plan = _planned(arguments, campaign, found, laws, warnings, progress)
-    facts, written = machine_facts(found, plan), list[Path]()
+    facts, writing = machine_facts(found, plan), Writing()
     if arguments.report is not None:
-        written += write_machine_report(found, campaign, plan, facts, arguments.report, progress)
-    # last: a machine is there only where all else is
+        report = partial(write_machine_report, found, campaign, plan, facts, arguments.report, progress)
+        writing.into(arguments.report, report)
     if arguments.extend is not None:
-        written.append(write_hexapod(found.extended, arguments.extend))
+        writing.into(arguments.extend, lambda: [write_hexapod(found.extended, arguments.extend)])
         if not changed(found):
-            warnings.append(f"warning: nothing joined the machine: {written[-1]} holds it as it was")
+            warnings.append(f"warning: nothing joined the machine: {arguments.extend} holds it as it was")
         warnings += [f"warning: {words}" for words in cautions(found)]
-    facts["written"] = [str(file) for file in written]
+    facts["written"] = writing.names
     shown = _shown(found, plan if arguments.propose is not None else None, arguments.report is None)
-    if written:
-        shown.append("Written:\n" + "\n".join(f"  {file}" for file in written))
-    return Answer(tuple(shown), facts, tuple(warnings))
+    return Answer((*shown, *writing.words), facts, (*writing.lost, *warnings), code=writing.code)
 
 
 def _refuse_own_machine(arguments: argparse.Namespace) -> None:

@@ -18,7 +18,7 @@ import pyarrow.parquet
 import tomli_w
 
 from hexathermal.errors import ArgumentError
-from hexathermal.predict.table_writing import refuse_no_place
+from hexathermal.predict.table_writing import refuse_no_place, say_where
 
 FORMAT = "hexathermal-campaign/1"
 CAMPAIGN, RUNS = "campaign.toml", "runs"
@@ -224,7 +224,8 @@ def new_folder(folder: Path) -> Iterator[Path]:
                 os.replace(old, folder)
             raise
         shutil.rmtree(old, ignore_errors=True)
-    except BaseException:
+    except BaseException as error:
         with suppress(OSError):
             shutil.rmtree(part)
+        say_where(error, folder)
         raise

@@ -50,21 +50,54 @@ class Answer:
     then: Callable[[], str] | None = None
 
 
-def kept(write: Callable[[], Iterable[Path]], place: Path) -> tuple[list[Path], list[str]]:
-    """Return files that were written, or none and what went wrong: an answer that took minutes is told nevertheless.
+@dataclass(eq=False)
+class Writing:
+    """Files that go where there is room for them: an answer that took minutes is told nevertheless.
 
-    Parameters
+    Attributes
     ----------
-    write : function
-        Writes files and returns their paths.
-    place : Path
-        Where, for the message.
+    files : list of Path
+        That were written.
+    lost : list of str
+        What was not, for stderr.
     """
-    try:
-        return list(write()), []
-    except OSError as error:
-        said = f"cannot write {place}: {error.strerror or error}; make room, or give another place"
-        return [], [f"error: {said}. The answer on stdout and --json is whole"]
+
+    files: list[Path] = field(default_factory=list)
+    lost: list[str] = field(default_factory=list)
+
+    def into(self, place: Path, write: Callable[[], Iterable[Path]]) -> list[Path]:
+        """Write files and return their paths; none where that fails.
+
+        Parameters
+        ----------
+        place : Path
+            Where, for the message.
+        write : function
+            Writes files and returns their paths.
+        """
+        try:
+            made = list(write())
+        except OSError as error:
+            said = f"cannot write {place}: {error.strerror or error}; make room, or give another place"
+            self.lost.append(f"error: {said}. The answer on stdout and --json is whole")
+            return []
+        self.files += made
+        return made
+
+    @property
+    def names(self) -> list[str]:
+        """The files as they stand in JSON."""
+        return [str(file) for file in self.files]
+
+    @property
+    def words(self) -> list[str]:
+        """The files as they are told; nothing where there are none."""
+        return ["Written:\n" + "\n".join(f"  {file}" for file in self.files)] if self.files else []
+
+    @property
+    def code(self) -> int:
+        """The exit code."""
+        return int(bool(self.lost))
 
 
 class Command(Protocol):

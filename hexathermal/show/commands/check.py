@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import argparse
+from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from hexathermal.show.commands import Answer, Progress
+from hexathermal.show.commands import Answer, Progress, Writing
 from hexathermal.show.options import CAMPAIGN, EXIT_CODES, LETTERS, STYLE, path
 
 if TYPE_CHECKING:
@@ -80,9 +82,12 @@ def run(arguments: argparse.Namespace, progress: Progress) -> Answer:
     answer = (_hexapod if campaign.kind == "hexapod" else _checked)(campaign, arguments, progress)
     if arguments.netcdf is None:
         return answer
-    file = save_campaign_netcdf(campaign, arguments.netcdf, overwrite=arguments.force, progress=progress)
-    written = [*answer.data.get("written", ()), str(file)]
-    return Answer((*answer.shown, f"Written:\n  {file}"), answer.data | {"written": written}, answer.warnings)
+    writing = Writing()
+    save = partial(save_campaign_netcdf, campaign, arguments.netcdf, overwrite=arguments.force, progress=progress)
+    writing.into(arguments.netcdf, lambda: [save()])
+    written = [*answer.data.get("written", ()), *writing.names]
+    return Answer((*answer.shown, *writing.words), answer.data | {"written": written},
+                  (*writing.lost, *answer.warnings), max(answer.code, writing.code))  # fmt: skip
 
 
 def _checked(campaign: Campaign, arguments: argparse.Namespace, progress: Progress) -> Answer:
@@ -102,12 +107,20 @@ def _checked(campaign: Campaign, arguments: argparse.Namespace, progress: Progre
     ]
     if text := tables.remarks(check):
         shown.append(text)
-    data = as_data(check)
-    if arguments.plots is not None:
-        written = _plots(check, arguments.plots, progress)
-        data["written"] = [str(file) for file in written]
-        shown.append(_written_into(arguments.plots, written))
-    return Answer(tuple(shown), data, tuple(f"warning: {text}" for text in warnings_of(check)))
+    warnings = [f"warning: {text}" for text in warnings_of(check)]
+    return _with_plots(Answer(tuple(shown), as_data(check), tuple(warnings)), arguments.plots,
+                       lambda: _plots(check, arguments.plots, progress))  # fmt: skip
+
+
+def _with_plots(answer: Answer, folder: Path | None, draw: Callable[[], list[Path]]) -> Answer:
+    """Return an answer with the pictures that were asked for, drawn into a folder."""
+    if folder is None:
+        return answer
+    writing = Writing()
+    files = writing.into(folder, draw)
+    told = [f"Written into {folder}:\n  " + "\n  ".join(file.name for file in files)] if files else []
+    return Answer((*answer.shown, *told), answer.data | {"written": writing.names},
+                  (*writing.lost, *answer.warnings), writing.code)  # fmt: skip
 
 
 def _plots(check: CampaignCheck, folder: Path, progress: Progress) -> list[Path]:
@@ -160,12 +173,9 @@ def _hexapod(campaign: Campaign, arguments: argparse.Namespace, progress: Progre
         shown.append(lambda pretty, _: observability_table(seen, pretty))
     if text := tables.remarks(check):
         shown.append(text)
-    data = tables.hexapod_check_facts(check)
-    if arguments.plots is not None:
-        written = _hexapod_plots(check, arguments.plots, progress)
-        data["written"] = [str(file) for file in written]
-        shown.append(_written_into(arguments.plots, written))
-    return Answer(tuple(shown), data, tuple(f"warning: {text}" for text in hexapod_warnings(check)))
+    warnings = [f"warning: {text}" for text in hexapod_warnings(check)]
+    return _with_plots(Answer(tuple(shown), tables.hexapod_check_facts(check), tuple(warnings)), arguments.plots,
+                       lambda: _hexapod_plots(check, arguments.plots, progress))  # fmt: skip
 
 
 def _hexapod_plots(check: HexapodCheck, folder: Path, progress: Progress) -> list[Path]:
@@ -185,8 +195,3 @@ def _hexapod_plots(check: HexapodCheck, folder: Path, progress: Progress) -> lis
     jobs += [(_file_name(item.run.name), lambda item=item: hexapod_run_figure(check, item))
              for item in check.runs if len(item.time)]  # fmt: skip
     return _drawn(jobs, folder, progress)
-
-
-def _written_into(folder: Path, files: list[Path]) -> str:
-    """Return the names of what was written."""
-    return f"Written into {folder}:\n  " + "\n  ".join(file.name for file in files)

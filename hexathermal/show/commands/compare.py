@@ -6,7 +6,7 @@ import argparse
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from hexathermal.show.commands import Answer, Progress, kept
+from hexathermal.show.commands import Answer, Progress, Writing
 from hexathermal.show.options import CAMPAIGN, EXIT_CODES, STYLE, path
 
 if TYPE_CHECKING:
@@ -77,20 +77,20 @@ def run(arguments: argparse.Namespace, progress: Progress) -> Answer:
     campaign = load_campaign(arguments.campaign, needed=("identification",), progress=progress)
     found = compare_campaign(campaign, progress=progress)
     facts = comparison_facts(found)
-    written, lost = list[Path](), list[str]()
+    writing = Writing()
     if arguments.plots is not None:
-        written, lost = kept(lambda: _drawn(found, arguments.plots, progress), arguments.plots)
-    facts["written"] = [str(file) for file in written]
+        writing.into(arguments.plots, lambda: _drawn(found, arguments.plots, progress))
+    facts["written"] = writing.names
     texts: list[Any] = [_summary(found)]
     if found.differences:
         texts.append(lambda pretty, _: differences_table(found, pretty))
     texts += [lambda pretty, _: scores_table(found, pretty), lambda pretty, _: parameters_table(found, pretty)]
-    if written:
-        texts.append("Written:\n" + "\n".join(f"  {file}" for file in written))
-        old = sorted({file for kind in KINDS for file in arguments.plots.glob(f"*-{kind}.png")} - set(written))
+    if writing.files:
+        texts += writing.words
+        old = sorted({file for kind in KINDS for file in arguments.plots.glob(f"*-{kind}.png")} - set(writing.files))
         if old:
             texts.append(f"Older pictures stay in {arguments.plots}: {', '.join(file.name for file in old)}")
-    return Answer(tuple(texts), facts, tuple(lost), code=int(bool(lost)))
+    return Answer(tuple(texts), facts, tuple(writing.lost), code=writing.code)
 
 
 def _summary(found: Comparison) -> str:

@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from hexathermal.errors import ArgumentError
-from hexathermal.show.commands import Answer, Progress, kept
+from hexathermal.show.commands import Answer, Progress, Writing
 from hexathermal.show.hexapod_answers import is_hexapod_campaign
 from hexathermal.show.machine_answers import (
     DIAGNOSE_HEXAPOD,
@@ -124,15 +124,11 @@ def run(arguments: argparse.Namespace, progress: Progress) -> Answer:
     refuse_other_kind(arguments, False)
     _refuse_other_law(campaign, law)
     found = diagnose(campaign, names, law=law, progress=progress)
-    facts, written, warnings, lost = diagnosis_facts(found), list[Path](), list[str](), list[str]()
+    facts, writing, warnings = diagnosis_facts(found), Writing(), list[str]()
     if arguments.report is not None:
-        files, lost = kept(lambda: _report(found, facts, arguments.report, progress), arguments.report)
-        written += files
-    # last: a law is there only where all else is
+        writing.into(arguments.report, lambda: _report(found, facts, arguments.report, progress))
     if arguments.extend is not None:
-        files, missed = kept(lambda: [write_leg_law(found.extended, arguments.extend)], arguments.extend)
-        written += files
-        lost += missed
+        writing.into(arguments.extend, lambda: [write_leg_law(found.extended, arguments.extend)])
         if not changed(found):
             warnings.append(
                 f"warning: nothing joined the law: {arguments.extend} holds it without terms, fitted to these runs"
@@ -143,11 +139,8 @@ def run(arguments: argparse.Namespace, progress: Progress) -> Answer:
                 f"{arguments.extend} before the next campaign says otherwise"
             )
     warnings = [*(f"warning: {one}" for one in found.doubtful), *warnings]
-    facts["written"] = [str(file) for file in written]
-    shown = [*_shown(found)]
-    if written:
-        shown.append("Written:\n" + "\n".join(f"  {file}" for file in written))
-    return Answer(tuple(shown), facts, (*lost, *warnings), code=int(bool(lost)))
+    facts["written"] = writing.names
+    return Answer((*_shown(found), *writing.words), facts, (*writing.lost, *warnings), code=writing.code)
 
 
 def _names(arguments: argparse.Namespace) -> tuple[str, ...] | None:

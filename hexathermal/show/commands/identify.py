@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from hexathermal.errors import ArgumentError
-from hexathermal.show.commands import Answer, Progress
+from hexathermal.show.commands import Answer, Progress, Writing
 from hexathermal.show.hexapod_answers import (
     EPILOG_IDENTIFY,
     IDENTIFY_HEXAPOD,
@@ -120,21 +120,19 @@ def run(arguments: argparse.Namespace, progress: Progress) -> Answer:
         found = pooled or found
         facts = identification_facts(found)
         facts |= {"common": shared, "common_legs": legs, "common_law_written": pooled is not None}
-    written = []
+    writing = Writing()
     if arguments.report is not None:
         progress(0, 0, "drawing")
-        written += _report(found, facts, arguments.report)
-    # last: a law is there only where all else is
+        writing.into(arguments.report, lambda: _report(found, facts, arguments.report))
     if arguments.out is not None:
-        written.append(write_leg_law(found.law, arguments.out))
-    facts["written"] = [str(file) for file in written]
+        writing.into(arguments.out, lambda: [write_leg_law(found.law, arguments.out)])
+    facts["written"] = writing.names
     texts = [_summary(campaign, found), lambda pretty, _: law_table(found, pretty),
              lambda pretty, _: sets_table(found, pretty)]  # fmt: skip
     if shared:
         texts.append(shared)
-    if written:
-        texts.append("Written:\n" + "\n".join(f"  {file}" for file in written))
-    return Answer(tuple(texts), facts, tuple(f"warning: {text}" for text in found.warnings))
+    warnings = [f"warning: {text}" for text in found.warnings]
+    return Answer((*texts, *writing.words), facts, (*writing.lost, *warnings), code=writing.code)
 
 
 def _refuse_of_hexapods(arguments: argparse.Namespace) -> None:

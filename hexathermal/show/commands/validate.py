@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from hexathermal.errors import ArgumentError
-from hexathermal.show.commands import Answer, Progress
+from hexathermal.show.commands import Answer, Progress, Writing
 from hexathermal.show.hexapod_answers import EPILOG_VALIDATE, is_hexapod_campaign, validate_answer
 from hexathermal.show.options import CAMPAIGN, EXIT_CODES, STYLE, path
 
@@ -93,15 +93,15 @@ def run(arguments: argparse.Namespace, progress: Progress) -> Answer:
     found = validate_campaign(law, campaign, progress)
     warnings = [*_fitted(found), *_doubts(law, campaign)]
     facts = validation_facts(found) | {"law": _law_facts(law)}
-    written = [] if arguments.report is None else _report(found, law, facts, arguments.report, progress)
+    writing = Writing()
+    if arguments.report is not None:
+        writing.into(arguments.report, lambda: _report(found, law, facts, arguments.report, progress))
     texts: list[Any] = [*_extended(law), lambda pretty, _: validation_table(found, pretty), _summary(found)]
     if before is not None:
         better = gain(validate_campaign(before, campaign, progress), found)
         facts["gain"] = gain_facts(better)
         texts += [lambda pretty, _: gain_table(better, pretty), _gain(better)]
-    if written:
-        texts.append("Written:\n" + "\n".join(f"  {file}" for file in written))
-    return Answer(tuple(texts), facts, tuple(warnings))
+    return Answer((*texts, *writing.words), facts, (*writing.lost, *warnings), code=writing.code)
 
 
 def _format(file: Path) -> str:
