@@ -147,14 +147,24 @@ def test_hidden_heat_is_stored_and_leaves(leg: CampaignTruth, component: Campaig
 
 
 def test_unapplied_index_follows_pressure(leg: CampaignTruth, generator: np.random.Generator) -> None:
-    """The beams follow pressure by 0.268 ppm/hPa of the path that lacks the index: the dead one, or with q."""
+    """The beams follow what is lacking by 0.268 ppm/hPa or -0.93 ppm/K of the path: the dead one, or with q."""
     truth = made_up(leg, lambda time: np.full(time.size, 0.1))
     (run,) = truth.runs
-    air = np.column_stack([np.full(run.time.size, 20.0), np.linspace(1.0e5, 1.01e5, run.time.size), run.air[:, 2]])
+    air = np.column_stack([np.linspace(20.0, 22.0, run.time.size), np.linspace(1.0e5, 1.01e5, run.time.size),
+                           np.full(run.time.size, 0.4)])  # fmt: skip
     truth = truth.changed(runs=(run.changed(air=air),))
     for path, length in (("dead", truth.dead_path), ("whole", truth.dead_path + 0.1)):
-        found, _ = hidden("air-refraction", truth, generator, path=path, share=0.5)
-        assert found.runs[0].effect[-1] / (0.5 * length * 10.0) == pytest.approx(0.268e-6, rel=0.01)
+        for weather, change in (("pressure", 10.0 * 0.268e-6), ("temperature", 2.0 * -0.93e-6)):
+            found, _ = hidden("air-refraction", truth, generator, path=path, share=0.5, weather=weather)
+            assert found.runs[0].effect[-1] / (0.5 * length) == pytest.approx(change, rel=0.02)
+
+
+def test_a_station_lacks_the_pressure_the_temperature_or_neither(leg: CampaignTruth) -> None:
+    """Of many draws about a quarter lacks the pressure alone, some 15 % the temperature alone."""
+    draw = named("air-refraction").draw
+    lacking = [draw(leg, np.random.default_rng(seed)).get("weather") for seed in range(400)]
+    assert 70 < lacking.count("pressure") < 130
+    assert 35 < lacking.count("temperature") < 90
 
 
 def test_tilt_shows_in_the_beams_and_leaks(leg: CampaignTruth, generator: np.random.Generator) -> None:

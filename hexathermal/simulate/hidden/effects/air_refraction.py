@@ -12,9 +12,9 @@ from hexathermal.simulate.hidden.truth import CampaignTruth, RunTruth
 
 WAVELENGTH = 632.99e-9
 
-OFTEN, ALONE = 0.4, 0.25
+OFTEN, NO_BAROMETER, NO_THERMOMETER = 0.4, 0.25, 0.15
 """How often light passes along the leg, and how often compensation is set once for a campaign; how often it lacks the
-pressure alone, since the station has no barometer."""
+pressure alone, or the air's temperature alone, since the station does not read it."""
 
 
 def draw(truth: CampaignTruth, generator: np.random.Generator) -> Parameters:
@@ -28,8 +28,9 @@ def draw(truth: CampaignTruth, generator: np.random.Generator) -> Parameters:
     sign = 1.0 if path == "whole" else either_sign(generator)
     found: dict[str, float | int | str] = {"path": path, "share": sign * float(generator.uniform(0.2, 1.0))}
     along, once = generator.random(2) < OFTEN
-    if generator.random() < ALONE:
-        found |= {"weather": "pressure"}
+    read = generator.random()
+    if read < NO_BAROMETER or read >= 1.0 - NO_THERMOMETER:
+        found |= {"weather": "pressure" if read < NO_BAROMETER else "temperature"}
     if path == "whole":
         found |= {"path": "leg" if along else path, "set": "once" if once else "each run"}
     return found
@@ -40,7 +41,7 @@ def hide(truth: CampaignTruth, parameters: Parameters) -> CampaignTruth:
 
     def seen(run: RunTruth) -> FloatArray:
         """Return what the laser shows too much [m]."""
-        index = index_of_air(WAVELENGTH, *(_by_pressure(run.air) if "weather" in parameters else run.air).T)
+        index = index_of_air(WAVELENGTH, *_lacking(run.air, parameters.get("weather")).T)
         path = truth.dead_path + (run.q if parameters["path"] != "dead" else 0.0)
         path = path + (truth.retracted_length if parameters["path"] == "leg" else 0.0)
         # compensation that was set once is right at the first row of the campaign, which no run's zero hides
@@ -50,10 +51,12 @@ def hide(truth: CampaignTruth, parameters: Parameters) -> CampaignTruth:
     return add(truth, seen)
 
 
-def _by_pressure(air: FloatArray) -> FloatArray:
-    """Return air of the first row's temperature and humidity at the pressures of all rows."""
-    still = np.tile(air[0], (len(air), 1))
-    still[:, 1] = air[:, 1]
+def _lacking(air: FloatArray, weather: object) -> FloatArray:
+    """Return air in which the pressure, or the temperature, alone changes from the first row on; all where not said."""
+    if weather is None:
+        return air
+    still, column = np.tile(air[0], (len(air), 1)), {"temperature": 0, "pressure": 1}[str(weather)]
+    still[:, column] = air[:, column]
     return still
 
 
