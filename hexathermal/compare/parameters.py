@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 from math import exp, sqrt
 
 from hexathermal.errors import UnknownNameError
+from hexathermal.learn.coverage import TWO_SIDED
 from hexathermal.simulate.bench.leg import VirtualLeg
 
 MATERIAL, SURFACE, JOINT = 0.03, 0.04, 0.06
@@ -19,8 +20,6 @@ say so), and what cells of some 20 mm make of a contact differs by some per cent
 FREE = 0.5
 """The same of a number that is not: factors from 0.4 to 2.7 lie within two of it."""
 
-WIDE = 1.96
-"""Half a 95 % interval in standard deviations."""
 
 CELLS, CELLS_JOINT, CELLS_CONTACT = 0.015, 0.05, 0.01
 """What another cutting into cells makes of a factor's logarithm, of that of a contact between parts, and of a
@@ -163,4 +162,4 @@ def half_interval(place: int, variance: float) -> float:
     cells = CELLS_CONTACT
     if place < len(NAMES):
         cells = CELLS_JOINT if TOLERANCES[place] >= JOINT else CELLS
-    return WIDE * sqrt(variance + cells**2)
+    return TWO_SIDED * sqrt(variance + cells**2)

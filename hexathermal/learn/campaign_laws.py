@@ -15,7 +15,7 @@ import numpy as np
 from hexathermal.errors import ArgumentError, DataError
 from hexathermal.learn.campaign import Block, Campaign
 from hexathermal.learn.campaign_dataset import fingerprint, table_digest
-from hexathermal.learn.check_remarks import of_fahrenheit, of_stroke
+from hexathermal.learn.check_remarks import of_fahrenheit, of_length, of_stroke
 from hexathermal.learn.cleaning import parts_of, usable_blocks
 from hexathermal.learn.cleaning_record import CleaningRecord, cleaning_words
 from hexathermal.learn.identification import AUTO, Identification, Passing, identify
@@ -72,9 +72,10 @@ class _Passed:
 
 
 def _off_stroke(found: Identification) -> list[str]:
-    """Return that the rod was where the stroke does not reach: another zero of the scale, or another stroke."""
+    """Return that a leg is as short as none is, or was where its stroke does not reach: another zero of the scale."""
     off = of_stroke(found.law.validity.q, found.law.stroke)
-    return [f"{off}: B holds for q as recorded; is the scale's zero that of stroke_mm?"] if off else []
+    said = [f"{off}: B holds for q as recorded; is the scale's zero that of stroke_mm?"] if off else []
+    return of_length(found.law.retracted_length, found.law.stroke) or said
 
 
 def role_blocks(

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
@@ -34,6 +35,13 @@ ROOMS_K = 5.0
 SLACK = 0.01
 """A rod may be seen outside its stroke by so much of it."""
 
+LEAST_LENGTH, LONGEST_M = 0.5, 20.0
+"""A leg is longer than this part of its stroke, which it holds when it is retracted, and shorter than a hall."""
+
+MERCURY, SEA_HPA, SCALE_M = (700.0, 790.0), 1013.25, 8200.0
+"""Pressures [hPa] of a place 2 to 3 km above the sea, or, in millimetres of mercury, of most laboratories; the mean
+pressure at the sea, and the height over which it falls to 1/e."""
+
 
 def of_stroke(seen: tuple[float, float] | None, stroke: tuple[float, float] | None) -> str:
     """Return that a rod was where its stroke [m] does not reach; empty where it was not, or nothing is known."""
@@ -46,6 +54,28 @@ def of_stroke(seen: tuple[float, float] | None, stroke: tuple[float, float] | No
         f"q_mm runs from {seen[0] * 1e3:.1f} to {seen[1] * 1e3:.1f}, outside stroke_mm [{stroke[0] * 1e3:g}, "
         f"{stroke[1] * 1e3:g}]"
     )
+
+
+def of_length(retracted: float | None, stroke: tuple[float, float] | None) -> list[str]:
+    """Return that a leg's retracted length [m] hardly goes with its stroke [m]; nothing of a part without them."""
+    if retracted is None or stroke is None or LEAST_LENGTH * (stroke[1] - stroke[0]) <= retracted <= LONGEST_M:
+        return []
+    return [
+        f"q0_mm is {retracted * 1e3:g}, the stroke {(stroke[1] - stroke[0]) * 1e3:g} mm: is q0_mm in another unit? It "
+        "is the length from joint to joint with the rod retracted, in mm"
+    ]
+
+
+def of_pressure(campaign: Campaign, pressure: float) -> list[str]:
+    """Return that a pressure [Pa], NaN where none is read, may be in millimetres of mercury, unless it is accepted."""
+    read = pressure / 100.0
+    if not MERCURY[0] < read < MERCURY[1] or "unusual-weather" in campaign.accepted:
+        return []
+    height = SCALE_M * math.log(SEA_HPA / read)
+    return [
+        f"air_pressure_hPa reads {read:.0f}, that of {round(height, -2):.0f} m above the sea: millimetres of mercury? "
+        'Convert it, or, if it is so, write accept = ["unusual-weather"] in [cleaning] of campaign.toml'
+    ]
 
 
 @dataclass(frozen=True)

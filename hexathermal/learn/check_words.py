@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 
+from hexathermal.learn.campaign import LegDimensions
 from hexathermal.learn.check import CampaignCheck, RunCheck
 from hexathermal.learn.check_cycles import cycles
 from hexathermal.learn.check_remarks import (
@@ -13,8 +14,10 @@ from hexathermal.learn.check_remarks import (
     of_clock,
     of_collinearity,
     of_fahrenheit,
+    of_length,
     of_noise,
     of_one_fahrenheit,
+    of_pressure,
     of_roles,
     of_stroke,
 )
@@ -64,11 +67,17 @@ def warnings_of(check: CampaignCheck) -> tuple[str, ...]:
     campaign = check.campaign
     clocks = [Clock(run.run.name, run.record.rows, run.record.duration, run.record.sampling) for run in check.runs]
     lowest = {run.run.name: run.lowest_degC for run in check.runs}
-    return (*of_roles(campaign), *of_clock(clocks), *_of_runs(check), *_of_stroke(check),
+    return (*of_roles(campaign), *of_clock(clocks), *_of_leg(campaign.leg), *_of_runs(check),
+            *_of_stroke(check),
             *of_noise(campaign.sensors, check.sensor_noise), *of_collinearity(campaign.sensors, check.inflation),
-            *_of_apart(check), *_of_weather(check),
+            *_of_apart(check), *_of_weather(check), *of_pressure(campaign, float(check.weather[:, 1].mean())),
             *of_fahrenheit(campaign.sensors, list(lowest.values()), float(check.weather[0, 0])),
             *of_one_fahrenheit(campaign.sensors, lowest))  # fmt: skip
+
+
+def _of_leg(leg: LegDimensions | None) -> list[str]:
+    """Return what is said of a leg's dimensions."""
+    return [] if leg is None else of_length(leg.retracted_length, leg.stroke)
 
 
 def _of_runs(check: CampaignCheck) -> list[str]:

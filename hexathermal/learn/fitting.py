@@ -9,6 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from hexathermal.errors import DataError
+from hexathermal.learn.coverage import TWO_SIDED
 from hexathermal.learn.noise import (
     NormalEquations,
     ResidualNoise,
@@ -307,7 +308,7 @@ def prediction_factor(z: Sequence[npt.NDArray[np.float64]]) -> float:
     being estimates of ``3 R`` degrees of freedom widens it as Student's distribution does.
     """
     if not z:
-        return 1.96
+        return TWO_SIDED
     runs = np.array([float(np.mean(one**2)) for one in z])
     nu = 3.0 * len(runs)
-    return float(1.96 * np.sqrt((runs.sum() + 2.0) / (len(runs) + 2.0) * nu / (nu - 2.0)))
+    return float(TWO_SIDED * np.sqrt((runs.sum() + 2.0) / (len(runs) + 2.0) * nu / (nu - 2.0)))

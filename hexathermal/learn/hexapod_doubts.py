@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
+from hexathermal.learn.coverage import TWO_SIDED
 from hexathermal.learn.hexapod_identification import HexapodIdentification
 
-TWO_SIDED = 1.96
 WIDE = 0.25
 """A coefficient is not known where its standard uncertainty exceeds this part of the law's largest A, and its 95 %
 interval holds 0."""

@@ -9,6 +9,7 @@ from itertools import pairwise
 import numpy as np
 
 from hexathermal.errors import ArgumentError
+from hexathermal.learn.coverage import TWO_SIDED
 from hexathermal.learn.noise import ResidualNoise
 from hexathermal.learn.sensor_errors import SensorErrors
 from hexathermal.machine.leg_repairs import SensorRepair, repaired
@@ -111,7 +112,7 @@ class IdentifiedLaw(Shown):
     validity: Validity
     noise: ResidualNoise
     errors: SensorErrors
-    factor: float = 1.96
+    factor: float = TWO_SIDED
     origin: Origin = field(default_factory=Origin)
     terms: tuple[LegTerm, ...] = ()
     repairs: tuple[SensorRepair, ...] = ()

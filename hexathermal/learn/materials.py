@@ -11,6 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from hexathermal.errors import UnknownNameError
+from hexathermal.learn.coverage import TWO_SIDED
 from hexathermal.learn.law import IdentifiedLaw
 from hexathermal.poses import FloatArray
 
@@ -95,10 +96,10 @@ def physical_check(law: IdentifiedLaw, material: str | None = None) -> PhysicalC
     u_B = float(np.sqrt(max(law.covariance[k:, k:].sum(), 0.0)))
 
     def fits(one: Material) -> bool:
-        return one.expansion[0] <= A + 1.96 * u_A and A - 1.96 * u_A <= one.expansion[1]
+        return one.expansion[0] <= A + TWO_SIDED * u_A and A - TWO_SIDED * u_A <= one.expansion[1]
 
     like = tuple(name for name, one in MATERIALS.items() if fits(one))
-    said = f"effective expansion A = {A * 1e6:.2f} +- {1.96 * u_A * 1e6:.2f} um/m/K (95 %)"
+    said = f"effective expansion A = {A * 1e6:.2f} +- {TWO_SIDED * u_A * 1e6:.2f} um/m/K (95 %)"
     warnings = []
     if material is not None:
         one = MATERIALS[material]
@@ -120,7 +121,7 @@ def physical_check(law: IdentifiedLaw, material: str | None = None) -> PhysicalC
             f"an expansion above {HIGH_EXPANSION * 1e6:g} um/m/K ({max(abs(A), abs(B)) * 1e6:.1f}): the model was "
             "proved on metals only; high expansion may require another model"
         )
-    if A < -1.96 * u_A:
+    if A < -TWO_SIDED * u_A:
         warnings.append(f"{said}: a leg that shrinks when it warms; check the sign of the drift and of the beams")
     return PhysicalCheck(A, u_A, B, u_B, like, tuple(warnings))
 

@@ -16,6 +16,7 @@ import numpy.typing as npt
 
 from hexathermal.errors import DataError, UnknownNameError
 from hexathermal.learn.campaign import Block
+from hexathermal.learn.coverage import TWO_SIDED
 from hexathermal.learn.law import IdentifiedLaw
 from hexathermal.learn.merged_sums import MergedSums
 from hexathermal.learn.row_fingerprints import RowFingerprints
@@ -312,7 +313,7 @@ def _summary(law: IdentifiedLaw, runs: dict[str, _Run], fitted: dict[str, str], 
     halves = {name: float(row[8] / row[0]) for name, row in sums.items()}
     notes = (*_notes(each, beyond, halves), *_doubts(law, runs, fitted, lost))
     notes += tuple(
-        f"{group.name}: mean residual {group.mean * 1e6:+.3f} +- {1.96 * group.uncertainty * 1e6:.3f} um"
+        f"{group.name}: mean residual {group.mean * 1e6:+.3f} +- {TWO_SIDED * group.uncertainty * 1e6:.3f} um"
         for group in motion
         if group.notable
     )

@@ -7,14 +7,13 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
+from hexathermal.learn.coverage import TWO_SIDED
 from hexathermal.show.diagnosis_labels import CHOICES, LABELS, SHARES, SIGNALS
 
 if TYPE_CHECKING:
     from hexathermal.learn.diagnosis.result import Diagnosis, Effect, Experiment, Quantity
     from hexathermal.learn.law import IdentifiedLaw
 
-COVERAGE = 1.96
-"""Half of a 95 % interval over the standard uncertainty."""
 
 ENDINGS = ("_degC", "_per_K2", "_urad_per_K", "_um_per_K", "_um_per_h", "_um_per_unit", "_K_per_h", "_per_K", "_um",
            "_mm", "_ppm", "_K", "_s", "_m")  # fmt: skip
@@ -114,8 +113,8 @@ def span(value: float, std: float, positive: bool = False) -> str:
     """
     if not math.isfinite(std):
         return "-"
-    low, high = rounded(value - COVERAGE * std, std), rounded(value + COVERAGE * std, std)
-    return f"below {high}" if positive and value <= COVERAGE * std else f"{low} to {high}"
+    low, high = rounded(value - TWO_SIDED * std, std), rounded(value + TWO_SIDED * std, std)
+    return f"below {high}" if positive and value <= TWO_SIDED * std else f"{low} to {high}"
 
 
 def effect_rows(effect: Effect, kind: str) -> list[tuple[str, ...]]:
@@ -347,7 +346,7 @@ def shared_words(one: Effect) -> list[str]:
     from hexathermal.learn.diagnosis.words import UNITS as OF_GRIDS
 
     sizes = [size for name, size in one.parameters.items() if name not in OF_GRIDS and math.isfinite(size.std)]
-    if not sizes or any(abs(size.value) > COVERAGE * size.std for size in sizes):
+    if not sizes or any(abs(size.value) > TWO_SIDED * size.std for size in sizes):
         return []
     return [
         "The interval of its size holds 0 although something of it is seen: the law's own coefficients can take up a "

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from hexathermal.learn.coverage import TWO_SIDED
 from hexathermal.learn.hexapod_identification import HexapodIdentification
 from hexathermal.learn.hexapod_observability import Observability
 from hexathermal.learn.hexapod_validation import HexapodValidation
@@ -100,12 +101,12 @@ def _coefficient(axes: Axes, found: HexapodIdentification, first: int, step: int
     for name, fit in found.fits.items():
         colour, mark = looks.get(name, (PURPLE, "D"))
         value = fit.b[which] * 1e6
-        half = 1.96 * np.sqrt(np.diagonal(fit.full_covariance)[which]) * 1e6
+        half = TWO_SIDED * np.sqrt(np.diagonal(fit.full_covariance)[which]) * 1e6
         if mark == "-":
             axes.plot(legs, value, color=colour, label=name)
             axes.fill_between(legs, value - half, value + half, color=colour, alpha=0.15, lw=0.0)
             for sign in (-1.0, 1.0) if np.isfinite(spread) else ():
-                axes.plot(legs, value + sign * np.hypot(half, 1.96e6 * spread), color=colour, ls=":", lw=1.0,
+                axes.plot(legs, value + sign * np.hypot(half, 1e6 * TWO_SIDED * spread), color=colour, ls=":", lw=1.0,
                           label="common, legs' spread in it" if sign > 0.0 else None)  # fmt: skip
         else:
             axes.errorbar(

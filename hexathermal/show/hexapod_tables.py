@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 from rich.table import Table
 
+from hexathermal.learn.coverage import TWO_SIDED
 from hexathermal.learn.hexapod_data import AXES
 from hexathermal.learn.hexapod_design import PoseDesign
 from hexathermal.learn.hexapod_identification import HexapodIdentification
@@ -17,8 +18,6 @@ from hexathermal.learn.validation import Figure
 from hexathermal.show.campaign_tables import number
 from hexathermal.show.identification_tables import plain
 from hexathermal.show.tables import framed
-
-FACTOR = 1.96
 
 
 def hexapod_laws_table(found: HexapodIdentification, pretty: bool) -> Table:
@@ -32,7 +31,7 @@ def hexapod_laws_table(found: HexapodIdentification, pretty: bool) -> Table:
             continue
         value = fit.theta[k] * 1e6
         runs = fit.by_runs[k] * 1e6
-        half = FACTOR * u[k]
+        half = TWO_SIDED * u[k]
         table.add_row(word, f"{value:z.4f}", f"{u[k]:z.4f}", f"{value - half:z.4f} to {value + half:z.4f}",
                       f"{fit.by_rows[k] * 1e6:z.4f}", f"{runs:z.4f}" if np.isfinite(runs) else "-")  # fmt: skip
     if not fit.model.words:

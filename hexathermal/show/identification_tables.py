@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 from rich.table import Table
 
+from hexathermal.learn.coverage import TWO_SIDED
 from hexathermal.learn.identification import Identification
 from hexathermal.learn.law import IdentifiedLaw
 from hexathermal.learn.selection import RankedSets
@@ -46,7 +47,8 @@ def law_table(found: Identification, pretty: bool) -> Table:
                    "robust>", "unit")  # fmt: skip
     fit = found.fit
     for k, (name, value, u, unit) in enumerate(coefficient_rows(found.law)):
-        table.add_row(name, f"{value:z.4f}", f"{u:z.4f}", f"{value - 1.96 * u:z.4f} to {value + 1.96 * u:z.4f}",
+        half = TWO_SIDED * u
+        table.add_row(name, f"{value:z.4f}", f"{u:z.4f}", f"{value - half:z.4f} to {value + half:z.4f}",
                       f"{fit.least_squares[k] * 1e6:z.4f}", f"{fit.robust[k] * 1e6:z.4f}", unit)  # fmt: skip
     return table
 
@@ -148,7 +150,7 @@ def identification_facts(found: Identification) -> dict[str, Any]:
         "sensors": list(law.sensors),
         "coefficients": [
             {"name": name, "value": value, "standard_uncertainty": u,
-             "interval_95": [value - 1.96 * u, value + 1.96 * u], "unit": unit,
+             "interval_95": [value - TWO_SIDED * u, value + TWO_SIDED * u], "unit": unit,
              "generalised": fit.generalised[k] * 1e6,
              "uncorrected": fit.uncorrected[k] * 1e6, "least_squares": fit.least_squares[k] * 1e6,
              "robust": fit.robust[k] * 1e6, "uncertainty_by_run": plain(np.sqrt(fit.by_run[k, k]) * 1e6)}

@@ -11,6 +11,7 @@ from typing import Any
 
 from rich.table import Table
 
+from hexathermal.learn.coverage import TWO_SIDED
 from hexathermal.learn.diagnosis.result import Diagnosis
 from hexathermal.learn.hexapod_identification import HexapodIdentification
 from hexathermal.learn.hexapod_validation import HexapodValidation
@@ -141,7 +142,7 @@ def _leg_law(law: LegLaw) -> list[str]:
 def _identified_law(law: IdentifiedLaw) -> list[str]:
     """Return a law with its uncertainty, and where it holds."""
     form = "sum of A q0 dT + B q dT" if law.kind == "leg" else "sum of C dT"
-    rows = [(name, f"{value:.4f}", f"{u:.4f}", f"{value - 1.96 * u:.4f} to {value + 1.96 * u:.4f}", unit)
+    rows = [(name, f"{value:.4f}", f"{u:.4f}", f"{value - TWO_SIDED * u:.4f} to {value + TWO_SIDED * u:.4f}", unit)
             for name, value, u, unit in coefficient_rows(law)]  # fmt: skip
     parts = [
         page.table(f"Law of a {law.kind}: drift = {form}",

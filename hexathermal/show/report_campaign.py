@@ -12,6 +12,7 @@ from hexathermal.learn.campaign import Campaign
 from hexathermal.learn.campaign_laws import identify_campaign, validate_campaign
 from hexathermal.learn.check import CampaignCheck, check_campaign
 from hexathermal.learn.check_words import as_data, hours, warnings_of
+from hexathermal.learn.coverage import TWO_SIDED
 from hexathermal.learn.identification import Identification
 from hexathermal.learn.law import IdentifiedLaw
 from hexathermal.learn.validation import Validation
@@ -238,7 +239,7 @@ def _law(law: IdentifiedLaw, found: Identification | None, given: bool) -> Secti
     )
     causes = dict.fromkeys([term.cause for term in law.terms] + [one.cause for one in law.repairs])
     more = f" It is extended by {', '.join(causes)}." if causes else ""
-    rows = [(name, f"{value:z.4f}", f"{u:z.4f}", f"{value - 1.96 * u:z.4f} to {value + 1.96 * u:z.4f}", unit)
+    rows = [(name, f"{value:z.4f}", f"{u:z.4f}", f"{value - TWO_SIDED * u:z.4f} to {value + TWO_SIDED * u:z.4f}", unit)
             for name, value, u, unit in identification_tables.coefficient_rows(law)]  # fmt: skip
     parts = [
         paragraph(f"{whose}: drift = {form} over {', '.join(law.sensors)}.{more}"),
@@ -250,7 +251,7 @@ def _law(law: IdentifiedLaw, found: Identification | None, given: bool) -> Secti
             like = ", ".join(found.check.like) or "no common material"
             parts.append(paragraph(
                 f"Effective expansion of the fixed part: {found.check.expansion * 1e6:z.2f} ± "
-                f"{1.96 * found.check.expansion_uncertainty * 1e6:z.2f} um/m/K (95 %), like {like}."
+                f"{TWO_SIDED * found.check.expansion_uncertainty * 1e6:z.2f} um/m/K (95 %), like {like}."
             ))  # fmt: skip
     return Section("law", "The law", "The law, with its uncertainty", tuple(parts))
 

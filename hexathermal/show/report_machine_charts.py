@@ -6,6 +6,7 @@ import numpy as np
 import numpy.typing as npt
 
 from hexathermal.kinematics.workspace import margins
+from hexathermal.learn.coverage import TWO_SIDED
 from hexathermal.machine.hexapod import Hexapod
 from hexathermal.poses import FloatArray, pose_from_coordinates
 from hexathermal.predict.budget import AXES
@@ -193,7 +194,7 @@ def law_chart(hexapod: Hexapod) -> Chart | None:
         drift = columns @ np.concatenate([law.A, law.B]) * 1e6
         low = high = None
         if law.covariance is not None:
-            half = 1.96e6 * np.sqrt(np.einsum("ni,ij,nj->n", columns, law.covariance, columns))
+            half = 1e6 * TWO_SIDED * np.sqrt(np.einsum("ni,ij,nj->n", columns, law.covariance, columns))
             low, high = drift - half, drift + half
         curves.append(Curve(f"leg {k + 1}", q * 1e3, drift, LEGS[k], LOOKS[len(curves) % 4], low, high))
         sizes.append((float(drift.min()), float(drift.max())))

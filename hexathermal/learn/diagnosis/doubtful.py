@@ -2,12 +2,21 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 
 import numpy as np
 
 from hexathermal.learn.campaign import Campaign
-from hexathermal.learn.check_remarks import Clock, of_clock, of_fahrenheit, of_one_fahrenheit, of_stroke
+from hexathermal.learn.check_remarks import (
+    Clock,
+    of_clock,
+    of_fahrenheit,
+    of_length,
+    of_one_fahrenheit,
+    of_pressure,
+    of_stroke,
+)
 from hexathermal.learn.diagnosis.channels import Levels
 from hexathermal.learn.signals import RunRows
 from hexathermal.poses import FloatArray
@@ -35,21 +44,28 @@ def doubtful_readings(
         Noise of that.
     """
     clocks = [Clock(one.run.name, one.record.rows, one.record.duration, one.record.sampling) for one in rows]
-    return (*of_clock(clocks), *_of_strokes(campaign, rows), *_of_temperatures(rows), *_of_landings(drift, levels))
+    weather = [one.weather for one in rows if one.weather is not None and len(one.weather)]
+    pressure = float(np.median([table[:, 1].mean() for table in weather])) if weather else math.nan
+    return (
+        *of_clock(clocks), *_of_strokes(campaign, rows), *_of_temperatures(rows),
+        *of_pressure(campaign, pressure), *_of_landings(drift, levels),
+    )  # fmt: skip
 
 
 def _of_strokes(campaign: Campaign, rows: Sequence[RunRows]) -> list[str]:
-    """Return that rods were where their strokes do not reach: of the run that goes farthest."""
+    """Return that a leg is as short as no leg is, or else was where its stroke does not reach: of the farthest run."""
     if campaign.leg is None:
         return []
+    if found := of_length(campaign.leg.retracted_length, campaign.leg.stroke):
+        return found
     low, high = campaign.leg.stroke
     spans = {one.run.name: (float(one.signals.q.min()), float(one.signals.q.max())) for one in rows}
-    odd = {name: span for name, span in spans.items() if of_stroke(span, (low, high))}
+    odd = {name: words for name, span in spans.items() if (words := of_stroke(span, (low, high)))}
     if not odd:
         return []
-    worst = max(odd, key=lambda name: max(low - odd[name][0], odd[name][1] - high))
+    worst = max(odd, key=lambda name: max(low - spans[name][0], spans[name][1] - high))
     others = f" and {len(odd) - 1} more" if len(odd) > 1 else ""
-    return [f"{worst}{others}: {of_stroke(odd[worst], (low, high))}: is a column exchanged, or in another unit?"]
+    return [f"{worst}{others}: {odd[worst]}: is a column exchanged, or in another unit?"]
 
 
 def _of_temperatures(rows: Sequence[RunRows]) -> list[str]:

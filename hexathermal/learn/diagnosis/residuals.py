@@ -8,6 +8,7 @@ import numpy as np
 import numpy.typing as npt
 
 from hexathermal.learn.campaign import Campaign
+from hexathermal.learn.coverage import TWO_SIDED
 from hexathermal.learn.diagnosis.course import Course
 from hexathermal.learn.diagnosis.result import Autocorrelation, RunResidual
 from hexathermal.learn.diagnosis.smoothing import smoothed
@@ -43,7 +44,7 @@ def whiteness(course: Course) -> Autocorrelation | None:
     if len(run) != len(course.last.channel.run) or np.bincount(run).max() < 2 * LAGS:
         return None
     before, after = (_autocorrelation(_whitened(stage), run) for stage in (course.first, course.last))
-    return Autocorrelation(before, after, 1.96 / float(np.sqrt((run[1:] == run[:-1]).sum())))
+    return Autocorrelation(before, after, TWO_SIDED / float(np.sqrt((run[1:] == run[:-1]).sum())))
 
 
 def _whitened(stage: Stage) -> FloatArray:

@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from hexathermal.learn.coverage import TWO_SIDED
 from hexathermal.learn.diagnosis.causes import catalogue
 from hexathermal.learn.diagnosis.causes.sensor_detached import share_of
 from hexathermal.learn.diagnosis.joining import Found
@@ -63,8 +64,6 @@ LONG_S = 120.0
 POSITIVE = ("time_constant_s", "source_time_constant_s", "pitch_m", "play_m", "saturation_m")
 """Parameters that are above zero by what they are."""
 
-TWO_SIDED = 1.96
-"""Standard uncertainties to either side of a 95 % interval."""
 
 UNSURE = 2.0
 """Amplitudes that are together fewer standard uncertainties tell neither size nor sign."""

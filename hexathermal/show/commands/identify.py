@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from hexathermal.errors import ArgumentError
+from hexathermal.learn.coverage import TWO_SIDED
 from hexathermal.show.commands import Answer, Progress, Writing
 from hexathermal.show.hexapod_answers import (
     EPILOG_IDENTIFY,
@@ -201,7 +202,7 @@ def _summary(campaign: Campaign, found: Identification) -> str:
         like = ", ".join(found.check.like) or "no common material"
         lines.append(
             f"Effective expansion of the fixed part {found.check.expansion * 1e6:z.2f} +- "
-            f"{1.96 * found.check.expansion_uncertainty * 1e6:z.2f} um/m/K (95 %): like {like}."
+            f"{TWO_SIDED * found.check.expansion_uncertainty * 1e6:z.2f} um/m/K (95 %): like {like}."
         )
     lines.append(_reliability(found))
     lines += [f"note: {note}" for note in found.notes]

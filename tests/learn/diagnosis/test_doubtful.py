@@ -56,6 +56,10 @@ def scaled(name: str, factor: float, less: float = 0.0) -> Callable[[Row], None]
             scaled("q_mm", 1.0, 400.0),
             r"and \d+ more: q_mm runs from \d+\.\d to \d.*outside stroke_mm.*is a column",
         ),
+        (
+            scaled("air_pressure_hPa", 1.0 / 1.33322),
+            r"air_pressure_hPa reads 7\d\d, that of 2\d00 m above the sea: millimetres of mercury\?",
+        ),
     ],
 )
 def test_units_and_strokes_are_doubted(tmp_path: Path, change: Callable[[Row], None], words: str) -> None:
@@ -64,6 +68,18 @@ def test_units_and_strokes_are_doubted(tmp_path: Path, change: Callable[[Row], N
     assert any(re.search(words, one) for one in found.doubtful)
     assert found.notes[: len(found.doubtful)] == found.doubtful
     assert found.to_json()["doubtful"] == list(found.doubtful)
+
+
+def test_a_leg_shorter_than_its_stroke_is_doubted(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """A length in centimetres, which makes A ten times too large, is told by `check`, `identify` and `diagnose`."""
+    base = changed(tmp_path / "campaign", lambda row: None)
+    place = tmp_path / "campaign" / "campaign.toml"
+    words = place.read_text(encoding="utf-8")
+    length = float(re.search(r"^q0_mm = (.*)$", words, re.M)[1])  # type: ignore[index]
+    place.write_text(re.sub(r"^q0_mm = .*$", f"q0_mm = {length / 10.0:.6g}", words, flags=re.M), encoding="utf-8")
+    for command in (["check"], ["identify", "--sensors", ",".join(base)], ["diagnose", "--sensors", ",".join(base)]):
+        assert main([*command, str(place.parent)]) == 0
+        assert f"warning: q0_mm is {length / 10.0:.6g}, the stroke" in capsys.readouterr().err
 
 
 def test_landings_that_scatter_as_the_drift_does_are_doubted(
