@@ -75,6 +75,10 @@ class Difference:
         return f"{self.words}: {self.value:.2f} times the bench's ({self.low:.2f} to {self.high:.2f}){other}"
 
 
+LEAST_SAID = -1.0
+"""Log evidence of a thermocouple's part of the air from which on it is told."""
+
+
 @dataclass(frozen=True)
 class ParameterFound:
     """One of all numbers that were looked for.
@@ -108,6 +112,16 @@ class ParameterFound:
     limit_high: float
     alike: tuple[tuple[str, float], ...]
     experiment: str
+
+    @property
+    def speaks(self) -> bool:
+        """Whether it is one of the bench, was named, or is a thermocouple's of which the data say something."""
+        return not self.target or self.named or self.log_evidence > LEAST_SAID
+
+    @property
+    def needless(self) -> bool:
+        """Whether it was not named although it lies where it would have been by itself: what was named does instead."""
+        return not self.named and not self.limit_low <= self.value <= self.limit_high
 
 
 def label(place: int, sensors: Sequence[str]) -> str:

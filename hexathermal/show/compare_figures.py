@@ -208,8 +208,8 @@ def _names_beside(axes: Axes, found: Comparison, looks: dict[int, str]) -> None:
 def parameters_figure(found: Comparison) -> Figure:
     """Return a figure of all physical numbers, and of what was named besides, with 95 % intervals.
 
-    Factors stand on an axis that holds every one that was named; thermocouples that were named below, by the part by
-    which they follow the air.
+    Factors stand on an axis that holds every one that was named; thermocouples of which the data say something below,
+    by the part by which they follow the air.
 
     Parameters
     ----------
@@ -219,7 +219,7 @@ def parameters_figure(found: Comparison) -> Figure:
     from matplotlib.figure import Figure
 
     factors = [one for one in found.parameters if not one.target][::-1]
-    sensors = [one for one in found.parameters if one.target and one.named][::-1]
+    sensors = [one for one in found.parameters if one.target and one.speaks][::-1]
     count = [len(factors), len(sensors)] if sensors else [len(factors)]
     with mpl.rc_context(STYLE):
         height = 0.9 + 0.27 * len(factors) + (0.75 + 0.27 * len(sensors) if sensors else 0.0)
@@ -277,13 +277,13 @@ def _rows(axes: Axes, shown: Sequence[ParameterFound], ends: tuple[float, float]
     low, high = ends
     for k, one in enumerate(shown):
         edges = np.clip([max(one.limit_low, 1e-9) if low > 0.0 else one.limit_low, one.limit_high], low, high)
-        axes.barh(k, edges[1] - edges[0], left=edges[0], height=0.72, color="#ECECEC", zorder=1)
+        if not (one.named and one.limit_low <= one.value <= one.limit_high):  # named by a step, not by its size
+            axes.barh(k, edges[1] - edges[0], left=edges[0], height=0.72, color="#ECECEC", zorder=1)
         colour = VERMILION if one.named else BLACK
         axes.plot(np.clip([one.low, one.high], low, high), [k, k], color=colour, lw=2.2 if one.named else 1.0, zorder=3)
         if low <= one.value <= high:
-            doubtful = not one.named and not one.limit_low <= one.value <= one.limit_high
-            face = "white" if doubtful else colour
-            axes.plot(one.value, k, "o", color=colour, mfc=face, ms=3.0 + 2.0 * one.named + doubtful, zorder=4)
+            face = "white" if one.needless else colour
+            axes.plot(one.value, k, "o", color=colour, mfc=face, ms=3.0 + 2.0 * one.named + one.needless, zorder=4)
         for arrow, edge, beyond in (("<", low, one.low < low), (">", high, one.high > high)):
             if beyond:
                 axes.plot(edge, k, arrow, color=colour, ms=4.0, zorder=3, clip_on=False)

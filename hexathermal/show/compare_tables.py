@@ -47,15 +47,17 @@ def scores_table(found: Comparison, pretty: bool) -> Table:
 
 
 def parameters_table(found: Comparison, pretty: bool) -> Table:
-    """Return all numbers that were looked for, thermocouples only where they say something."""
+    """Return all numbers that were looked for, thermocouples only where they say something.
+
+    Not needed is what would have been named by itself, but not beside what is named, or is not told apart from it.
+    """
     table = framed(pretty, "number", "estimate>", "95 % interval", "named", "would have been named",
                    "cannot be separated from")  # fmt: skip
-    for one in found.parameters:
-        if one.target and not one.named and not -1.0 < one.log_evidence:
-            continue
+    for one in filter(lambda one: one.speaks, found.parameters):
         alike = ", ".join(name for name, _value in one.alike) or "-"
+        named = "yes" if one.named else "not needed" if one.needless else ""
         table.add_row(f"{one.name} {one.target}".strip(), f"{one.value:z.3f}", f"{one.low:z.3f} to {one.high:z.3f}",
-                      "yes" if one.named else "", limit_words(one), alike)  # fmt: skip
+                      named, limit_words(one), alike)  # fmt: skip
     return table
 
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+from dataclasses import replace
 from types import SimpleNamespace
 from typing import Any
 
@@ -13,6 +15,7 @@ from hexathermal.compare.differences import ParameterFound
 from hexathermal.compare.scores import ComparedRun
 from hexathermal.poses import FloatArray
 from hexathermal.show.compare_figures import OTHERS, channels_figure, parameters_figure, piece_starts, residuals_figure
+from hexathermal.show.compare_tables import parameters_table
 
 COUNT = 9
 """Thermocouples, all on the body."""
@@ -108,7 +111,7 @@ def test_all_that_was_named_is_inside_the_picture_of_the_numbers() -> None:
     """Each named number, a thermocouple too, has its row, its whole interval is on the axis, and no text hides it."""
     figure = parameters_figure(comparison())
     rows = {label.get_text(): (axes, k) for axes in figure.axes for k, label in enumerate(axes.get_yticklabels())}
-    assert set(rows) == {*(one.name for one in PARAMETERS[:4]), "sensor-reads-air T01"}
+    assert set(rows) == {*(one.name for one in PARAMETERS[:4]), "sensor-reads-air T01", "sensor-reads-air T02"}
     for one in PARAMETERS:
         if not one.named:
             continue
@@ -122,3 +125,22 @@ def test_all_that_was_named_is_inside_the_picture_of_the_numbers() -> None:
     assert not factors.texts
     without = parameters_figure(comparison(PARAMETERS[:4]))
     assert len(without.axes) == 1
+
+
+def test_picture_and_table_tell_the_same_numbers() -> None:
+    """A thermocouple of which the data say nothing is in neither; what was named lies on no grey."""
+    silent = replace(PARAMETERS[5], target="T03", log_evidence=-3.0)
+    never = replace(PARAMETERS[2], limit_low=0.0, limit_high=math.inf)
+    needless = replace(PARAMETERS[1], name="convection", value=0.2, low=0.1, high=0.3)
+    found = comparison((*PARAMETERS[:2], never, needless, *PARAMETERS[4:], silent))
+    figure, table = parameters_figure(found), parameters_table(found, False)
+    shown = [label.get_text() for axes in figure.axes for label in axes.get_yticklabels()]
+    names, named = (list(table.columns[k].cells) for k in (0, 3))
+    assert sorted(shown) == sorted(names)
+    assert "sensor-reads-air T03" not in shown
+    assert [named[names.index(one)] for one in ("motor-heat", "convection", "sensor-reads-air T02")] == [
+        "yes", "not needed", ""]  # fmt: skip
+    row = [label.get_text() for label in figure.axes[0].get_yticklabels()].index("conduction-motor")
+    greys = [bar.get_y() + 0.5 * bar.get_height() for bar in figure.axes[0].patches]
+    assert len(greys) == 3
+    assert row not in np.round(greys, 6)
