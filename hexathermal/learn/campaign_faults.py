@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -12,8 +12,14 @@ SHOWN = 5
 """Faults of one kind in one column that are listed singly; the rest, and those that read the same, are counted."""
 
 
+NAMED = 4
+"""Files with the same fault that are named."""
+
+
 class CampaignError(FileFormatError):
     """A campaign breaks its format; all faults of all its files are listed, not only the first.
+
+    Those that are the same in several files are told once.
 
     Attributes
     ----------
@@ -27,13 +33,30 @@ class CampaignError(FileFormatError):
         files = len({file for file, _problem in faults})
         count = f"{len(faults)} fault" + ("s" if len(faults) != 1 else "")
         where = f" in {files} files" if files > 1 else ""
-        lines = "\n".join(f"  {file}, {problem}" for file, problem in faults)
+        lines = "\n".join(_lines(faults, Path(path).parent))
         HexathermalError.__init__(self, f"campaign {path}: {count}{where}\n{lines}")
         self.path, self.faults = path, faults
         self.problems = tuple(problem for _file, problem in faults)
 
     def __reduce__(self) -> tuple[object, ...]:
         return (CampaignError, (self.path, self.faults))
+
+
+def _lines(faults: Sequence[tuple[str, Problem]], folder: Path) -> list[str]:
+    """Return a line for each fault; what is wrong at the same place in several files is said once, with their names."""
+    files: dict[str, list[str]] = {}
+    for file, problem in faults:
+        files.setdefault(str(problem), []).append(file)
+    lines = []
+    for words, (first, *others) in files.items():
+        lines.append(f"  {first}, {words}")
+        if others:
+            names = [file.removeprefix(f"{folder}/") for file in others]
+            which = "one more file" if len(names) == 1 else f"{len(names)} more files"
+            if len(names) > NAMED:
+                names = [*names[: NAMED - 1], "...", names[-1]]
+            lines.append(f"    the same in {which}: {', '.join(names)}")
+    return lines
 
 
 @dataclass

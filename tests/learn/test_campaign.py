@@ -10,6 +10,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from hexathermal.errors import Problem
+from hexathermal.learn.campaign_faults import CampaignError
 from hexathermal.learn.campaign_files import load_campaign
 from hexathermal.learn.campaign_units import MOST_ROWS, Sample
 from hexathermal.learn.cleaning import used_run
@@ -375,3 +377,22 @@ def test_repeated_names_and_files_are_faults(tmp_path: Path) -> None:
     assert "name 'T01' is there twice in [[thermocouples]]" in found
     assert "is the table of run 'a' already" in found
     assert "did you mean 'T03_degC'?" in found
+
+
+def test_the_same_fault_of_several_files_is_told_once(tmp_path: Path) -> None:
+    """One line with its place, then how many more files have it and which; `faults` holds each of them."""
+    folder = leg_campaign(tmp_path / "campaign")
+    files = [folder / "runs" / f"{name}.csv" for name in "abc"]
+    for file in files:
+        file.write_text(file.read_text().replace("time_s", "seconds", 1))
+    with pytest.raises(CampaignError) as caught:
+        load_campaign(folder)
+    first, *others = str(caught.value).splitlines()
+    assert first.endswith("3 faults in 3 files")
+    assert others[0].startswith(f"  {files[0]}, line 1, column 1: column time_s is missing")
+    assert others[1:] == ["    the same in 2 more files: runs/b.csv, runs/c.csv"]
+    assert len(caught.value.faults) == 3
+    many = CampaignError("x/campaign.toml", tuple((f"x/runs/{k}.csv", Problem(1, 1, "bad")) for k in range(9)))
+    assert (
+        str(many).splitlines()[2] == "    the same in 8 more files: runs/1.csv, runs/2.csv, runs/3.csv, ..., runs/8.csv"
+    )
