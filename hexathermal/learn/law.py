@@ -225,6 +225,9 @@ class IdentifiedLaw(Shown):
     ) -> FloatArray:  # fmt: skip
         """Return the predicted drift [m] of rows in the order of time, terms and repairs included.
 
+        Of a whole run, what terms add counts from the row from which the run does (`LegSignals.zero_row`), as the
+        measured drift does.
+
         Parameters
         ----------
         signals : LegSignals
@@ -247,8 +250,9 @@ class IdentifiedLaw(Shown):
             A sensor or a recorded input of a term is not there.
         """
         right = self._scaled(self.repaired(signals, memory, run))
-        kept = memory if before is None else before
-        return np.asarray(self.base_columns(right) @ self.coefficients + terms_drift(self.terms, right, kept))
+        added = terms_drift(self.terms, right, memory if before is None else before)
+        added = right.counted(added) if memory is None else added
+        return np.asarray(self.base_columns(right) @ self.coefficients + added)
 
     def variance_signals(
         self, signals: LegSignals, run: str | None = None, before: LegMemory | None = None
@@ -258,7 +262,8 @@ class IdentifiedLaw(Shown):
         As `variance`, with the amplitudes' covariance; thermometers' errors count in the coefficients' part.
         """
         right = self._scaled(self.repaired(signals, None, run))
-        X = np.concatenate([self.base_columns(right), terms_columns(self.terms, right, before)], axis=1)
+        added = right.counted(terms_columns(self.terms, right, before))
+        X = np.concatenate([self.base_columns(right), added], axis=1)
         own = np.einsum("np,pq,nq->n", X, self.whole_covariance, X)
         return self._in_rows(own, right.q if self.kind == "leg" else None, right.time)
 

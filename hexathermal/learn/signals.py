@@ -124,6 +124,7 @@ def run_rows(campaign: Campaign, run: RunFile | str) -> RunRows:
          if math.isfinite(value)},
         zero_index,
         pressure_index,
+        int(rows[0]) if campaign.zero == "run" else None,
     )  # fmt: skip
     return RunRows(reader.run, signals, drift, landing, landing >= 0, weather, lost, reader.record, block)
 

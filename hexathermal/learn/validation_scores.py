@@ -3,11 +3,13 @@
 Runs are the independent units. With two or more, the logarithms of RMSE, of the mean residual and of the ratios
 residual to drift are jackknifed over runs, with Student's factor: drawing three runs with replacement, as a bootstrap
 does, gives intervals that hold the truth in some three of four cases only. With one run, and for the largest residual,
-landings are drawn: such an interval speaks of the run at hand, and says nothing about other runs.
+landings are drawn: such an interval speaks of the run at hand, and says nothing about other runs. Of one landing alone
+there is no interval: its ends are infinite.
 """
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from dataclasses import dataclass
 
@@ -78,7 +80,11 @@ def scores(tables: list[FloatArray], rng: np.random.Generator) -> Scores:
     m = _drawn(tables, rng)
     own = np.array([table[:, SUMS].sum(axis=0) for table in tables])
 
+    alone = len(tables) == 1 and len(tables[0]) == 1
+
     def drawn(value: float, draws: FloatArray) -> Figure:
+        if alone:
+            return Figure(float(value), -math.inf, math.inf)
         low, high = np.quantile(draws, [0.025, 0.975])
         return Figure(float(value), float(min(low, value)), float(max(high, value)))
 

@@ -185,7 +185,7 @@ def _without_drift(signals: LegSignals, parameters: Mapping[str, Any], run: str 
     """Return a sensor's temperature less its drift."""
     name = parameters["sensor"]
     rate = parameters.get("rates_K_per_h", {}).get(run, parameters["rate_K_per_h"])
-    return {name: signals.temperature(name) - rate * signals.time / 3600.0}
+    return {name: signals.temperature(name) - rate * signals.counted(signals.time) / 3600.0}
 
 
 def _foretold(signals: LegSignals, parameters: Mapping[str, Any], run: str | None) -> dict[str, FloatArray]:

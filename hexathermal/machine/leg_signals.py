@@ -52,6 +52,8 @@ class LegSignals:
     pressure_index : array, shape (n,) [1]
         Index of refraction less that of the zero, were the air as warm and as humid as there; None where it is not
         known.
+    zero_row : int, optional
+        Of a whole run that counts from a row of its own: that row. What terms add counts from it, too.
     """
 
     time: FloatArray
@@ -65,6 +67,7 @@ class LegSignals:
     zero_degC: Mapping[str, float] = field(default_factory=dict)
     zero_index: float | None = None
     pressure_index: FloatArray | None = None
+    zero_row: int | None = None
 
     def __len__(self) -> int:
         return len(self.time)
@@ -74,6 +77,10 @@ class LegSignals:
         if sensor not in self.dT:
             raise ArgumentError(f"the law needs sensor {sensor!r}; there are: {', '.join(self.dT) or 'none'}")
         return self.dT[sensor]
+
+    def counted(self, values: FloatArray) -> FloatArray:
+        """Return values of all rows, shape (n,) or (n, k), less those of the zero's row where there is one."""
+        return values if self.zero_row is None else values - values[self.zero_row]
 
     def weighted(self, weights: Mapping[str, float]) -> FloatArray:
         """Return ``sum_s w_s dT_s`` of some sensors, weights by their names [K]."""
@@ -118,10 +125,13 @@ class Memory:
         other._kept = dict(self._kept)
         return other
 
-    def low_pass(self, key: str, time: FloatArray, values: FloatArray, time_constant: float) -> FloatArray:
+    def low_pass(
+        self, key: str, time: FloatArray, values: FloatArray, time_constant: float, *, held: bool = False
+    ) -> FloatArray:
         """Return values behind a first-order low pass, ``tau dy/dt = u - y``, that has rested at the first value.
 
-        Between rows the values are taken as linear; steps of time may differ.
+        Between rows the values are taken as linear; steps of time may differ. What is a mean since the row before, as a
+        speed is, is `held` since then.
 
         Parameters
         ----------
@@ -130,6 +140,7 @@ class Memory:
         time : array, shape (n,) [s]
         values : array, shape (n,) or (n, k)
         time_constant : float [s]
+        held : bool
         """
         u = values if values.ndim == 2 else values[:, None]
         before = self._kept.get(key)
@@ -139,6 +150,7 @@ class Memory:
         # the part of a linear piece that its end carries: 1 - (1 - a) / step, by its series where step is small
         safe = np.where(step > 1e-4, step, 1.0)
         carried = np.where(step > 1e-4, 1.0 - (1.0 - decay) / safe, step / 2.0 - step**2 / 6.0)[:, None]
+        carried = 1.0 - decay[:, None] if held else carried
         previous = np.concatenate([u0[None], u[:-1]])
         gained = u * carried + previous * (1.0 - decay[:, None] - carried)
         y = _accumulated(decay, gained, y0)

@@ -119,6 +119,9 @@ def shape_named(name: str) -> Shape:
     return SHAPES[name]
 
 
+MOTION = "motion"
+"""The source of heat that no input records."""
+
 WEIGHED = ("temperature", "square")
 """Shapes that may take, by ``weights``, what several sensors tell for what one does."""
 
@@ -183,21 +186,23 @@ def expansion(signals: LegSignals, parameters: Mapping[str, Any], memory: Memory
 def stored_heat(signals: LegSignals, parameters: Mapping[str, Any], memory: Memory) -> FloatArray:
     """Return heat of motion, or of a recorded input, behind a low pass, ``low_pass(|u|^power)``.
 
-    ``source`` is ``"motion"`` (u: speed in m/s) or an input's name. With ``source_time_constant_s`` it is behind
-    another low pass before: what is rubbed warms first, then what expands; ``source_share`` of it is that of what is
-    rubbed itself.
+    ``source`` is ``"motion"`` (u: speed in m/s, the mean since the row before) or an input's name. With
+    ``source_time_constant_s`` it is behind another low pass before: what is rubbed warms first, then what expands;
+    ``source_share`` of it is that of what is rubbed itself. Rows may be as far apart as they like where the power is 1;
+    the square of a mean speed is less than the mean of squares, the more of a row the rod rests.
     """
     source = parameters["source"]
-    u = memory.speed(signals.time, signals.q) if source == "motion" else np.abs(signals.recorded(source))
+    u = memory.speed(signals.time, signals.q) if source == MOTION else np.abs(signals.recorded(source))
     heat = u ** parameters.get("power", 1)
-    return heat_left(signals, heat, parameters, memory)
+    return _heat_left(signals, heat, parameters, memory)
 
 
-def heat_left(signals: LegSignals, heat: FloatArray, parameters: Mapping[str, Any], memory: Memory) -> FloatArray:
+def _heat_left(signals: LegSignals, heat: FloatArray, parameters: Mapping[str, Any], memory: Memory) -> FloatArray:
     """Return heat behind a low pass, less its first value, times the length it acts on where that is stated."""
     tau, before = parameters["time_constant_s"], parameters.get("source_time_constant_s", 0.0)
-    given = memory.low_pass("source", signals.time, heat, before) if before > 0.0 else heat
-    stored = memory.low_pass("heat", signals.time, given, tau) if tau > 0.0 else given
+    mean = parameters["source"] == MOTION
+    given = memory.low_pass("source", signals.time, heat, before, held=mean) if before > 0.0 else heat
+    stored = memory.low_pass("heat", signals.time, given, tau, held=mean and before <= 0.0) if tau > 0.0 else given
     own = parameters.get("source_share", 0.0)
     stored = (1.0 - own) * stored + own * given if own > 0.0 else stored
     left = stored - memory.first("heat at first", stored)

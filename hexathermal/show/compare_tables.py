@@ -11,6 +11,8 @@ from hexathermal.compare.comparison import Comparison
 from hexathermal.compare.differences import ParameterFound
 from hexathermal.compare.parameters import NAMES
 from hexathermal.compare.scores import ChannelScore
+from hexathermal.show.identification_tables import figure_facts
+from hexathermal.show.shares import bounded
 from hexathermal.show.tables import framed
 
 FORMAT = "hexathermal-comparison/1"
@@ -41,7 +43,7 @@ def scores_table(found: Comparison, pretty: bool) -> Table:
         table.add_row(
             one.channel, one.part or "-", "-" if one.position is None else f"{one.position * 1e3:z.1f}", unit,
             *(f"{value * factor:z.3f}" for value in numbers), "-" if same else f"{100.0 * gain.value:z.0f} %",
-            "-" if same else f"{100.0 * gain.low:z.0f} to {100.0 * gain.high:z.0f} %",
+            "-" if same or not bounded(gain) else f"{100.0 * gain.low:z.0f} to {100.0 * gain.high:z.0f} %",
         )  # fmt: skip
     return table
 
@@ -127,5 +129,5 @@ def _channel_facts(one: ChannelScore) -> dict[str, Any]:
         "position_mm": None if one.position is None else one.position * 1e3, "unit": unit,
         "rmse_before": one.rmse_before * factor, "rmse_after": one.rmse_after * factor,
         "linf_before": one.linf_before * factor, "linf_after": one.linf_after * factor,
-        "rmse_reduction": {"value": one.reduction.value, "low": one.reduction.low, "high": one.reduction.high},
+        "rmse_reduction": figure_facts(one.reduction),
     }  # fmt: skip

@@ -12,6 +12,7 @@ from hexathermal.learn.machine_diagnosis.result import MachineCandidate, Machine
 from hexathermal.show.diagnosis_pictures import LOOK, NARROW_IN
 from hexathermal.show.diagnosis_words import changed, noise_rows, placed
 from hexathermal.show.figures import BLACK, BLUE, GREEN, GREY, VERMILION
+from hexathermal.show.shares import bounded
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -83,8 +84,9 @@ def gain_figure(found: Diagnosis, width: float) -> Figure:
         for k, (_name, one) in enumerate(runs):
             after = one.rmse_after
             axes.plot([one.rmse_before * 1e6, after.value * 1e6], [k, k], color=GREY, lw=1.0, zorder=1)
-            axes.plot([after.low * 1e6, after.high * 1e6], [k, k], color=BLUE, lw=3.4, alpha=0.4, zorder=2,
-                      solid_capstyle="butt", label="95 % interval" if k == 0 else None)  # fmt: skip
+            ends = [after.low * 1e6, after.high * 1e6] if bounded(after) else []
+            axes.plot(ends, [k] * len(ends), color=BLUE, lw=3.4, alpha=0.4, zorder=2, solid_capstyle="butt",
+                      label="95 % interval" if k == 0 else None)  # fmt: skip
             axes.plot(after.value * 1e6, k, "o", color=BLUE, ms=6.0, zorder=4, label="extended law" if k == 0 else None)
             axes.plot(one.rmse_before * 1e6, k, "D", mfc="none", color=VERMILION, ms=6.0, mew=1.6, zorder=3,
                       label="law" if k == 0 else None)  # fmt: skip

@@ -24,7 +24,7 @@ from hexathermal.show.diagnosis_words import (
     unexplained_words,
     verdict_words,
 )
-from hexathermal.show.shares import less, parts
+from hexathermal.show.shares import bounded, less, parts
 
 
 def opening(found: Diagnosis) -> str:
@@ -178,7 +178,8 @@ def _gain(found: Diagnosis, drawn: dict[str, str]) -> str:
 
 def _with_interval(one: Figure) -> str:
     """Return metres with their interval [um]."""
-    return f"{one.value * 1e6:.3f} ({one.low * 1e6:.3f} to {one.high * 1e6:.3f})"
+    ends = f" ({one.low * 1e6:.3f} to {one.high * 1e6:.3f})" if bounded(one) else ""
+    return f"{one.value * 1e6:.3f}{ends}"
 
 
 def _signals(found: Diagnosis, drawn: dict[str, str]) -> str:

@@ -222,9 +222,9 @@ def gain_table(found: Gain, pretty: bool) -> Table:
     return table
 
 
-def _figure(one: Figure, scale: float = 1.0) -> dict[str, float]:
-    """Return a number with its interval as plain values."""
-    return {"value": one.value * scale, "low": one.low * scale, "high": one.high * scale}
+def figure_facts(one: Figure, scale: float = 1.0) -> dict[str, float | None]:
+    """Return a number with its interval as plain values, null where there is no end."""
+    return {"value": one.value * scale, "low": plain(one.low * scale), "high": plain(one.high * scale)}
 
 
 def gain_facts(found: Gain) -> dict[str, Any]:
@@ -234,8 +234,8 @@ def gain_facts(found: Gain) -> dict[str, Any]:
         return {
             "rmse_before_um": one.rmse_before * 1e6, "rmse_after_um": one.rmse_after.value * 1e6,
             "linf_before_um": one.linf_before * 1e6, "linf_after_um": one.linf_after.value * 1e6,
-            "rmse_gain": _figure(one.rmse_gain), "linf_gain": _figure(one.linf_gain),
-            "mean_gain": _figure(one.mean_gain),
+            "rmse_gain": figure_facts(one.rmse_gain), "linf_gain": figure_facts(one.linf_gain),
+            "mean_gain": figure_facts(one.mean_gain),
         }  # fmt: skip
 
     return {"total": told(found.total), "runs": {name: told(one) for name, one in found.runs.items()},
@@ -247,10 +247,11 @@ def validation_facts(found: Validation) -> dict[str, Any]:
 
     def scores(one: Scores) -> dict[str, Any]:
         return {
-            "rmse_um": _figure(one.rmse, 1e6), "linf_um": _figure(one.linf, 1e6), "mean_um": _figure(one.mean, 1e6),
+            "rmse_um": figure_facts(one.rmse, 1e6), "linf_um": figure_facts(one.linf, 1e6),
+            "mean_um": figure_facts(one.mean, 1e6),
             "drift_rms_um": one.drift_rms * 1e6, "drift_largest_um": one.drift_largest * 1e6,
-            "drift_mean_um": one.drift_mean * 1e6, "mean_reduction": _figure(one.mean_reduction),
-            "largest_reduction": _figure(one.largest_reduction), "rms_reduction": _figure(one.rms_reduction),
+            "drift_mean_um": one.drift_mean * 1e6, "mean_reduction": figure_facts(one.mean_reduction),
+            "largest_reduction": figure_facts(one.largest_reduction), "rms_reduction": figure_facts(one.rms_reduction),
         }  # fmt: skip
 
     return {

@@ -22,9 +22,12 @@ from hexathermal.show.diagnosis_page import paragraph, table
 from hexathermal.show.html_tables import from_table
 from hexathermal.show.report_chart import Chart
 from hexathermal.show.report_page import Report, Section
+from hexathermal.show.shares import bounded
 
 MOST_RUNS = 12
 """Runs that have a figure of their own."""
+
+NO_INTERVAL = "one landing: no interval"
 
 Progress = Callable[[int, int, str], None]
 
@@ -130,9 +133,9 @@ def _pairs(check: CampaignCheck, proof: Validation | None) -> tuple[tuple[str, s
         mean, less = total.mean_reduction, total.rmse
         pairs += [
             ("RMSE, for validation", f"{total.drift_rms * 1e6:z.2f} → {less.value * 1e6:z.3f} µm",
-             f"95 %: {less.low * 1e6:z.3f} to {less.high * 1e6:z.3f} µm"),
+             f"95 %: {less.low * 1e6:z.3f} to {less.high * 1e6:z.3f} µm" if bounded(less) else NO_INTERVAL),
             ("Mean drift less by", f"{100.0 * mean.value:z.1f} %",
-             f"95 %: {100.0 * mean.low:z.1f} to {100.0 * mean.high:z.1f} %"),
+             f"95 %: {100.0 * mean.low:z.1f} to {100.0 * mean.high:z.1f} %" if bounded(mean) else NO_INTERVAL),
             ("Inside 95 % interval", f"{100.0 * proof.coverage:z.1f} %", f"of {proof.rows} rows"),
         ]  # fmt: skip
     return tuple(pairs)

@@ -31,6 +31,11 @@ def parts(part: float) -> str:
     return f"{round(100.0 * part, 1) + 0.0:.1f}" if abs(part) < 0.0995 else percent(part)
 
 
+def bounded(part: Figure) -> bool:
+    """Return whether a number has an interval; one landing alone gives none."""
+    return math.isfinite(part.low) and math.isfinite(part.high)
+
+
 def less(part: Figure) -> str:
     """Return by how much an error became less, in words.
 
@@ -39,8 +44,12 @@ def less(part: Figure) -> str:
     >>> from hexathermal.learn.validation_scores import Figure
     >>> less(Figure(0.213, 0.102, 0.307)), less(Figure(-0.005, -0.08, 0.06))
     ('21 % less, 95 %: 10 to 31 %', '0.5 % more, 95 %: -6.0 to 8.0 %')
+    >>> less(Figure(0.3, -math.inf, math.inf)), proven(Figure(0.3, -math.inf, math.inf))
+    ('30 % less, one landing: no interval', 'not proven')
     """
     sign, word = (1.0, "less") if part.value >= 0.0 else (-1.0, "more")
+    if not bounded(part):
+        return f"{parts(sign * part.value)} % {word}, one landing: no interval"
     ends = sorted((sign * part.low, sign * part.high))
     return f"{parts(sign * part.value)} % {word}, 95 %: {parts(ends[0])} to {parts(ends[1])} %"
 
@@ -54,6 +63,8 @@ def proven(part: Figure) -> str:
     >>> proven(Figure(0.2, 0.1, 0.3)), proven(Figure(-0.2, -0.3, -0.1)), proven(Figure(0.2, -0.1, 0.3))
     ('proven', 'proven to be worse', 'not proven: the interval holds 0')
     """
+    if not bounded(part):
+        return "not proven"
     return (
         "proven" if part.low > 0.0 else "proven to be worse" if part.high < 0.0 else "not proven: the interval holds 0"
     )

@@ -130,15 +130,35 @@ def test_heat_may_pass_through_what_is_rubbed_first() -> None:
     def stored(**times: float) -> FloatArray:
         return term_columns("stored-heat", signals, own | times)
 
-    memory = Memory()
-    rubbed = memory.low_pass("rubbed", signals.time, Memory().speed(signals.time, signals.q), 200.0)
-    wanted = memory.low_pass("warm", signals.time, rubbed, 900.0)
+    rubbed, speed = np.zeros(60), Memory().speed(signals.time, signals.q)
+    for k, step in enumerate(np.diff(signals.time)):
+        rubbed[k + 1] = speed[k + 1] + (rubbed[k] - speed[k + 1]) * np.exp(-step / 200.0)
+    wanted = Memory().low_pass("warm", signals.time, rubbed, 900.0)
     both = stored(source_time_constant_s=200.0, time_constant_s=900.0)
     np.testing.assert_allclose(both[:, 0], wanted - wanted[0], atol=1e-18)
     assert np.abs(both).max() < np.abs(stored(time_constant_s=900.0)).max()
     np.testing.assert_array_equal(
         stored(source_time_constant_s=0.0, time_constant_s=900.0), stored(time_constant_s=900.0)
     )
+
+
+def test_heat_of_motion_does_not_depend_on_when_rows_are_taken() -> None:
+    """Rows close together in motion and far apart at rest, or a gap from within a move on, store the same heat."""
+    fine = np.arange(0.0, 3601.0)
+    q = 0.1 * np.clip((fine - 600.0) / 10.0, 0.0, 1.0)
+    parameters = {"source": "motion", "power": 1, "time_constant_s": 1800.0}
+
+    def left(rows: FloatArray) -> float:
+        """Heat in the last row of those that are taken."""
+        signals = LegSignals(rows, {}, np.interp(rows, fine, q))
+        return float(term_columns("stored-heat", signals, parameters)[-1, 0])
+
+    every = left(fine)
+    assert every == pytest.approx(0.1 / 1800.0 * np.exp(-2995.0 / 1800.0), rel=1e-3)
+    dense = np.unique(np.concatenate([np.arange(0.0, 3601.0, 60.0), np.arange(600.0, 611.0)]))
+    assert left(dense) == pytest.approx(every, rel=1e-6)
+    gap = np.concatenate([np.arange(0.0, 606.0), np.arange(900.0, 3601.0, 20.0)])
+    assert left(gap) == pytest.approx(every, rel=0.1)  # when the rod came to rest is not known
 
 
 def test_what_is_rubbed_may_expand_itself() -> None:

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
 import numpy.typing as npt
 
 from hexathermal.learn.signals import RunRows
+from hexathermal.machine.leg_signals import LegSignals
 from hexathermal.poses import FloatArray
 
 EDGES_S = (0.0, 60.0, 180.0, 420.0)
@@ -18,7 +19,7 @@ EDGES_S = (0.0, 60.0, 180.0, 420.0)
 LONGEST_S = 300.0
 
 MOST_WINDOWS = 500
-"""Windows of a run; longer runs take longer windows."""
+"""Windows of a run beyond one for each landing; longer runs, and those of more landings, take longer windows."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -77,10 +78,37 @@ def pieces_of(rows: RunRows) -> Pieces:
     time, landing = rows.signals.time[used], rows.landing[used]
     first = np.flatnonzero(np.concatenate([[True], landing[1:] != landing[:-1]]))
     since = time - np.repeat(time[first], np.diff(np.append(first, len(used))))
-    longest = LONGEST_S
+    longest, begin = LONGEST_S, list(EDGES_S)
     while True:
-        piece = np.searchsorted(EDGES_S, since, side="right") + np.floor(np.maximum(since - EDGES_S[-1], 0.0) / longest)
+        piece = np.searchsorted(begin, since, side="right") + np.floor(np.maximum(since - begin[-1], 0.0) / longest)
         edges = np.flatnonzero(np.concatenate([[True], (landing[1:] != landing[:-1]) | (piece[1:] != piece[:-1])]))
         if len(edges) - len(first) <= MOST_WINDOWS:
             return Pieces(used, edges, landing[edges])
-        longest *= 2.0
+        if longest < since.max() or len(begin) == 1:
+            longest *= 2.0
+        else:  # landings alone are many: fewer windows in each
+            begin.pop()
+
+
+def mean_signals(signals: LegSignals, piece: Pieces, *, zeroed: bool = False) -> LegSignals:
+    """Return signals as means over windows; where `zeroed`, behind those of the first usable row, the run's zero."""
+
+    def mean(values: FloatArray) -> FloatArray:
+        means = piece.means(values)
+        return np.concatenate([values[piece.used[:1]], means]) if zeroed else means
+
+    def known(values: FloatArray | None) -> FloatArray | None:
+        return None if values is None else mean(values)
+
+    return replace(
+        signals,
+        time=mean(signals.time),
+        q=mean(signals.q),
+        dT={name: mean(values) for name, values in signals.dT.items()},
+        air=known(signals.air),
+        index=known(signals.index),
+        pressure_index=known(signals.pressure_index),
+        tilt=known(signals.tilt),
+        inputs={name: mean(values) for name, values in signals.inputs.items()},
+        zero_row=None,
+    )

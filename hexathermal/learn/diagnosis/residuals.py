@@ -61,8 +61,7 @@ def _autocorrelation(values: FloatArray, run: npt.NDArray[np.int64]) -> FloatArr
 
 
 def run_residuals(
-    campaign: Campaign, course: Course, rows: Sequence[RunRows], held: Sequence[RunRows], law: IdentifiedLaw,
-    extended: IdentifiedLaw,
+    campaign: Campaign, rows: Sequence[RunRows], held: Sequence[RunRows], law: IdentifiedLaw, extended: IdentifiedLaw
 ) -> tuple[RunResidual, ...]:  # fmt: skip
     """Return the residuals of all runs, those for identification first."""
     past = memories(extended, campaign, {one.run.name: one.signals for one in (*rows, *held)})

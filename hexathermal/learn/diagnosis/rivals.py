@@ -55,7 +55,8 @@ DRIFT, DRIFTED, LINE = "zero-drift", 0.85, 0.9
 goes as time where it is the drift of a beam."""
 
 STEP, STEPS = "zero-jump", 0.6
-"""A step of the zero, and the part of tilt in its run, squared, that goes as it where it is the step of a beam."""
+"""A step of the zero, and the part of tilt in its run, squared, that goes as it where it is the step of a beam; and of
+all runs' tilt what a step in each explains then."""
 
 System = Callable[[Scored], Base]
 """Gives the base with a trial in it."""
@@ -260,6 +261,17 @@ def steps_with(channel: Channel, step: FloatArray, values: FloatArray) -> bool:
     return float(both[0] @ both[1]) ** 2 > STEPS * size
 
 
+def stepped(channel: Channel, values: FloatArray) -> float:
+    """Return the part of values' squares within runs, shape (n,), that the best step in each run explains."""
+    said, whole = 0.0, 0.0
+    for run in np.unique(channel.run):
+        own = values[channel.run == run] - values[channel.run == run].mean()
+        before = np.arange(1, len(own))
+        said += float(np.max(np.cumsum(own)[:-1] ** 2 * len(own) / (before * before[::-1]), initial=0.0))
+        whole += float(own @ own)
+    return said / whole if whole > 0.0 else 0.0
+
+
 def drifting(channel: Channel, system: System, ranked: list[Ranked]) -> list[Ranked]:
     """Return the ranking in which tilt that goes as time is the drift of the zero: of a beam, or of its target."""
     tilt, drift = _item(ranked, TILT), _item(ranked, DRIFT)
@@ -280,14 +292,16 @@ def drifting(channel: Channel, system: System, ranked: list[Ranked]) -> list[Ran
 def stepping(channel: Channel, system: System, ranked: list[Ranked]) -> list[Ranked]:
     """Return the ranking in which tilt that only steps is the step of the zero: a beam, or its target, that jumped.
 
-    In the run of the step what tilt explains correlates with it, and other runs have steps of their own.
+    In the run of the step what tilt explains correlates with it, and other runs have steps of their own: in all of them
+    together one step in each is most of it. Where the rod moves once, all that goes with its place steps.
     """
     tilt, step = _item(ranked, TILT), _item(ranked, STEP)
     if tilt is None or step is None or step.gated < LEAST or tilt.value < step.value:
         return ranked
     base, columns = system(tilt.best), tilt.best.trial.columns
     _, mean, _ = channel.solved(base.X, base.sd, tilt.levels)
-    if not steps_with(channel, step.best.trial.columns[:, 0], columns @ mean[len(mean) - columns.shape[1] :]):
+    shown = columns @ mean[len(mean) - columns.shape[1] :]
+    if not steps_with(channel, step.best.trial.columns[:, 0], shown) or stepped(channel, shown) < STEPS:
         return ranked
     return _with(ranked, replace(tilt, value=step.value), replace(step, value=tilt.value))
 

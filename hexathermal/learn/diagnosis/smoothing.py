@@ -20,9 +20,52 @@ THINNED_ROWS = 300
 """About so many rows of a run are enough to tell its leading profiles."""
 
 
+GAP, GAP_ROWS = 0.5, 3.0
+"""Times without rows, over that of the parabola and over the usual time from row to row, across which nothing is
+smoothed: that is a gap of the logger."""
+
+UNEVEN = 0.25
+"""Rows whose times differ from even ones by more than this part of a row are smoothed on even ones."""
+
+
 def smoothed(time: FloatArray, values: FloatArray, over: float = SMOOTHED_S) -> FloatArray:
-    """Return values, shape (n, s), smoothed by a parabola over `over` seconds (Savitzky and Golay, 1964)."""
-    count = smoothing_rows(time, over)
+    """Return values, shape (n, s), smoothed by a parabola over `over` seconds (Savitzky and Golay, 1964).
+
+    Each stretch without a gap by itself; rows at uneven times by way of even ones.
+
+    Examples
+    --------
+    A line stays one across a gap.
+
+    >>> time = np.concatenate([np.arange(0.0, 1000.0, 20.0), np.arange(4600.0, 6000.0, 20.0)])
+    >>> float(np.abs(smoothed(time, time[:, None]) - time[:, None]).max()) < 1e-9
+    True
+    """
+    step = np.diff(time)
+    usual = float(np.median(step))
+    begins = np.flatnonzero(step > max(GAP * over, GAP_ROWS * usual)) + 1
+    if not len(begins):
+        return _stretch(time, values, over)
+    pieces = zip(np.split(time, begins), np.split(values, begins), strict=True)
+    return np.concatenate([_stretch(*piece, over) for piece in pieces])
+
+
+def _stretch(time: FloatArray, values: FloatArray, over: float) -> FloatArray:
+    """Return values of rows without a gap, smoothed; those of few rows as they are."""
+    if len(time) < FEWEST_SMOOTHED:
+        return values
+    step = np.diff(time)
+    usual = float(np.median(step))
+    if np.abs(step - usual).max() <= UNEVEN * usual or usual <= 0.0:
+        return _even(values, smoothing_rows(time, over))
+    even = np.linspace(time[0], time[-1], 1 + max(round((time[-1] - time[0]) / usual), 1))
+    table = np.column_stack([np.interp(even, time, column) for column in values.T])
+    table = _even(table, smoothing_rows(even, over))
+    return np.column_stack([np.interp(time, even, column) for column in table.T])
+
+
+def _even(values: FloatArray, count: int) -> FloatArray:
+    """Return values of even rows, smoothed over `count` of them; where there are not so many, as they are."""
     if count < FEWEST_SMOOTHED or count > len(values):
         return values
     out = np.asarray(ndimage.convolve1d(values, _parabola(count), axis=0, mode="nearest"))

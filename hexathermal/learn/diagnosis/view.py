@@ -10,7 +10,7 @@ from typing import Any, TypeVar, cast
 import numpy as np
 
 from hexathermal.learn.diagnosis.channels import Channel
-from hexathermal.learn.diagnosis.pieces import Pieces, going_on, pieces_of
+from hexathermal.learn.diagnosis.pieces import Pieces, going_on, mean_signals, pieces_of
 from hexathermal.learn.diagnosis.smoothing import FEWEST_SMOOTHED, SMOOTHED_S, smoothed, smoothing_rows
 from hexathermal.learn.signals import RunRows, follows_on
 from hexathermal.machine.leg_signals import LegSignals, Memory
@@ -19,6 +19,9 @@ from hexathermal.poses import FloatArray
 
 UNMOVED = ("pieces", "channel", "time", "q", "goes_on", "travelled")
 """What of a view no temperature enters."""
+
+LEAST_MOVE = 1e-4
+"""A rod whose places differ by less stands still [m]."""
 
 LONGER_S = (900.0, 2400.0)
 """Longer smoothing, for what the law may rather not believe of a thermometer."""
@@ -267,13 +270,16 @@ class View:
 
     def _quick_columns(self, shape: str, parameters: Mapping[str, Any]) -> FloatArray:
         """Return a shape's columns, made of windows."""
-        runs = zip(self.windowed, self._memories(), strict=True)
-        return np.concatenate([term_columns(shape, signals, parameters, memory) for signals, memory in runs])
+        found = []
+        for signals, piece, memory in zip(self.signals, self.pieces, self._memories(), strict=True):
+            columns = term_columns(shape, mean_signals(signals, piece, zeroed=self.zeroed_by_run), parameters, memory)
+            found.append(columns[1:] - columns[0] if self.zeroed_by_run else columns)
+        return np.concatenate(found)
 
     @cached_property
     def windowed(self) -> tuple[LegSignals, ...]:
         """Signals of each run, one row a window: enough for shapes without a memory."""
-        return tuple(_mean_signals(signals, piece) for signals, piece in zip(self.signals, self.pieces, strict=True))
+        return tuple(mean_signals(signals, piece) for signals, piece in zip(self.signals, self.pieces, strict=True))
 
     @cached_property
     def time(self) -> FloatArray:
@@ -292,8 +298,10 @@ class View:
 
     @cached_property
     def moves(self) -> bool:
-        """Whether the rod moves at all."""
-        return bool(np.ptp(self.q) > 1e-4)
+        """Whether the rod moves, in a run where each counts from its own place."""
+        places = [piece.means(signals.q) for signals, piece in zip(self.signals, self.pieces, strict=True)]
+        places = places if self.zeroed_by_run else [np.concatenate(places)]
+        return any(bool(np.ptp(own) > LEAST_MOVE) for own in places)
 
     @property
     def indexed(self) -> bool:
@@ -378,22 +386,3 @@ def read_by(parameters: Mapping[str, Any]) -> frozenset[str]:
     """Return the thermometers that a shape with such parameters reads."""
     own = [parameters["sensor"]] if "sensor" in parameters else []
     return frozenset(own) | frozenset(parameters.get("weights", ()))
-
-
-def _mean_signals(signals: LegSignals, piece: Pieces) -> LegSignals:
-    """Return signals as means over windows."""
-
-    def mean(values: FloatArray | None) -> FloatArray | None:
-        return None if values is None else piece.means(values)
-
-    return replace(
-        signals,
-        time=piece.means(signals.time),
-        q=piece.means(signals.q),
-        dT={name: piece.means(values) for name, values in signals.dT.items()},
-        air=mean(signals.air),
-        index=mean(signals.index),
-        pressure_index=mean(signals.pressure_index),
-        tilt=mean(signals.tilt),
-        inputs={name: piece.means(values) for name, values in signals.inputs.items()},
-    )

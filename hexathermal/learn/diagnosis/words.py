@@ -65,6 +65,9 @@ POSITIVE = ("time_constant_s", "source_time_constant_s", "pitch_m", "play_m", "s
 """Parameters that are above zero by what they are."""
 
 
+PER_KELVIN = ("1/K", "1/K^2", "1/K^3")
+"""Units of a leg's expansion; of a part without a stroke it is a length."""
+
 UNSURE = 2.0
 """Amplitudes that are together fewer standard uncertainties tell neither size nor sign."""
 
@@ -106,7 +109,7 @@ def effect_of(found: Found, stage: Stage, final: Stage, covariance: FloatArray, 
     amplitudes, spread = _amplitudes(found, final, mean, covariance)
     if trial.shape:
         names, unit, factor = amplitudes_of(trial.shape, len(amplitudes))
-        if stage.view.kind != "leg" and unit in ("1/K", "1/K^2"):
+        if stage.view.kind != "leg" and unit in PER_KELVIN:
             # a part without a stroke: lengths for a kelvin
             unit, factor = unit.replace("1/", "um/"), UM
         if "source" in trial.parameters:
