@@ -5,7 +5,6 @@ Results go to stdout, progress and errors to stderr. What each command accepts s
 
 from __future__ import annotations
 
-import errno
 import json
 import os
 import re
@@ -37,7 +36,7 @@ from hexathermal.errors import (
 )
 from hexathermal.loading import INTERRUPTED, WORDS
 from hexathermal.predict.table_writing import refuse_no_folder
-from hexathermal.show.commands import Answer, envelope, error_code, found
+from hexathermal.show.commands import FULL, Answer, envelope, error_code, found
 from hexathermal.show.options import in_millimetres
 from hexathermal.show.outputs import protect
 from hexathermal.show.parsing import parsed, suggestion
@@ -49,9 +48,6 @@ PLAIN_WIDTH = 100_000
 """Columns of a table that goes to a file or a pipe: lines are never folded there."""
 
 TRACEBACK = "HEXATHERMAL_TRACEBACK"
-
-FULL = tuple(getattr(errno, name) for name in ("ENOSPC", "EDQUOT") if hasattr(errno, name))
-"""What a system says where a disk, or a share of it, is full."""
 
 _STOP = threading.Event()
 """A stop was asked for. Libraries that catch everything while they load would swallow the exception alone."""

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import csv
+import errno
 import io
 import os
 import shutil
@@ -24,6 +25,9 @@ from hexathermal.predict.table_streams import TableStream, is_parquet
 
 ENDINGS = (".csv", ".parquet", ".pq")
 """Of the names of result files."""
+
+PICTURES, MARK, MARKED = (".png", ".svg", ".pdf"), "hexathermal", 8192
+"""Endings of pictures, the word in them that says who drew them, and within how many bytes from the begin it stands."""
 
 
 def check_out(out: Path, sources: tuple[Path, ...], overwrite: bool) -> None:
@@ -94,16 +98,24 @@ def written_together(outs: Sequence[Path]) -> Iterator[tuple[Path, ...]]:
 
 
 @contextmanager
-def written_folder(folder: Path) -> Iterator[Path]:
+def written_folder(folder: Path, *, force: bool = False) -> Iterator[Path]:
     """Give an empty folder to write files into; at the end they take their places in `folder`, or vanish on any error.
 
     `folder` and its parents are made where they are missing, and are gone again after an error. Files of the same name
     are replaced, others stay.
 
+    Parameters
+    ----------
+    folder : Path
+    force : bool
+        Pictures of the same name that others drew may be replaced, too.
+
     Raises
     ------
     ArgumentError
         `folder` is no folder or cannot be made, or another run is writing it.
+    FileExistsError
+        It holds a picture of the same name that others drew.
     """
     target = Path(os.path.realpath(folder))
     refuse_no_place(target)
@@ -122,6 +134,9 @@ def written_folder(folder: Path) -> Iterator[Path]:
     try:
         yield part
         if there:
+            strange = [] if force else _others_pictures(part, target)
+            if strange:
+                raise FileExistsError(errno.EEXIST, f"{', '.join(strange)} there: hexathermal did not draw it", folder)
             for file in sorted(part.iterdir()):
                 os.replace(file, target / file.name)
             part.rmdir()
@@ -134,6 +149,12 @@ def written_folder(folder: Path) -> Iterator[Path]:
                 one.rmdir()
         say_where(error, folder)
         raise
+
+
+def _others_pictures(part: Path, target: Path) -> list[str]:
+    """Return which pictures would be replaced although no hexathermal drew them."""
+    there = (target / file.name for file in sorted(part.iterdir()) if file.suffix in PICTURES)
+    return [file.name for file in there if file.is_file() and MARK.encode() not in file.read_bytes()[:MARKED]]
 
 
 def say_where(error: BaseException, *places: Path) -> None:

@@ -35,7 +35,9 @@ def report_page(found: Diagnosis, drawn: dict[str, str]) -> str:
     )  # fmt: skip
 
 
-def write_report(found: Diagnosis, facts: dict[str, Any], folder: Path, progress: Progress) -> list[Path]:
+def write_report(
+    found: Diagnosis, facts: dict[str, Any], folder: Path, progress: Progress, *, force: bool = False
+) -> list[Path]:
     """Write the page, its pictures and the numbers into a folder, all or none; returns the paths.
 
     Parameters
@@ -46,18 +48,23 @@ def write_report(found: Diagnosis, facts: dict[str, Any], folder: Path, progress
     folder : Path
     progress : function
         Called as ``progress(done, total, label)``.
+    force : bool
+        Pictures that others drew may be replaced.
 
     Raises
     ------
     ArgumentError
         The folder is none, or cannot be made.
+    FileExistsError
+        It holds a picture that others drew.
     """
-    return write_pages(album.pictures_of(found), lambda drawn: report_page(found, drawn), facts, folder, progress)
+    return write_pages(album.pictures_of(found), lambda drawn: report_page(found, drawn), facts, folder, progress,
+                       force=force)  # fmt: skip
 
 
 def write_pages(
     pictures: Mapping[str, Sequence[Picture]], page_of: Callable[[dict[str, str]], str], facts: dict[str, Any],
-    folder: Path, progress: Progress, beside: Callable[[Path], Sequence[Path]] | None = None,
+    folder: Path, progress: Progress, beside: Callable[[Path], Sequence[Path]] | None = None, *, force: bool = False,
 ) -> list[Path]:  # fmt: skip
     """Write a page with pictures by section, and its numbers, into a folder, all or none; returns the paths.
 
@@ -74,6 +81,8 @@ def write_pages(
         Called as ``progress(done, total, label)``.
     beside : function, optional
         Writes further files into a folder and returns their paths.
+    force : bool
+        Pictures that others drew may be replaced.
 
     Raises
     ------
@@ -82,7 +91,7 @@ def write_pages(
     """
     earlier = files_of_earlier(folder)
     total = sum(len(group) for group in pictures.values())
-    with written_folder(folder) as part:
+    with written_folder(folder, force=force) as part:
         files, drawn = [part / PAGE], dict[str, str]()
         for name, group in pictures.items():
             drawn[name] = ""

@@ -14,7 +14,7 @@ import numpy.typing as npt
 
 from hexathermal.errors import ArgumentError
 from hexathermal.poses import FloatArray
-from hexathermal.predict.table_writing import written_whole
+from hexathermal.predict.table_writing import MARK, written_whole
 from hexathermal.simulate.day import HOUR_S
 from hexathermal.simulate.demonstration import Demonstration, largest
 
@@ -178,4 +178,4 @@ def save_figure(figure: Figure, path: str | Path) -> Path:
 
 def draw(figure: Figure, path: Path, kind: str) -> None:
     """Write a figure to a file in a format given by name: png, svg or pdf."""
-    figure.savefig(path, format=kind, dpi=200)
+    figure.savefig(path, format=kind, dpi=200, metadata={"Software" if kind == "png" else "Creator": MARK})

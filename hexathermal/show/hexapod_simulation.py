@@ -128,7 +128,9 @@ def answer(arguments: argparse.Namespace, progress: Progress) -> Answer:
             yield run
             progress(k + 1, len(plans), f"{run.name} written")
 
-    with nullcontext() if arguments.plots is None else written_folder(arguments.plots) as pictures:
+    with (
+        nullcontext() if arguments.plots is None else written_folder(arguments.plots, force=arguments.force) as pictures
+    ):
         files = write_machine_campaign(arguments.out, made, plans, runs(), zero=arguments.zero,
                                        parquet=arguments.parquet, force=arguments.force)  # fmt: skip
     extra = list(figures)

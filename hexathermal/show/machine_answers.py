@@ -98,7 +98,8 @@ def diagnose_answer(arguments: argparse.Namespace, progress: Progress) -> Answer
     plan = _planned(arguments, campaign, found, laws, warnings, progress)
     facts, writing = machine_facts(found, plan), Writing()
     if arguments.report is not None:
-        report = partial(write_machine_report, found, campaign, plan, facts, arguments.report, progress)
+        report = partial(write_machine_report, found, campaign, plan, facts, arguments.report, progress,
+                         force=arguments.force)  # fmt: skip
         writing.into(arguments.report, report)
     if arguments.extend is not None:
         writing.into(arguments.extend, lambda: [write_hexapod(found.extended, arguments.extend)])

@@ -39,7 +39,7 @@ def machine_page(found: MachineDiagnosis, drawn: dict[str, str], plan: MachineEx
 
 def write_machine_report(
     found: MachineDiagnosis, campaign: Campaign, plan: MachineExperiment | None, facts: dict[str, Any], folder: Path,
-    progress: Progress,
+    progress: Progress, *, force: bool = False,
 ) -> list[Path]:  # fmt: skip
     """Write page, pictures, numbers and planned poses into a folder, all or none; returns the paths.
 
@@ -54,13 +54,17 @@ def write_machine_report(
     folder : Path
     progress : function
         Called as ``progress(done, total, label)``.
+    force : bool
+        Pictures that others drew may be replaced.
 
     Raises
     ------
     ArgumentError
         The folder is none, or cannot be made.
+    FileExistsError
+        It holds a picture that others drew.
     """
     return write_pages(
         pictures_of(found, campaign, plan), lambda drawn: machine_page(found, drawn, plan), facts, folder, progress,
-        beside=None if plan is None else lambda part: write_experiment(plan, part),
+        beside=None if plan is None else lambda part: write_experiment(plan, part), force=force,
     )  # fmt: skip

@@ -31,7 +31,7 @@ def write_figures(report: Report, folder: Path, progress: Callable[[int, int, st
         The folder is none, or cannot be made.
     """
     names: list[str] = []
-    with written_folder(folder) as part:
+    with written_folder(folder, force=True) as part:  # asked before
         for k, chart in enumerate(report.charts):
             progress(k, len(report.charts), f"writing {chart.name}")
             figure = still_figure(chart)

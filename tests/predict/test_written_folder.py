@@ -5,9 +5,11 @@ from __future__ import annotations
 from pathlib import Path
 
 import pytest
+from matplotlib.figure import Figure
 
 from hexathermal.errors import ArgumentError
 from hexathermal.predict.table_writing import written_folder
+from hexathermal.show.figures import save_figure
 
 
 def files_below(folder: Path) -> set[str]:
@@ -59,3 +61,24 @@ def test_what_cannot_be_written_is_refused(tmp_path: Path) -> None:
         with pytest.raises(ArgumentError, match="another run is writing it"), written_folder(tmp_path / "report"):
             pass
     assert (tmp_path / "report" / "mine").exists()
+
+
+def test_pictures_that_others_drew_are_not_replaced(tmp_path: Path) -> None:
+    """One of our own is, and others with force; an error names them, and nothing of the folder was touched."""
+    folder = tmp_path / "plots"
+
+    def write(*, force: bool = False) -> None:
+        with written_folder(folder, force=force) as part:
+            save_figure(Figure(), part / "gain.png")
+            save_figure(Figure(), part / "gain.svg")
+            (part / "numbers.json").write_text("{}", encoding="utf-8")
+
+    write()
+    write()
+    for name in ("gain.png", "gain.svg"):
+        (folder / name).write_bytes(b"drawn elsewhere")
+        with pytest.raises(FileExistsError, match=name):
+            write()
+        assert (folder / name).read_bytes() == b"drawn elsewhere"
+        write(force=True)
+    assert files_below(folder) == {"gain.png", "gain.svg", "numbers.json"}

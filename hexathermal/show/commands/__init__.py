@@ -7,6 +7,7 @@ A command's module holds ``add(commands)``, which declares it and what its ``--h
 from __future__ import annotations
 
 import argparse
+import errno
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field
 from difflib import get_close_matches
@@ -16,6 +17,9 @@ from pkgutil import iter_modules
 from typing import Any, Protocol
 
 import hexathermal
+
+FULL = tuple(getattr(errno, name) for name in ("ENOSPC", "EDQUOT") if hasattr(errno, name))
+"""What a system says where a disk, or a share of it, is full."""
 
 Progress = Callable[[int, int, str], None]
 """``progress(done, total, label)`` moves the bar on stderr."""
@@ -78,7 +82,8 @@ class Writing:
         try:
             made = list(write())
         except OSError as error:
-            said = f"cannot write {place}: {error.strerror or error}; make room, or give another place"
+            room = "make room, or " if error.errno in FULL else ""
+            said = f"cannot write {place}: {error.strerror or error}; {room}give another place"
             self.lost.append(f"error: {said}. The answer on stdout and --json is whole")
             return []
         self.files += made

@@ -167,7 +167,7 @@ def _answered(request: Request, grids: list[Grid], arguments: argparse.Namespace
     from hexathermal.show import budget_answers as answers
 
     progress(0, 0, "error budget (the first run compiles)")
-    with nullcontext() if arguments.out is None else written_folder(arguments.out) as part:
+    with nullcontext() if arguments.out is None else written_folder(arguments.out, force=arguments.force) as part:
         answer = answers.Report(request, part)
         if grids:
             answer.add_map(grids, progress)

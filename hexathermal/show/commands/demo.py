@@ -59,7 +59,7 @@ def run(arguments: argparse.Namespace, progress: Progress) -> Answer:
     folder = _demo_folder(arguments.out, arguments.force)
     progress(0, 0, f"simulating the day (the first run compiles: {COMPILE_TIME})")
     result = demonstrate(hexapod, seed=arguments.seed)
-    with written_folder(folder) as part:
+    with written_folder(folder, force=arguments.force) as part:
         made = save(result, part, {"day.png": lambda file: draw(day_figure(result), file, "png")})
     files = [folder / file.name for file in made]
     numbers = summary(result)

@@ -126,7 +126,7 @@ def run(arguments: argparse.Namespace, progress: Progress) -> Answer:
     found = diagnose(campaign, names, law=law, progress=progress)
     facts, writing, warnings = diagnosis_facts(found), Writing(), list[str]()
     if arguments.report is not None:
-        writing.into(arguments.report, lambda: _report(found, facts, arguments.report, progress))
+        writing.into(arguments.report, lambda: _report(found, facts, arguments, progress))
     if arguments.extend is not None:
         writing.into(arguments.extend, lambda: [write_leg_law(found.extended, arguments.extend)])
         if not changed(found):
@@ -228,8 +228,8 @@ def _summary(found: Diagnosis) -> str:
     return "\n".join(lines)
 
 
-def _report(found: Diagnosis, facts: dict[str, Any], folder: Path, progress: Progress) -> list[Path]:
+def _report(found: Diagnosis, facts: dict[str, Any], arguments: argparse.Namespace, progress: Progress) -> list[Path]:
     """Write the report, all or nothing; returns the paths."""
     from hexathermal.show.diagnosis_report import write_report
 
-    return write_report(found, facts, folder, progress)
+    return write_report(found, facts, arguments.report, progress, force=arguments.force)

@@ -133,7 +133,9 @@ def _bench(arguments: argparse.Namespace, progress: Progress) -> Answer:
             yield made
             progress(k + 1, len(plans), f"{made.name} written")
 
-    with nullcontext() if arguments.plots is None else written_folder(arguments.plots) as pictures:
+    with (
+        nullcontext() if arguments.plots is None else written_folder(arguments.plots, force=arguments.force) as pictures
+    ):
         files = write_campaign(arguments.out, bench, plans, runs(), parquet=arguments.parquet, force=arguments.force)
     extra = list(figures)
     if arguments.truth is not None:
