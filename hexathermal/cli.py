@@ -290,7 +290,8 @@ def _plain_warnings(voice: Voice) -> Iterator[None]:
         message: Warning | str, category: type[Warning], filename: str, lineno: int, file: TextIO | None = None,
         line: str | None = None,
     ) -> None:  # fmt: skip
-        found.setdefault(str(message).strip(), category.__name__)
+        own = category.__module__.partition(".")[0] == hexathermal.__name__  # its name says nothing to a reader
+        found.setdefault(str(message).strip(), "" if own else f" ({category.__name__})")
 
     before, warnings.showwarning = warnings.showwarning, keep
     try:
@@ -299,7 +300,7 @@ def _plain_warnings(voice: Voice) -> Iterator[None]:
         warnings.showwarning = before
         lacking = [(text, _NO_GLYPH.match(text)) for text in found]
         letters = "".join(dict.fromkeys(chr(int(number[1])) for _text, number in lacking if number))
-        notes = [f"{text} ({found[text]})" for text, number in lacking if number is None]
+        notes = [f"{text}{found[text]}" for text, number in lacking if number is None]
         if letters:
             notes.append(
                 f"pictures show boxes for {letters}: their font lacks these letters; texts and tables have them"

@@ -38,6 +38,9 @@ SLACK = 0.01
 LEAST_LENGTH, LONGEST_M = 0.5, 20.0
 """A leg is longer than this part of its stroke, which it holds when it is retracted, and shorter than a hall."""
 
+LONGEST_SHORT_S, LEAST_RISE_K = 900.0, 0.5
+"""Runs in which temperatures change by so much last longer than this."""
+
 MERCURY, SEA_HPA, SCALE_M = (700.0, 790.0), 1013.25, 8200.0
 """Pressures [hPa] of a place 2 to 3 km above the sea, or, in millimetres of mercury, of most laboratories; the mean
 pressure at the sea, and the height over which it falls to 1/e."""
@@ -113,6 +116,15 @@ def of_clock(clocks: list[Clock]) -> list[str]:
             which = "every run" if len(odd) == len(clocks) > 1 else ", ".join(one.run for one in odd)
             found.append(f"{which}: {words.format(max(map(value, odd)))}")
     return found
+
+
+def of_rises(rises: Mapping[str, tuple[float, float]]) -> list[str]:
+    """Return that runs are as short as no warming is; `rises` of temperatures [K] and durations [s], by run."""
+    warm = {run: (rise, duration) for run, (rise, duration) in rises.items() if rise > LEAST_RISE_K}
+    if not warm or max(duration for _rise, duration in warm.values()) > LONGEST_SHORT_S:
+        return []
+    run, (rise, duration) = max(warm.items(), key=lambda item: item[1][0])
+    return [f"temperatures change by {rise:.1f} K in {duration / 60.0:.0f} min ({run}): is time_s in minutes?"]
 
 
 def _short_rate(one: Clock) -> float:

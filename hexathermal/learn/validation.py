@@ -1,8 +1,9 @@
 """The proof on runs never fitted: residuals, reductions with intervals, coverage of the prediction intervals.
 
-Landings are the independent units, and runs above them; `hexathermal.learn.validation_scores` tells how intervals are
-made. A law that makes the drift worse is found and said; so is a run whose rows were fitted, by its fingerprint. Memory
-does not grow with the rows of a run: beyond `MOST_LANDINGS`, neighbouring landings are taken together.
+Landings are the independent units, of a run of one landing its hours, and runs above them;
+`hexathermal.learn.validation_scores` tells how intervals are made. A law that makes the drift worse is found and said;
+so is a run whose rows were fitted, by its fingerprint. Memory does not grow with the rows of a run: beyond
+`MOST_LANDINGS`, neighbouring landings are taken together.
 """
 
 from __future__ import annotations
@@ -37,6 +38,9 @@ CURVE_POINTS = 3000
 
 MOST_LANDINGS = 1024
 """Landings of a run that are held apart."""
+
+STRETCH_S = 3600.0
+"""Of a run of one landing, so long stretches stand for landings [s]: a part that never moves has no others."""
 
 TRIFLE = 0.02
 """Part of the drift by which a law may make it worse, within its interval, without being called so."""
@@ -139,11 +143,19 @@ class LandingsJudged:
     fitted: dict[str, str]
 
 
+def _summed(rows: list[FloatArray], edges: npt.NDArray[np.int64]) -> FloatArray:
+    """Return sums of rows from edge to edge, and the largest of `LARGEST`, shape (k, columns)."""
+    table = np.column_stack(rows)
+    sums = np.add.reduceat(table, edges, axis=0)
+    sums[:, LARGEST] = np.maximum.reduceat(table[:, LARGEST], edges, axis=0)
+    return np.asarray(sums)
+
+
 class _Run:
     """Sums of one run: of its landings (`SUMS`, `LARGEST`, covered, half-width), of motion, and its thinned curves."""
 
     def __init__(self) -> None:
-        self.landings = MergedSums(9, MOST_LANDINGS, LARGEST)
+        self.landings, self.stretches = (MergedSums(9, MOST_LANDINGS, LARGEST) for _kind in range(2))
         self.motion = RunMotion()
         self.outside = np.zeros(2)
         self.curves: list[FloatArray] = []
@@ -164,9 +176,11 @@ class _Run:
         age = time - np.repeat(begun, np.diff(np.append(edges, len(time))))
         size, whole = np.abs(e), np.ones(len(e))
         rows = [whole, e**2, size, size, drift**2, np.abs(drift), np.abs(drift), size <= half, half]
-        sums = np.add.reduceat(np.column_stack(rows), edges, axis=0)
-        sums[:, LARGEST] = np.maximum.reduceat(np.column_stack([size, np.abs(drift)]), edges, axis=0)
-        self.landings.add(numbers, sums)
+        self.landings.add(numbers, _summed(rows, edges))
+        if numbers[-1] == 0:  # one landing so far
+            stretch = np.floor(age / STRETCH_S).astype(np.int64)
+            begins = np.flatnonzero(np.concatenate([[True], np.diff(stretch) != 0]))
+            self.stretches.add(stretch[begins], _summed(rows, begins))
         young, old = age < AFTER_MOVE_S[0], age >= AFTER_MOVE_S[1]
         moved = np.add.reduceat(np.column_stack([whole, e, young, young * e, old, old * e]), edges, axis=0)
         first_q = np.zeros(len(edges)) if q is None else q[edges]
@@ -174,6 +188,12 @@ class _Run:
         self._number, self._last, self._begun = int(numbers[-1]), int(block.landing[-1]), float(begun[-1])
         self.outside += _beyond(law, dT, q)
         self._keep(np.column_stack([time, np.zeros(len(time)) if q is None else q, drift, predicted, half, dT]))
+
+    @property
+    def units(self) -> FloatArray:
+        """Sums of landings; of one landing alone, those of its stretches."""
+        table = self.stretches.table if len(self.landings.table) == 1 else self.landings.table
+        return np.asarray(table[table[:, 0] > 0.0])
 
     def _keep(self, table: FloatArray) -> None:
         """Keep rows for the figure, every other one where there are too many."""
@@ -261,7 +281,7 @@ def landings_judged(
 ) -> LandingsJudged:
     """Return what `validate` gathers, without its scores: enough for `hexathermal.learn.validation_gain.gain`."""
     runs, fitted, _lost = _gathered(law, blocks, sensors, predictor)
-    return LandingsJudged({name: frozen(run.landings.table) for name, run in runs.items()}, fitted)
+    return LandingsJudged({name: frozen(run.units) for name, run in runs.items()}, fitted)
 
 
 def _gathered(
@@ -303,9 +323,9 @@ def _summary(law: IdentifiedLaw, runs: dict[str, _Run], fitted: dict[str, str], 
     judged = {name: run for name, run in runs.items() if name not in fitted} or runs
     for run in runs.values():
         run.motion.finish()
-    total = scores([run.landings.table for run in judged.values()], rng)
-    each = {name: scores([run.landings.table], rng) for name, run in runs.items()}
-    sums = {name: run.landings.table.sum(axis=0) for name, run in runs.items()}
+    total = scores([run.units for run in judged.values()], rng)
+    each = {name: scores([run.units], rng) for name, run in runs.items()}
+    sums = {name: run.units.sum(axis=0) for name, run in runs.items()}
     whole = np.array([sums[name] for name in judged]).sum(axis=0)
     outside = np.array([run.outside for run in judged.values()]).sum(axis=0) / whole[0]
     beyond = {"dT": float(outside[0]), "q": float(outside[1])}
@@ -321,7 +341,7 @@ def _summary(law: IdentifiedLaw, runs: dict[str, _Run], fitted: dict[str, str], 
         each, total, _verdict(total, len(fitted) == len(runs)), float(whole[7] / whole[0]),
         {name: float(row[7] / row[0]) for name, row in sums.items()}, int(whole[0]), motion, beyond,
         tuple(run.drawn(name, law) for name, run in runs.items()), notes, float(whole[8] / whole[0]), fitted,
-        bool(law.origin.run_fingerprints), {name: frozen(run.landings.table) for name, run in runs.items()},
+        bool(law.origin.run_fingerprints), {name: frozen(run.units) for name, run in runs.items()},
     )  # fmt: skip
 
 

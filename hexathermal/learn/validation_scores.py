@@ -3,8 +3,8 @@
 Runs are the independent units. With two or more, the logarithms of RMSE, of the mean residual and of the ratios
 residual to drift are jackknifed over runs, with Student's factor: drawing three runs with replacement, as a bootstrap
 does, gives intervals that hold the truth in some three of four cases only. With one run, and for the largest residual,
-landings are drawn: such an interval speaks of the run at hand, and says nothing about other runs. Of one landing alone
-there is no interval: its ends are infinite.
+landings are drawn: such an interval speaks of the run at hand, and says nothing about other runs. Of one landing alone,
+of less than an hour, there is no interval: its ends are infinite.
 """
 
 from __future__ import annotations

@@ -5,8 +5,6 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING
 
-import numpy as np
-
 from hexathermal.show.diagnosis_words import changed
 from hexathermal.show.shares import less, proven
 
@@ -48,16 +46,11 @@ def shifted_words(found: Diagnosis) -> str:
 
     Each run counts from its own first row, whose noise shifts all others, so that few runs may lose by what they gain.
     """
-    if found.gain is None or not changed(found) or found.law.zero != "run" or found.gain.proven:
+    one = found.beside_constants
+    if one is None or found.gain is None or not changed(found) or found.gain.proven:
         return ""
-    judged = [one for one in found.residuals if one.role == "validation" and one.run in found.gain.runs]
-    spreads = np.array([(one.before.std(), one.after.std()) for one in judged])
-    if not len(judged):
-        return ""
-    weights = np.array([len(one.before) for one in judged])
-    before, after = np.sqrt(np.average(spreads**2, axis=0, weights=weights)) * 1e6
-    falls = int((spreads[:, 1] < spreads[:, 0]).sum())
     return (
         " The noise of its first row shifts a run as a whole, whatever the law; beside a constant in each run the RMSE "
-        f"of means over minutes goes from {before:.3f} to {after:.3f} um, and falls in {falls} of {len(judged)} runs."
+        f"of means over minutes goes from {one.rmse_before * 1e6:.3f} to {one.rmse_after * 1e6:.3f} um, and falls in "
+        f"{one.falls} of {one.runs} runs."
     )

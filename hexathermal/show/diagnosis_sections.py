@@ -66,7 +66,7 @@ def all_sections(found: Diagnosis, drawn: dict[str, str]) -> list[tuple[str, str
         ),
         ("gain", "Before and after", "Before and after, on runs never fitted", _gain(found, drawn)),
         ("follows", "What the residual follows", "What the residual follows", _signals(found, drawn)),
-        ("ranking", "Ranking", "Every cause that was tried", _ranking(found, drawn)),
+        ("ranking", "Ranking", "What was tried, the likeliest first", _ranking(found, drawn)),
         ("next", "Next experiments", "What to measure next", _next(found)),
         ("confused", "Confusions", "What these data cannot tell apart", _confused(found)),
         ("limits", "Detection limits", "How small an effect would have been named", _limits(found, drawn)),
@@ -104,7 +104,7 @@ def _effect(one: Effect, kind: str) -> str:
     ]
     head = ("parameter", "value>", "standard uncertainty>", "95 % interval>")
     alike = (
-        f"These data cannot tell it from {', '.join(one.equivalent)}: an experiment must decide, see below."
+        f"These data do not rule out {', '.join(one.equivalent)}: an experiment must decide, see below."
         if one.equivalent
         else "No other cause of the catalogue explains these data as well."
     )
@@ -240,14 +240,17 @@ def _next(found: Diagnosis) -> str:
 
 def _confused(found: Diagnosis) -> str:
     """Return pairs that these data confuse."""
+    open_ones = [f"{one.cause} and {', '.join(one.equivalent)}" for one in found.effects if one.equivalent]
+    left = f" What was named is another question: not told apart are {'; '.join(open_ones)}." if open_ones else ""
     if not found.confusions:
         return paragraph(
-            "This campaign tells all causes of the catalogue apart, at twice the size that would be named."
+            "Were one cause at work alone, twice as large as needed to be named, this campaign would tell it from all "
+            f"others.{left}"
         )
     rows = [(*one.causes, how_apart(one.separation), f"{max(one.separation, 0.0):.1f}") for one in found.confusions]
     return paragraph(
-        "If one of these causes were at work, twice as large as needed to be named, the other could be named in its "
-        "place."
+        "If one of these causes were at work alone, twice as large as needed to be named, the other could be named in "
+        f"its place.{left}"
     ) + table("Causes that look alike in these data", ("cause", "and", "told apart", "evidence apart>"), rows)
 
 

@@ -74,7 +74,7 @@ def probability(value: float) -> str:
 def effects_table(found: Diagnosis, pretty: bool) -> Table:
     """Return the causes that were named, with their parameters."""
     table = framed(pretty, "named", "target", "parameter", "value>", "standard\nuncertainty>", "95 % interval", "unit",
-                   "probability>", "as likely", "joins\nthe law")  # fmt: skip
+                   "probability>", "not ruled out", "joins\nthe law")  # fmt: skip
     for one in found.effects:
         for k, row in enumerate(effect_rows(one, found.law.kind) or [("-",) * 5]):
             head = (one.cause, one.target or "-") if k == 0 else ("", "")

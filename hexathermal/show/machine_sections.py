@@ -101,7 +101,7 @@ def _effect(one: MachineEffect) -> str:
     where = f", {one.target}" if one.target else ""
     head = ("parameter", "value>", "standard uncertainty>", "95 % interval", "unit")
     if one.equivalent_places:
-        alike = f"These data cannot tell it from {', '.join(one.equivalent_places)}: see the next experiment."
+        alike = f"These data do not rule out {', '.join(one.equivalent_places)}: see the next experiment."
     else:
         alike = "No other cause or place explains these data as well."
     physics = (

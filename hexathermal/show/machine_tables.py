@@ -25,7 +25,7 @@ MOST_POSES = 60
 def effects_table(found: MachineDiagnosis, pretty: bool) -> Table:
     """Return the causes that were named, with their parameters."""
     table = framed(pretty, "named", "where", "parameter", "value>", "standard\nuncertainty>", "95 % interval", "unit",
-                   "probability>", "as likely")  # fmt: skip
+                   "probability>", "not ruled out")  # fmt: skip
     for one in found.effects:
         for k, row in enumerate(parameter_rows(one) or [("-",) * 5]):
             head = (one.cause, one.target or "-") if k == 0 else ("", "")

@@ -40,7 +40,7 @@ def cautions(found: MachineDiagnosis) -> list[str]:
 
 
 def sentences(found: MachineDiagnosis) -> list[str]:
-    """Return the finding: one sentence, and one for each further cause; with what is as likely."""
+    """Return the finding: one sentence, and one for each further cause; with what is not ruled out."""
     return [
         one.sentence
         + (f" As likely in these data: {', '.join(one.equivalent_places)}." if one.equivalent_places else "")

@@ -281,7 +281,10 @@ def _ranking(found: Any, ranking: Callable[[Any, bool], Table], limits: Callable
     """Return every candidate and the limits of detection, folded."""
     named = range(len(found.effects))
     return [
-        folded("Every cause that was tried", from_table(ranking(found, True), "Candidates, best first", named=named)),
+        folded(
+            "What was tried, the likeliest first",
+            from_table(ranking(found, True), "Candidates, best first", named=named),
+        ),
         folded("How small an effect would be named", from_table(limits(found, True), "Limits of detection")),
     ]
 

@@ -210,7 +210,7 @@ def _ranking(told: Facts) -> Section:
     )
     drawn = [ranking_chart(told)] if told["candidates"] else []
     listed = table("Candidates, best first", head, rows, range(len(told["effects"]))) if rows else ""
-    return Section("ranking", "Ranking", "Every cause that was tried", (paragraph(words), *drawn, listed))
+    return Section("ranking", "Ranking", "What was tried, the likeliest first", (paragraph(words), *drawn, listed))
 
 
 def _gain(gain: Facts, bare: Facts | None) -> Section:

@@ -317,6 +317,11 @@ def _refuse_too_little(view: View) -> None:
     windows, runs = len(view.channel), len(view.runs)
     if windows < FEWEST_WINDOWS or runs < FEWEST_RUNS:
         raise DataError(
-            f"too little data for a diagnosis: {windows} windows of landings in {runs} runs for identification; it "
+            f"too little data for a diagnosis: {windows} windows of landings in {_runs(runs)} for identification; it "
             f"needs {FEWEST_WINDOWS} and {FEWEST_RUNS}: measure more runs, or longer ones with more moves and rests"
         )
+
+
+def _runs(count: int) -> str:
+    """Return a number of runs in words."""
+    return "1 run" if count == 1 else f"{count} runs"

@@ -17,7 +17,7 @@ from hexathermal.learn.diagnosis.causes import catalogue
 from hexathermal.learn.diagnosis.course import Course, Progress, base_law, searched
 from hexathermal.learn.diagnosis.doubtful import doubtful_readings
 from hexathermal.learn.diagnosis.extension import extended_law, gained, reachable
-from hexathermal.learn.diagnosis.given_law import Given
+from hexathermal.learn.diagnosis.given_law import Given, of_another_leg
 from hexathermal.learn.diagnosis.judged_steps import JudgedStep, judged_steps, told_steps
 from hexathermal.learn.diagnosis.limits import at_most_named, limits_of, sure_of_nothing
 from hexathermal.learn.diagnosis.lost_counts import lost_count
@@ -119,7 +119,8 @@ def _diagnosed(
     candidates = _candidates(course, told)
     doubtful = doubtful_readings(campaign, [*rows, *judged], course.first.channel.y, levels)
     notes = (
-        *doubtful, *_notes(course), *_opposed(effects), *_sees_little(verdict, limits, levels.rms),
+        *doubtful, *of_another_leg(law, campaign), *_notes(course), *_opposed(effects),
+        *_sees_little(verdict, limits, levels.rms),
         *_chosen(base, given=sensors is not None or law is not None), *_unseen(course, rows, mute),
         *copies, *_cleaned((*rows, *judged)),
     )  # fmt: skip
@@ -189,20 +190,21 @@ def _verdict(course: Course, effects: Sequence[Effect], nothing: float) -> tuple
 
 
 def _candidates(course: Course, told: Sequence[Beforehand]) -> tuple[Candidate, ...]:
-    """Return causes that were named, in their order, then the ranking of the first step."""
+    """Return causes that were named, in their order, what has no name then, and the ranking of the first step."""
     found = []
     for one in course.found:
         best = one.ranked.best
         found.append(Candidate(one.ranked.cause, best.trial.target, float(one.ranked.value), one.decision.probability,
                                best.visible, dict(best.trial.parameters), best.spread))  # fmt: skip
     found = among(found, told, _largest(course), lambda one: one.candidate)
-    first = course.steps[0]
-    decision = course.found[0].decision if course.found else course.end
-    for item in first.ranking:
+    first, last = course.steps[0], course.end
+    decision = course.found[0].decision if course.found else last
+    left = [(last.leader, last)] if found and last.leader is not None and not last.leader.named else []
+    for item, said in (*left, *((item, decision) for item in first.ranking)):
         if item.cause not in {one.cause for one in found} and len(found) < MOST_CANDIDATES:
             trial = item.best.trial
             found.append(Candidate(item.cause, trial.target, float(item.value),
-                                   decision.probabilities.get(item.cause, 0.0), item.best.visible,
+                                   said.probabilities.get(item.cause, 0.0), item.best.visible,
                                    dict(trial.parameters), item.best.spread))  # fmt: skip
     return tuple(found)
 

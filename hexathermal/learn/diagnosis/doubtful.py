@@ -15,6 +15,7 @@ from hexathermal.learn.check_remarks import (
     of_length,
     of_one_fahrenheit,
     of_pressure,
+    of_rises,
     of_stroke,
 )
 from hexathermal.learn.diagnosis.channels import Levels
@@ -47,9 +48,15 @@ def doubtful_readings(
     weather = [one.weather for one in rows if one.weather is not None and len(one.weather)]
     pressure = float(np.median([table[:, 1].mean() for table in weather])) if weather else math.nan
     return (
-        *of_clock(clocks), *_of_strokes(campaign, rows), *_of_temperatures(rows),
+        *of_clock(clocks), *of_rises(_rises(rows)), *_of_strokes(campaign, rows), *_of_temperatures(rows),
         *of_pressure(campaign, pressure), *_of_landings(drift, levels),
     )  # fmt: skip
+
+
+def _rises(rows: Sequence[RunRows]) -> dict[str, tuple[float, float]]:
+    """Return by how much the middle one of all thermometers changes in each run [K], and how long that is [s]."""
+    return {one.run.name: (float(np.median([np.ptp(values) for values in one.signals.dT.values()])),
+                           float(np.ptp(one.signals.time))) for one in rows}  # fmt: skip
 
 
 def _of_strokes(campaign: Campaign, rows: Sequence[RunRows]) -> list[str]:

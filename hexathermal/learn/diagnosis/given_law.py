@@ -9,9 +9,13 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any
 
+from hexathermal.learn.campaign import Campaign
 from hexathermal.learn.diagnosis.as_json import UM, ends_of
 from hexathermal.learn.law import IdentifiedLaw
 from hexathermal.learn.validation_gain import Gain
+
+SAME_LENGTH = 1e-4
+"""Retracted lengths that differ by no more are those of one leg [m]."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -53,3 +57,16 @@ class Given:
         return {"rmse_um": total.rmse_before * UM, "rmse_refitted_um": total.rmse_after.value * UM,
                 "rmse_gain": total.rmse_gain.value, "rmse_gain_95": ends_of(total.rmse_gain),
                 "sentence": " ".join(self.words)}  # fmt: skip
+
+
+def of_another_leg(law: IdentifiedLaw | None, campaign: Campaign) -> list[str]:
+    """Return that a law that was given is of a leg of another length than the campaign's."""
+    if law is None or law.retracted_length is None or campaign.leg is None:
+        return []
+    own = campaign.leg.retracted_length
+    if abs(law.retracted_length - own) <= SAME_LENGTH:
+        return []
+    return [
+        f"the law that was given is of a leg with q0 = {law.retracted_length * 1e3:g} mm, this campaign's has "
+        f"{own * 1e3:g} mm: its sensors are taken, what its coefficients leave is those of another leg"
+    ]

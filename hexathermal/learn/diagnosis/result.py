@@ -8,6 +8,7 @@ from typing import Any
 
 from hexathermal.learn.diagnosis.as_json import UM, gained_facts, parameter_facts, ranked_facts, target_of
 from hexathermal.learn.diagnosis.channels import Levels
+from hexathermal.learn.diagnosis.constants_beside import BesideConstants, beside_constants
 from hexathermal.learn.diagnosis.given_law import Given
 from hexathermal.learn.diagnosis.trials import PREFIX
 from hexathermal.learn.diagnosis.unlike_runs import unlike_words
@@ -270,6 +271,14 @@ class Diagnosis(Shown):
         return f" ({item.visible * UM:.2g} um of it visible, RMS{of})"
 
     @property
+    def beside_constants(self) -> BesideConstants | None:
+        """What the gain is beside a constant in each run for validation; None where nothing is judged so."""
+        if self.gain is None or self.law.zero != "run":
+            return None
+        return beside_constants([one for one in self.residuals
+                                 if one.role == "validation" and one.run in self.gain.runs])  # fmt: skip
+
+    @property
     def unlike(self) -> tuple[str, ...]:
         """Which runs never fitted are unlike those that the law knows; empty where none is."""
         judged = [one for one in self.effects if one.of_judged_run]
@@ -351,16 +360,19 @@ class Diagnosis(Shown):
                          for name, run in (self.gain.runs if self.gain is not None else {}).items()},
                 "rmse_reachable_um": None if self.reachable is None else self.reachable * UM,
             },
+            "beside_constants": None if self.beside_constants is None else self.beside_constants.to_json(),
             "given": None if self.given is None else self.given.to_json(),
             "candidates": [ranked_facts(one) for one in self.candidates],
             "next_experiment": self.experiments[0].words if self.experiments else None,
             "experiments": [{"words": one.words, "causes": list(one.causes), "separation": one.separation,
                              "size_um": one.size * UM} for one in self.experiments],
             "detection_limits_um": {one.cause: one.visible * UM for one in self.limits},
+            "detection_limits_whole_um": {one.cause: one.whole * UM for one in self.limits},
             "confusions": [{"causes": list(one.causes), "separation": one.separation} for one in self.confusions],
             "noise_um": {"white": self.noise.white * UM, "landing": self.noise.landing * UM,
                          "slow": self.noise.slow * UM, "offset": self.noise.offset * UM,
-                         "readings": self.noise.least * UM, "slow_time_s": self.noise.slow_time},
+                         "readings": self.noise.least * UM},
+            "noise_slow_time_s": self.noise.slow_time,
             "autocorrelation": None if self.whiteness is None else {
                 "before": self.whiteness.before.tolist(), "after": self.whiteness.after.tolist(),
                 "band_95": self.whiteness.band},

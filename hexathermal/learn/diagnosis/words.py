@@ -65,6 +65,9 @@ POSITIVE = ("time_constant_s", "source_time_constant_s", "pitch_m", "play_m", "s
 """Parameters that are above zero by what they are."""
 
 
+AIR = "air-refraction"
+"""The cause whose share below none has a sense of its own."""
+
 PER_KELVIN = ("1/K", "1/K^2", "1/K^3")
 """Units of a leg's expansion; of a part without a stroke it is a length."""
 
@@ -250,12 +253,14 @@ def _sentence(
 
 
 def _doubts(found: Found, amplitudes: FloatArray, spread: FloatArray) -> str:
-    """Return what a sentence adds where a size is not told from none, or another name is as likely."""
+    """Return what a sentence adds where a size is not told from none, or another name is not ruled out."""
     shape, alike = found.ranked.best.trial.shape, found.decision.equivalent
     seen = float(np.linalg.norm(amplitudes / np.maximum(spread, 1e-300)))
     loose = bool(shape) and len(amplitudes) > 0 and seen < UNSURE
     size = "; beside the law's own coefficients neither its size nor its sign is sure" if loose else ""
-    return size + (f"; as likely by these data: {', '.join(alike)}" if alike else "")
+    if found.ranked.cause == AIR and len(amplitudes) and amplitudes[0] < 0.0 and not loose:
+        size += "; less than none of it: the beams were corrected too much, or with the wrong sign"
+    return size + (f"; not ruled out by these data: {', '.join(alike)}" if alike else "")
 
 
 def two_digits(value: float) -> str:

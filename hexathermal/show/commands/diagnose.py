@@ -54,7 +54,8 @@ what the tables say:
                 several thermometers the one is named that foretells runs left out best
   probability   of the name, with all others, none and something nameless as its rivals; of "none", that nothing of
                 a quarter of the noise or more is there: the less these data can see, the lower
-  as likely     names that these data cannot tell from it: an experiment decides, it stands under "next"
+  not ruled out other names that these data leave a twentieth of its probability or more, or whose evidence is no
+                smaller: an experiment decides, it stands under "next"
   confuse       pairs of names that could be taken for each other here, were one twice as large as its limit
 
 The law's sensors are those of --sensors or --law, else the one or two that these data speak for. Around a thermometer

@@ -30,7 +30,7 @@ what the page holds:
              paper's figures 4, 6, 7), the law, and its proof on runs for validation (figure 8). Without --law that
              is the law of the campaign's own runs for identification; for a hexapod it is that of its machine
   budget     bias, uncertainty, contributions, and the map, path or day that was asked for
-  diagnosis  the finding, every cause that was tried, gain, limits of detection, what to measure next
+  diagnosis  the finding, the likeliest of all that was tried, gain, limits of detection, what to measure next
   machine    geometry, drawing, workspace, thermal law, a warm day with and without correction, the budget
 
 --figures DIR writes each figure as .png, .svg and .csv; the CSV file holds the numbers that are drawn.

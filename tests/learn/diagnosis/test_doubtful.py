@@ -57,6 +57,10 @@ def scaled(name: str, factor: float, less: float = 0.0) -> Callable[[Row], None]
             r"and \d+ more: q_mm runs from \d+\.\d to \d.*outside stroke_mm.*is a column",
         ),
         (
+            scaled("time_s", 1.0 / 60.0),
+            r"temperatures change by \d+\.\d K in \d min \(run-\d+\): is time_s in minutes\?",
+        ),
+        (
             scaled("air_pressure_hPa", 1.0 / 1.33322),
             r"air_pressure_hPa reads 7\d\d, that of 2\d00 m above the sea: millimetres of mercury\?",
         ),

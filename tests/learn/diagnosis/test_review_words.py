@@ -73,13 +73,16 @@ def test_a_kick_that_short_moves_give_in_part_is_that_of_a_long_one() -> None:
     assert rows[3][:2] == ("reference index", "1.0002712")
 
 
-def test_a_sentence_tells_what_is_as_likely_and_what_is_not_sure() -> None:
-    """A name that others equal says which; an amplitude below two standard uncertainties has neither size nor sign."""
+def test_a_sentence_tells_what_is_not_ruled_out_and_what_is_not_sure() -> None:
+    """A name tells its rivals; an amplitude below two standard uncertainties has neither size nor sign."""
 
-    def said(amplitudes: list[float], spread: list[float], alike: tuple[str, ...] = (), shape: str = "any") -> str:
+    def said(
+        amplitudes: list[float], spread: list[float], alike: tuple[str, ...] = (), shape: str = "any", cause: str = "a"
+    ) -> str:
         trial = SimpleNamespace(shape=shape)
         found: Any = SimpleNamespace(
-            ranked=SimpleNamespace(best=SimpleNamespace(trial=trial)), decision=SimpleNamespace(equivalent=alike)
+            ranked=SimpleNamespace(cause=cause, best=SimpleNamespace(trial=trial)),
+            decision=SimpleNamespace(equivalent=alike),
         )
         return _doubts(found, np.array(amplitudes), np.array(spread))
 
@@ -87,4 +90,6 @@ def test_a_sentence_tells_what_is_as_likely_and_what_is_not_sure() -> None:
     assert said([0.1, 0.1], [1.0, 1.0], shape="") == ""
     assert said([1.6, -1.7], [1.0, 1.0], shape="periodic") == ""
     assert "neither its size nor its sign is sure" in said([-1.9, 0.1], [1.0, 1.0])
-    assert said([3.0], [1.0], ("hidden-heat", "creep")) == "; as likely by these data: hidden-heat, creep"
+    assert said([3.0], [1.0], ("hidden-heat", "creep")) == "; not ruled out by these data: hidden-heat, creep"
+    assert "with the wrong sign" in said([-0.5], [0.1], cause="air-refraction")
+    assert said([0.5], [0.1], cause="air-refraction") == ""

@@ -18,7 +18,7 @@ CAUSE = Cause(
     physics="Temperatures and displacement are logged by two machines whose clocks differ.",
     signature=(
         "All temperatures lead, or follow, by the same time, both against the drift and against the motion "
-        "that warms the leg."
+        "that warms the part."
     ),
     parameters=(Parameter("offset_s", "s", "8 s to 20 min, either sign"),),
     confused_with=("thermal-lag",),

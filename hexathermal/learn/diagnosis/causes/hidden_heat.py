@@ -27,7 +27,7 @@ CAUSE = Cause(
         "thermal-lag",
         "creep",
     ),
-    experiment="Move for an hour and rest for two, twice, and fix one more thermometer near the nut or the motor.",
+    experiment="Work for an hour, rest for two, twice, with one more thermometer near its source: nut, motor, spindle.",
     words="heat of {target} is stored where no thermometer sees it",
     thermal=True,
     readings=12,

@@ -18,7 +18,7 @@ CAUSE = Cause(
     physics="Two plugs were exchanged: what is written under the name of one is the temperature of the other.",
     signature=(
         "The drift follows another thermometer in place of the law's own, with the same coefficients; the "
-        "profile along the leg is out of order; where some runs are so, the others foretell each as the other."
+        "profile along the part is out of order; where some runs are so, the others foretell each as the other."
     ),
     parameters=(
         Parameter("other", "name", "any other thermometer"),

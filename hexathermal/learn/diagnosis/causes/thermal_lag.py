@@ -18,8 +18,8 @@ from hexathermal.poses import FloatArray
 CAUSE = Cause(
     name="thermal-lag",
     physics=(
-        "Heat needs time: the leg behind the thermometer warms later (structure), or the thermometer later "
-        "than the leg (sensor)."
+        "Heat needs time: the part behind the thermometer warms later (structure), or the thermometer later "
+        "than the part (sensor)."
     ),
     signature="The residual follows the rate of the temperature; heating and cooling make a loop.",
     parameters=(

@@ -1,0 +1,44 @@
+"""What a law leaves of runs beside a constant in each: a run counts from its first row, whose noise shifts it all."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+if TYPE_CHECKING:
+    from hexathermal.learn.diagnosis.result import RunResidual
+
+
+@dataclass(frozen=True)
+class BesideConstants:
+    """RMSE of means over minutes beside a constant in each run, before and after a law was extended [m].
+
+    Attributes
+    ----------
+    rmse_before, rmse_after : float [m]
+    falls, runs : int
+        In how many of how many runs it falls.
+    """
+
+    rmse_before: float
+    rmse_after: float
+    falls: int
+    runs: int
+
+    def to_json(self) -> dict[str, Any]:
+        """Return it as plain values."""
+        return {"rmse_before_um": self.rmse_before * 1e6, "rmse_after_um": self.rmse_after * 1e6,
+                "runs_that_fall": self.falls, "runs": self.runs}  # fmt: skip
+
+
+def beside_constants(judged: Sequence[RunResidual]) -> BesideConstants | None:
+    """Return what is left of runs beside a constant in each; None of no runs."""
+    if not judged:
+        return None
+    spreads = np.array([(one.before.std(), one.after.std()) for one in judged])
+    weights = np.array([len(one.before) for one in judged])
+    before, after = np.sqrt(np.average(spreads**2, axis=0, weights=weights)).tolist()
+    return BesideConstants(before, after, int((spreads[:, 1] < spreads[:, 0]).sum()), len(judged))
