@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import ast
 import sys
 from importlib import import_module
 from pathlib import Path
@@ -10,140 +11,51 @@ from hexathermal.learn.diagnosis.causes import catalogue
 
 PAGE = Path(__file__).resolve().parents[1] / "docs" / "diagnosis.md"
 
-CONSTANTS = {
-    "pieces": ("EDGES_S", "LONGEST_S", "MOST_WINDOWS"),
-    "view": ("LONGER_S",),
-    "smoothing": ("SMOOTHED_S",),
-    "channels": ("SLOW_TIMES",),
-    "whitening_loops": ("LOWEST", "SPREAD", "OFFSET_SPREAD"),
-    "sensor_model": (
-        "FEWEST_OTHERS",
-        "FEWEST_DOUBTING",
-        "MOST_PROFILES",
-        "MOST_LOOSE",
-        "BIAS_K",
-        "AIR_SHARE",
-        "WIDER",
-        "SLOW_PARITY_S",
-    ),
-    "parity_windows": ("PARITY_WINDOW_S",),
-    "common_error": (
-        "WARMING_S",
-        "RESTING_S",
-        "SLOWER_S",
-        "MOST_SHARED_K",
-        "LARGEST_PART",
-        "LEAST_DIRECTION",
-        "MOST_DIRECTIONS",
-    ),
-    "along_leg": ("NEAREST", "NEIGHBOURS", "LEAST_PART"),
-    "search": ("LEADERS", "TIMED", "LEAST_SURE", "SURE", "MOST_WITNESSED"),
-    "witnesses": (
-        "IN_DRIFT",
-        "BYSTANDERS",
-        "USUAL",
-        "UNUSUAL",
-        "WHOLE",
-        "PARTLY",
-        "FEWEST_BYSTANDERS",
-        "MOST_PARITY",
-        "FOLLOWED",
-        "LEAST_WITNESS",
-        "AGREED",
-        "LEAST_AGREED",
-    ),
-    "trials": ("STEEPEST", "USUAL_BIAS_K", "DRAWN_OUT", "QUICKLY"),
-    "feigning": ("FEIGNED", "FEIGNED_NOISE", "MOST_FEIGNED", "ERRING"),
-    "recorded": ("NOISY",),
-    "base_choice": ("FEWEST_WINDOWS", "MOST_TURNS", "CLOSER"),
-    "places": ("OFF", "OFF_M", "MOST_ON", "SHARES", "LEAST_STEP_M"),
-    "next_experiments": ("DECIDED", "SUPPOSED"),
-    "evidence": ("LEAST", "RHO", "TOLERATED", "START"),
-    "rivals": (
-        "SHAPE_ERROR",
-        "LITTLE",
-        "LEAST_PART",
-        "MOST_PART",
-        "UNLIKELY",
-        "MOST_INDEX",
-        "SHIFTED",
-        "IMITATED",
-        "SURELY",
-        "NEARLY",
-        "ORDERED",
-        "DRIFTED",
-        "LINE",
-        "MEASURED",
-        "STEPS",
-    ),
-    "doubtful": ("SCATTERED", "APART_K"),
-    "causes.sensor_detached": ("SHARES",),
-    "unlike_runs": ("FAR", "FARTHER"),
-    "borne_out": ("STEP_ALONE", "FADED"),
-    "stand_offs": ("FADES_S",),
-    "order": ("PROFILES", "FEWEST", "HEAVY", "MOST", "UNSURE", "FEIGNED"),
-    "timing": ("TIMES_S", "STEP_S", "GRID_STEPS", "PROFILES", "SHARE", "TOLERANCE_S", "MOST"),
-    "chance": ("DRAWS", "FALSE_ALARMS", "LEAST_THRESHOLD"),
-    "replugged": ("OFF", "ALIKE", "SURE", "RIDGE"),
-    "deciding": (
-        "NAMED_PRIOR",
-        "NAME_LEAD",
-        "NAME_SHARE",
-        "NAME_AHEAD",
-        "AHEAD_SHARE",
-        "AHEAD_OF_WEAR",
-        "LEAST_NAMED",
-        "SOUND",
-        "IMITATED",
-        "ALIKE",
-        "CLEAR",
-        "SECONDED",
-        "DENIED",
-        "EQUIVALENT",
-    ),
-    "forms": ("ALIKE",),
-    "course": (
-        "LATER_PART",
-        "APART",
-        "MOST_EFFECTS",
-        "LATER",
-        "TWO_LEAD",
-        "UNSEEN",
-        "FEWEST_WINDOWS",
-        "FEWEST_RUNS",
-    ),
-    "foresight": (
-        "LEAST_SHARE",
-        "MOST_LOSS",
-        "FAINT",
-        "FORESEEN",
-        "CLEARLY_FORESEEN",
-        "REPEATS",
-        "BY_CHANCE",
-        "FEWEST_ALIKE",
-        "LEAST_SCATTER",
-    ),
-    "exchange": ("RIVAL", "AHEAD"),
-    "pruning": ("LEAST_HARM",),
-    "stage": ("CONTACT", "DISBELIEVED", "FIRST_ROW", "LARGEST", "TAKEN_BACK", "OWN_READING", "MOST_OWN", "LARGE_SHARE"),
-    "wandering": ("LIKELIER", "POWERS"),
-    "limits": ("CLOSE", "SOUND_CAMPAIGNS", "WEAKEST", "STRONGEST"),
-}
-"""Numbers of the method that a reader may want to know, by their module."""
+PACKAGE = "hexathermal.learn.diagnosis"
+
+UNITS = ("UM", "HOUR_S")
+"""Numbers that are no choice."""
+
+LISTED = 12
+"""Numbers of one name that are told one by one."""
 
 
-def _told(value: object) -> str:
-    """Return a number, or several."""
-    items = list(value) if hasattr(value, "__iter__") else [value]
-    return ", ".join(f"{item:g}" for item in items)
+def _own_numbers(name: str) -> dict[str, object]:
+    """Return the numbers that a module of the method states itself, alone or several, by their names."""
+    module = import_module(f"{PACKAGE}.{name}")
+    tree = ast.parse(Path(str(module.__file__)).read_text(encoding="utf-8"))
+    aims = [aim for node in tree.body if isinstance(node, ast.Assign) for aim in node.targets]
+    names = [leaf.id for aim in aims for leaf in ast.walk(aim) if isinstance(leaf, ast.Name) and leaf.id.isupper()]
+    return {one: getattr(module, one) for one in names if one not in UNITS and _items(getattr(module, one))}
+
+
+def _items(value: object) -> list[str]:
+    """Return a number, or several, as they are told; nothing of what is no number."""
+    if isinstance(value, dict):
+        parts = [(key, _items(one)) for key, one in value.items()]
+        return [f"{key}: {' and '.join(own)}" for key, own in parts] if all(own for _key, own in parts) else []
+    items = list(value) if isinstance(value, tuple | list) else [value]
+    numbers = [item for item in items if isinstance(item, int | float) and not isinstance(item, bool)]
+    if len(numbers) != len(items):
+        return []
+    told = [f"{item:g}" for item in numbers]
+    return told if len(told) <= LISTED else [f"{told[0]} to {told[-1]} in {len(told)} steps"]
+
+
+def numbers_by_module() -> dict[str, dict[str, object]]:
+    """Return the numbers of all modules of the method that have any, causes last."""
+    folder = PAGE.parents[1] / PACKAGE.replace(".", "/")
+    files = sorted(folder.glob("*.py")) + sorted((folder / "causes").glob("*.py"))
+    names = [".".join(file.relative_to(folder).with_suffix("").parts) for file in files if file.stem != "__init__"]
+    return {name: numbers for name in names if (numbers := _own_numbers(name))}
 
 
 def constants_table() -> str:
     """Return the numbers of the method."""
     lines = ["| module | numbers |", "|---|---|"]
-    for name, wanted in CONSTANTS.items():
-        module = import_module(f"hexathermal.learn.diagnosis.{name}")
-        lines.append(f"| `{name}` | " + " · ".join(f"`{one}` {_told(getattr(module, one))}" for one in wanted) + " |")
+    for name, numbers in numbers_by_module().items():
+        told = (f"`{one}` {', '.join(_items(value))}" for one, value in numbers.items())
+        lines.append(f"| `{name}` | {' · '.join(told)} |")
     return "\n".join(lines) + "\n"
 
 

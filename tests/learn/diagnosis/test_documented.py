@@ -5,6 +5,8 @@ from __future__ import annotations
 import runpy
 from pathlib import Path
 
+from hexathermal.learn.diagnosis import deciding
+
 ROOT = Path(__file__).resolve().parents[3]
 
 
@@ -13,4 +15,7 @@ def test_tables_of_the_page_are_those_of_the_code() -> None:
     tool = runpy.run_path(str(ROOT / "tools" / "write_diagnosis_tables.py"), run_name="tables")
     text = (ROOT / "docs" / "diagnosis.md").read_text(encoding="utf-8")
     assert tool["written"](text) == text
-    assert text.count("| `") >= 17 + len(tool["CONSTANTS"])
+    told = tool["numbers_by_module"]()
+    assert {"deciding", "rivals", "causes.creep"} <= set(told)
+    assert told["deciding"]["NEARLY"] == deciding.NEARLY
+    assert text.count("| `") >= 17 + len(told)

@@ -20,7 +20,7 @@ CAUSE = Cause(
         "All temperatures lead, or follow, by the same time, both against the drift and against the motion "
         "that warms the part."
     ),
-    parameters=(Parameter("offset_s", "s", "8 s to 20 min, either sign"),),
+    parameters=(Parameter("offset_s", "s", "10 s to 20 min, either sign; less where both neighbours say so"),),
     confused_with=("thermal-lag",),
     experiment="One pulse on both loggers.",
     words="the clock of the temperatures runs ahead of that of the displacement",
