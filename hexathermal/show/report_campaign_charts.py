@@ -21,7 +21,7 @@ from hexathermal.learn.validation import RunCurves, Validation
 from hexathermal.poses import FloatArray
 from hexathermal.show import campaign_figures as drawn
 from hexathermal.show import identification_figures as paper
-from hexathermal.show.figures import BLACK, BLUE, GREEN, PURPLE, VERMILION
+from hexathermal.show.figures import BLACK, BLUE, GREEN, PURPLE, VERMILION, gaps_in
 from hexathermal.show.identification_tables import matrix_of
 from hexathermal.show.report_chart import Bars, Cells, Chart, Curve, Panel, file_name
 from hexathermal.show.report_live import span_of
@@ -145,22 +145,27 @@ def scenario_chart(run: RunCheck) -> Chart | None:
         "paper-figure-4", f"A scenario: {run_words(run.run.name)}",
         f"The rod's displacement against time: {len(phases)} phases of movement between {low:.0f} and {high:.0f} mm, "
         "each followed by a rest.",
-        f"As figure 4 of the paper: movement heats the leg, rest lets it cool. Settled rows only; a rod that stands "
-        f"for more than {PAUSE_S / 60.0:.0f} minutes rests.{thinned_words(len(hours), len(run.trace.time))}", (panel,),
+        "As figure 4 of the paper: movement heats the leg, rest lets it cool. Settled rows only; where there are none "
+        f"it is taken to move. A rod that stands for more than {PAUSE_S / 60.0:.0f} minutes rests."
+        f"{thinned_words(len(hours), len(run.trace.time))}", (panel,),
     )  # fmt: skip
 
 
 def movements(time: FloatArray, q: FloatArray | None) -> list[tuple[float, float]]:
-    """Return first and last time of each phase in which the rod moves again within `PAUSE_S`.
+    """Return first and last time of each phase in which the rod moves again within `PAUSE_S`, or no row is settled.
 
     Examples
     --------
-    >>> movements(np.array([0.0, 60.0, 120.0, 4000.0, 4060.0]), np.array([0.0, 0.01, 0.02, 0.02, 0.03]))
-    [(0.0, 120.0), (4000.0, 4060.0)]
+    >>> time = np.arange(0.0, 3000.0, 60.0)
+    >>> movements(time, 0.01 * np.minimum(time, 120.0))
+    [(0.0, 120.0)]
+    >>> late = np.append(time, [6000.0, 6060.0])
+    >>> movements(late, np.full(len(late), 0.01))
+    [(2940.0, 6000.0)]
     """
     if q is None:
         return []
-    moved = np.flatnonzero(np.abs(np.diff(q)) > MOVED_M)
+    moved = np.union1d(np.flatnonzero(np.abs(np.diff(q)) > MOVED_M), gaps_in(time) - 1)
     phases: list[tuple[float, float]] = []
     for k in moved:
         start, end = float(time[k]), float(time[k + 1])
