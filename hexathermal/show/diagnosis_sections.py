@@ -187,7 +187,7 @@ def _signals(found: Diagnosis, drawn: dict[str, str]) -> str:
     return (
         paragraph(
             "Each dot is a window of a run, black points are means of parts of equal count. Signals move together in "
-            "any campaign: a leg that moves warms, and time runs on. A residual that follows one of them here does "
+            "any campaign: what works warms, and time runs on. A residual that follows one of them here does "
             "not yet make that its cause; the ranking weighs all of them against each other on the same data."
         )
         + drawn["signals"]

@@ -47,6 +47,9 @@ ALIKE = 2.5
 LEAST_LEFT = 4.0
 """Where it is not exchanged all together must leave more of the pair by this part of one run's share."""
 
+FEWER = 1e-6
+"""One run more, or less, must leave less by this part."""
+
 SURE = 10.0
 """Log evidence that is needed."""
 
@@ -143,8 +146,8 @@ def _where(grams: FloatArray, count: FloatArray, hours: FloatArray, i: int, j: i
     ways = np.unique(np.vstack([np.eye(runs), np.tri(runs, runs, -1).T]), axis=0)
     ways = ways[(ways.sum(axis=1) > 0.0) & (ways.sum(axis=1) < runs - 1.0)]
     none, *left = pair.left(np.vstack([np.zeros(runs), ways])).tolist()
-    where = ways[int(np.argmin(left))]
-    if none < (1.0 + LEAST_LEFT / runs) * min(left):
+    where, least = _flipped(pair, ways[int(np.argmin(left))], min(left))
+    if none < (1.0 + LEAST_LEFT / runs) * least:
         return where, 0.0
     # runs that are compared do not help to foretell: one that is warm as no other may be foretold to be anything
     at, sound_at = where == 1.0, where == 0.0
@@ -154,6 +157,23 @@ def _where(grams: FloatArray, count: FloatArray, hours: FloatArray, i: int, j: i
     seen = (np.minimum(off, wrong) > OFF**2 * np.maximum(right, sound)) & (right <= ALIKE**2 * sound)
     gained = np.log(off / np.maximum(right, np.finfo(float).tiny)) if seen.all() else np.zeros(2)
     return where, 0.5 * float(hours[at].sum() * gained.sum())
+
+
+def _flipped(pair: _Pair, where: FloatArray, least: float) -> tuple[FloatArray, float]:
+    """Return runs in which a pair is exchanged, one more or one less as long as that leaves less, and what they leave.
+
+    Exchanged in some runs or in all others is one way; where neither begins nor ends with the campaign, the fewer are.
+    """
+    runs = len(where)
+    while True:
+        ways = np.abs(where - np.eye(runs))
+        ways = ways[(ways.sum(axis=1) > 0.0) & (ways.sum(axis=1) < runs - 1.0)]
+        left = pair.left(ways) if len(ways) else np.array([least])
+        if left.min() >= (1.0 - FEWER) * least:
+            break
+        where, least = ways[int(np.argmin(left))], float(left.min())
+    many = where.sum() > runs / 2 and np.abs(np.diff(where)).sum() > 1.0
+    return (1.0 - where if many else where), least
 
 
 @dataclass(frozen=True, eq=False)

@@ -63,9 +63,9 @@ def unlike(view: View) -> tuple[str, str]:
 
 @pytest.mark.parametrize("bench", ["finite_volume", "held_out", "free_convection"])
 def test_exchanges_are_found_in_the_runs_in_which_they_are(bench: str) -> None:
-    """In one run, in the last, from one on, or before one: that pair, those runs, once.
+    """In one run, in the last, from one on, before one, or now and then: that pair, those runs, once.
 
-    Of 84 of three benches 82 were found meanwhile, none in other runs; of 8 in two campaigns of one bench 4 at least:
+    Of 84 of three benches 82 were found meanwhile, none in other runs; of 10 in two campaigns of one bench 4 at least:
     where few others foretell a thermometer a campaign may show none.
     """
     found = []
@@ -73,7 +73,7 @@ def test_exchanges_are_found_in_the_runs_in_which_they_are(bench: str) -> None:
         view = whole(bench, seed)
         first, second = unlike(view)
         last = len(view.runs) - 1
-        for runs in ([last // 2], [last], [last - 1, last], [0, 1]):
+        for runs in ([last // 2], [last], [last - 1, last], [0, 1], [1, 3] if last >= 5 else [1]):
             told = exchanges_between_runs(exchanged(view, first, second, runs))
             names = tuple(view.runs[k].run.name for k in runs)
             for one in told:

@@ -11,7 +11,7 @@ from hexathermal.learn.diagnosis.trials import Cause, Parameter, Trial, Workbenc
 CAUSE = Cause(
     name="missing-sensor",
     physics="Part of the length has a temperature of its own, which a thermometer outside the law shows.",
-    signature="The residual follows another thermometer, at rest and in motion.",
+    signature="The residual follows another thermometer, at rest and at work.",
     parameters=(Parameter("coefficient", "1/K", "visible effect of 0.25 to 4 times the noise"),),
     confused_with=(
         "hidden-heat",
