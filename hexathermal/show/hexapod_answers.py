@@ -119,7 +119,7 @@ def identify_answer(arguments: argparse.Namespace, progress: Progress) -> Answer
     if design is not None:
         texts += [_design_words(design), lambda pretty, _: design_table(design, pretty)]
     warnings = [f"warning: {text}" for text in doubts]
-    return Answer((*texts, *writing.words), facts, (*writing.lost, *warnings), code=writing.code)
+    return Answer((*texts, *writing.words), facts, (*warnings, *writing.lost), code=writing.code)
 
 
 def _check_options(arguments: argparse.Namespace) -> None:
@@ -329,7 +329,7 @@ def validate_answer(arguments: argparse.Namespace, progress: Progress) -> Answer
         f"warning: run {run} was fitted: the law was identified on its rows, then named {before}; it proves nothing"
         for run, before in found.fitted.items()
     ]
-    return Answer((*texts, *writing.words), facts, (*writing.lost, *warnings), code=writing.code)
+    return Answer((*texts, *writing.words), facts, (*warnings, *writing.lost), code=writing.code)
 
 
 def law_origin(name: str, hexapod: Hexapod) -> tuple[Origin | None, str]:

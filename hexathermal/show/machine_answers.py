@@ -108,7 +108,7 @@ def diagnose_answer(arguments: argparse.Namespace, progress: Progress) -> Answer
         warnings += [f"warning: {words}" for words in cautions(found)]
     facts["written"] = writing.names
     shown = _shown(found, plan if arguments.propose is not None else None, arguments.report is None)
-    return Answer((*shown, *writing.words), facts, (*writing.lost, *warnings), code=writing.code)
+    return Answer((*shown, *writing.words), facts, (*warnings, *writing.lost), code=writing.code)
 
 
 def _refuse_own_machine(arguments: argparse.Namespace) -> None:

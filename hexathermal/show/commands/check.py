@@ -87,7 +87,7 @@ def run(arguments: argparse.Namespace, progress: Progress) -> Answer:
     writing.into(arguments.netcdf, lambda: [save()])
     written = [*answer.data.get("written", ()), *writing.names]
     return Answer((*answer.shown, *writing.words), answer.data | {"written": written},
-                  (*writing.lost, *answer.warnings), max(answer.code, writing.code))  # fmt: skip
+                  (*answer.warnings, *writing.lost), max(answer.code, writing.code))  # fmt: skip
 
 
 def _checked(campaign: Campaign, arguments: argparse.Namespace, progress: Progress) -> Answer:
@@ -120,7 +120,7 @@ def _with_plots(answer: Answer, folder: Path | None, draw: Callable[[], list[Pat
     files = writing.into(folder, draw)
     told = [f"Written into {folder}:\n  " + "\n  ".join(file.name for file in files)] if files else []
     return Answer((*answer.shown, *told), answer.data | {"written": writing.names},
-                  (*writing.lost, *answer.warnings), writing.code)  # fmt: skip
+                  (*answer.warnings, *writing.lost), writing.code)  # fmt: skip
 
 
 def _plots(check: CampaignCheck, folder: Path, progress: Progress) -> list[Path]:

@@ -141,7 +141,7 @@ def run(arguments: argparse.Namespace, progress: Progress) -> Answer:
             )
     warnings = [*(f"warning: {one}" for one in found.doubtful), *warnings]
     facts["written"] = writing.names
-    return Answer((*_shown(found), *writing.words), facts, (*writing.lost, *warnings), code=writing.code)
+    return Answer((*_shown(found), *writing.words), facts, (*warnings, *writing.lost), code=writing.code)
 
 
 def _names(arguments: argparse.Namespace) -> tuple[str, ...] | None:

@@ -133,7 +133,7 @@ def run(arguments: argparse.Namespace, progress: Progress) -> Answer:
     if shared:
         texts.append(shared)
     warnings = [f"warning: {text}" for text in found.warnings]
-    return Answer((*texts, *writing.words), facts, (*writing.lost, *warnings), code=writing.code)
+    return Answer((*texts, *writing.words), facts, (*warnings, *writing.lost), code=writing.code)
 
 
 def _refuse_of_hexapods(arguments: argparse.Namespace) -> None:

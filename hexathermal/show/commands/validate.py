@@ -101,7 +101,7 @@ def run(arguments: argparse.Namespace, progress: Progress) -> Answer:
         better = gain(validate_campaign(before, campaign, progress), found)
         facts["gain"] = gain_facts(better)
         texts += [lambda pretty, _: gain_table(better, pretty), _gain(better)]
-    return Answer((*texts, *writing.words), facts, (*writing.lost, *warnings), code=writing.code)
+    return Answer((*texts, *writing.words), facts, (*warnings, *writing.lost), code=writing.code)
 
 
 def _format(file: Path) -> str:
