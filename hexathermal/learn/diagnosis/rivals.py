@@ -9,7 +9,7 @@ import numpy as np
 
 from hexathermal.learn.diagnosis.causes import catalogue
 from hexathermal.learn.diagnosis.channels import Channel
-from hexathermal.learn.diagnosis.evidence import LEAST, Base, Scored, beside
+from hexathermal.learn.diagnosis.evidence import LEAST, Base, Scored, beside, relevance
 from hexathermal.learn.diagnosis.ranking import SURE_WITNESS, Ranked
 from hexathermal.poses import FloatArray
 
@@ -224,8 +224,10 @@ def beyond_chance(ranked: list[Ranked]) -> list[Ranked]:
 
 
 def _at_least(item: Ranked, part: float) -> Ranked:
-    """Return a cause of whose evidence, over its doubts, a part counts in any case."""
-    counts = part * (item.value - item.best.trial.doubt) - item.gated
+    """Return a cause of whose evidence, over its doubts, a part counts whatever thermometers feign."""
+    # no thermometer feigns it, but no model is exact
+    most = relevance(item.best.visible, item.levels.rms, 0.0)
+    counts = min(part * (item.value - item.best.trial.doubt), most) - item.gated
     return replace(item, borne=item.borne + counts) if counts > 0.0 and item.gated > 0.0 else item
 
 

@@ -30,6 +30,9 @@ many of them at most."""
 WEAR = (1.0, 0.75, 0.5)
 """Powers of the way with which a part wears: straight on, or running in."""
 
+LATE_S, SWELLING_S = 1800.0, (7200.0, 21600.0)
+"""Low passes of pressure and humidity [s], and of the humidity alone: granite, polymers and glue swell for hours."""
+
 LIKE_TIME = 2.0
 """Log evidence that the time at each displacement has less: where a rod is out about as long as it is in, that goes as
 time does, as a zero that drifts, and leads it by so much by chance."""
@@ -51,7 +54,7 @@ def flexible_trials(bench: Workbench) -> Iterator[Trial]:
         for wear in WEAR:
             yield Trial(PREFIX + "the way travelled", (way**wear - zero**wear)[:, None], WORN, "", {"power": wear})
         since = np.maximum(way - zero, 0.0)
-        for columns in (since * q / np.ptp(q), np.sqrt(since)):
+        for columns in (since * q / np.ptp(q), np.sqrt(since), _worn_at_place(view)):
             yield Trial(PREFIX + "the way travelled", columns[:, None], WORN)
         stood = view.once((PREFIX, "stood"), lambda: _stood(view), ())
         for columns in (stood[:, None], np.column_stack([view.time, stood])):
@@ -71,12 +74,18 @@ def flexible_trials(bench: Workbench) -> Iterator[Trial]:
             both = _bumps(view.q, 5)[:, :, None] * _bumps(T, 4)[:, None, :]
             yield Trial(PREFIX + "displacement and temperature", both.reshape(len(T), -1), "qT")
     yield from view.once((PREFIX, "rhythms"), lambda: tuple(_rhythms(view)), ())
-    for name, columns in _weather(bench):
-        yield Trial(PREFIX + name, columns, name)
+    yield from _weather(bench)
     for name in view.runs[0].signals.inputs:
         values = np.concatenate([s.inputs[name] for s in view.windowed])
         if np.ptp(values) > 0.0:
             yield Trial(PREFIX + f"the input {name}", _hinges(values, 5), "input")
+
+
+def _worn_at_place(view: View) -> FloatArray:
+    """Return the way gone times the displacement, less that at the zero, shape (n,): what wears more farther out."""
+    way, zero = view.travelled
+    at_zero = view.q[view.channel.start][view.channel.run]
+    return np.asarray((way * view.q - zero * at_zero) / np.ptp(view.q))
 
 
 def _stood(view: View) -> FloatArray:
@@ -158,10 +167,17 @@ def _play(run: npt.NDArray[np.int64], values: FloatArray, width: float) -> Float
     return out
 
 
-def _weather(bench: Workbench) -> Iterator[tuple[str, FloatArray]]:
-    """Give what the station recorded beside the temperature: humidity and pressure, at once and late."""
+def _weather(bench: Workbench) -> Iterator[Trial]:
+    """Give what the station recorded beside the temperature: humidity and pressure, at once and late.
+
+    What swells takes hours, and did so before the runs.
+    """
     view = bench.view
     for name, rows in (("the humidity", 2), ("the pressure", 1)):
-        late = view.weather(rows)
+        late = view.weather(rows, (0.0, LATE_S))
         if late is not None:
-            yield name, late
+            yield Trial(PREFIX + name, late, name)
+    for tau in SWELLING_S:
+        late = view.weather(2, (tau,))
+        if late is not None:
+            yield bench.not_at_rest(Trial(PREFIX + "the humidity", late, "the humidity"), tau)

@@ -252,17 +252,25 @@ class View:
         ways = (np.cumsum(np.abs(Memory().moves(signals.q))) for signals in self.signals)
         return going_on(ways, self.pieces, zeroed_by_run=self.zeroed_by_run)
 
-    def weather(self, column: int) -> FloatArray | None:
-        """Return a column of the weather, at once and behind half an hour, less its value at the zero, shape (n, 2)."""
+    def weather(self, column: int, late: Sequence[float]) -> FloatArray | None:
+        """Return a column of the weather behind low passes, less its value at the zero, shape (n, k).
+
+        Parameters
+        ----------
+        column : int
+            1 for the pressure, 2 for the humidity.
+        late : sequence of float [s]
+            Time constants; 0 for at once.
+        """
         found = []
-        for rows, signals, piece in zip(self.runs, self.signals, self.pieces, strict=True):
+        for rows, signals, memory in zip(self.runs, self.signals, self._memories(), strict=True):
             if rows.weather is None or np.isnan(rows.weather[:, column]).any():
                 return None
             values = smoothed(signals.time, rows.weather[:, [column]])[:, 0]
-            late = Memory().low_pass("late", signals.time, values, 1800.0)
-            both = np.column_stack([values, late])
-            found.append(both - (both[piece.used[0]] if self.zeroed_by_run else 0.0))
-        return self.windows(found)
+            found.append(np.column_stack([
+                memory.low_pass(f"late {tau}", signals.time, values, tau) if tau > 0.0 else values for tau in late
+            ]))  # fmt: skip
+        return self.windows_zeroed(found)
 
     def quick_columns(self, shape: str, parameters: Mapping[str, Any]) -> FloatArray:
         """Return the columns of a shape that remembers its first values at most, made from windows, shape (n, k)."""

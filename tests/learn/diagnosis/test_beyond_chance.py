@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from hexathermal.learn.diagnosis.channels import Levels
-from hexathermal.learn.diagnosis.evidence import Base, Scored
+from hexathermal.learn.diagnosis.evidence import TOLERATED, Base, Scored
 from hexathermal.learn.diagnosis.ranking import Ranked
 from hexathermal.learn.diagnosis.rivals import (
     MOST_INDEX,
@@ -43,6 +43,15 @@ def test_a_part_of_what_is_said_counts_in_any_case(cause: str) -> None:
     assert after.value == 90.0
     sure = replace(doubted, best=replace(doubted.best, visible=5.0, trial=Trial(cause, np.zeros((3, 0)))))
     assert beyond_chance([sure]) == [sure]
+
+
+@pytest.mark.parametrize("cause", ["swapped-sensors", "creep"])
+def test_what_is_far_smaller_than_the_noise_does_not_count_so(cause: str) -> None:
+    """No thermometer feigns it, but no model is exact to a twentieth of the noise either."""
+    tiny = item(cause, 90.0, feigned=1.0)
+    tiny = replace(tiny, best=replace(tiny.best, visible=0.01))
+    (after,) = beyond_chance([tiny])
+    assert after.gated == pytest.approx(0.5 * (0.01 / 0.1 / TOLERATED) ** 2)
 
 
 def test_a_clock_and_a_lag_do_not_count_so() -> None:

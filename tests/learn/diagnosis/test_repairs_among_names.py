@@ -10,7 +10,10 @@ import pytest
 
 from hexathermal.learn.campaign_files import load_campaign
 from hexathermal.learn.diagnosis.course import base_law, searched
+from hexathermal.learn.diagnosis.deciding import Decision
 from hexathermal.learn.diagnosis.evidence import Scored
+from hexathermal.learn.diagnosis.joining import KIN_SIZE, Found, next_stage
+from hexathermal.learn.diagnosis.ranking import Ranked
 from hexathermal.learn.diagnosis.stage import Stage
 from hexathermal.learn.diagnosis.trials import Trial
 from hexathermal.learn.signals import campaign_rows
@@ -80,10 +83,27 @@ def test_another_thermometer_is_found_beside_a_mended_one(tmp_path: Path, bench:
     assert named(tmp_path, bench, seed, causes) == set(causes)
 
 
-def test_errors_of_a_named_shape_stay_tolerated_after_a_repair(tmp_path: Path) -> None:
-    """Stored heat, then a thermometer that drifts: what a sketch of the heat left was creep once data were mended."""
-    causes = ("hidden-heat", "sensor-drift")
-    assert named(tmp_path, "rough", 1972321266073783, causes) == set(causes)
+def test_errors_of_a_named_shape_stay_tolerated_after_a_repair(stage: Stage) -> None:
+    """Stored heat, then a repair: what a sketch of the heat left was creep once data were mended."""
+    heat = next(trial for trial in stage.search.trials if trial.cause == "hidden-heat" and trial.shape)
+    found = [a_found(scored(heat), stage)]
+    before = next_stage(stage, stage.with_effect(found[0].ranked.best), found, threshold=np.inf)
+    assert [one.trial.cause for one in before.tolerated] == ["hidden-heat"]
+    repair = a_repair(before, "sensor-drift")
+    after = before.with_effect(repair)
+    assert not after.tolerated
+    mended = next_stage(before, after, [*found, a_found(repair, before)], threshold=np.inf)
+    (shapes,) = mended.tolerated
+    assert shapes.trial.cause == "hidden-heat"
+    assert shapes.trial.columns.shape[1] > 0
+    np.testing.assert_allclose(shapes.size, KIN_SIZE * found[0].ranked.best.visible)
+    assert mended.base.X.shape[1] == after.base.X.shape[1] + shapes.trial.columns.shape[1]
+
+
+def a_found(one: Scored, stage: Stage) -> Found:
+    """A trial as it stands once it was named, and joined the law."""
+    decision = Decision(None, 0.98, {}, ())
+    return Found(Ranked(one.trial.cause, one.value, one, stage.levels), decision, True, np.ones(1), np.ones(1))
 
 
 def named(folder: Path, bench: str, seed: int, causes: tuple[str, ...]) -> set[str]:

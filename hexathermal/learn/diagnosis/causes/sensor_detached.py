@@ -47,7 +47,8 @@ LAST = 0.98
 """Part of a run in which it may happen: what is lost near the end still shows in later runs."""
 
 LEARNT_S = 600.0
-"""So long it must have been seen on the part before, for the others to be able to speak for it."""
+"""So long it must have been seen on the part before, for the others to be able to speak for it; and so long off it,
+where it is on it again in the next run: a part that warms in another place for the last minutes looks like that."""
 
 SHARES = (0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9)
 """Shares of the air beside which readings that were never on the part alone teach, besides the one that the parity
@@ -149,6 +150,7 @@ def _even_moments(model: SensorModel, each: int, *, stays: bool = True) -> list[
     for k in range(len(model.view.runs) - (not stays)):
         begin, end = _span(model, k)
         last = begin + LAST * (end - begin)
+        last = last if stays else max(begin, min(last, end - LEARNT_S))
         found += [Loss(k, float(moment), stays) for moment in np.linspace(begin, last, max(2, each))]
     return found
 
@@ -187,6 +189,7 @@ def _promising_moments(model: SensorModel, *, stays: bool) -> list[Loss]:
     for loss in best:
         begin, end = _span(model, loss.run)
         step = LAST * (end - begin) / (each - 1)
+        end = end if stays else max(begin, end - LEARNT_S)
         near = np.clip(loss.moment + step * np.array([-0.75, -0.5, -0.25, 0.25, 0.5, 0.75]), begin, end)
         scan([replace(loss, moment=float(one)) for one in near])
     return scan([])[:PROMISING]
