@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from hexathermal.learn.diagnosis.channels import Levels
-from hexathermal.learn.diagnosis.evidence import Scored, relevance
+from hexathermal.learn.diagnosis.evidence import TOLERATED, Scored, relevance
 from hexathermal.learn.diagnosis.trials import Item
 
 NONE = "none"
@@ -70,11 +70,19 @@ class Ranked:
 
         What the parity of this thermometer alone shows beyond `SURE_WITNESS` is no misfit of the drift, nor is what
         drift and parity say alike: chance in one knows nothing of the other. Nor does a misfit of wandering
-        thermometers repeat from run to run, nor shift all of them.
+        thermometers repeat from run to run, nor shift all of them. But what would hardly be visible in the drift is no
+        error of the law, whatever thermometers show.
         """
         small = relevance(self.best.visible, self.levels.rms, self.best.trial.feigned)
         said = self.value - self.best.trial.doubt
+        if self.hardly_shows:
+            return min(said, small)
         return min(said, small + max(self.witness - SURE_WITNESS, self.both, 0.0) + self.repeated + self.borne)
+
+    @property
+    def hardly_shows(self) -> bool:
+        """Whether less of it is visible in the drift than the null tolerates in any shape."""
+        return self.best.visible < TOLERATED * self.levels.rms
 
     @property
     def named(self) -> bool:

@@ -196,7 +196,7 @@ def exchanged(ranked: list[Ranked]) -> list[Ranked]:
     """
     plugs = _item(ranked, PLUGS)
     rivals = sorted((item for item in ranked if _imitates(item)), key=lambda item: -item.value)
-    if plugs is None or not rivals or plugs.value < IMITATED * rivals[0].value:
+    if plugs is None or plugs.hardly_shows or not rivals or plugs.value < IMITATED * rivals[0].value:
         return ranked
     first = rivals[0]
     if max(plugs.gated, first.gated) < LEAST:

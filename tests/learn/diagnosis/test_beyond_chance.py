@@ -54,6 +54,14 @@ def test_what_is_far_smaller_than_the_noise_does_not_count_so(cause: str) -> Non
     assert after.gated == pytest.approx(0.5 * (0.01 / 0.1 / TOLERATED) ** 2)
 
 
+def test_what_hardly_shows_in_the_drift_is_no_error_of_the_law() -> None:
+    """However much the other thermometers say for a fault: a twentieth of the noise is the least."""
+    told = replace(item("sensor-detached", 90.0), witness=90.0, both=40.0, repeated=20.0, borne=20.0)
+    tiny, small = (replace(told, best=replace(told.best, visible=part * LEVELS.rms * TOLERATED)) for part in (0.9, 1.1))
+    assert tiny.gated < 0.5
+    assert small.gated == 90.0
+
+
 def test_a_clock_and_a_lag_do_not_count_so() -> None:
     """Loggers are off by seconds everywhere: what moves little stays small."""
     given = [item("clock-offset", 90.0, feigned=1.0), item("thermal-lag", 80.0, feigned=1.0)]

@@ -56,7 +56,7 @@ def test_an_exchange_behind_two_rivals_leads_both() -> None:
 def test_what_stands_for_its_rival_stands_for_an_exchange() -> None:
     """Thermometers may feign a late exchange; where a rival stands that explains no more, there is something."""
     plugs = named("swapped-sensors", 50.0)
-    doubted = replace(plugs, best=replace(plugs.best, visible=0.005, trial=replace(plugs.best.trial, doubt=45.0)))
+    doubted = replace(plugs, best=replace(plugs.best, visible=0.006, trial=replace(plugs.best.trial, doubt=45.0)))
     after = {item.cause: item for item in exchanged([named("missing-sensor", 30.0), doubted])}
     assert doubted.gated < LEAST < after["swapped-sensors"].gated
     assert (after["swapped-sensors"].value, after["missing-sensor"].value) == (50.0, 30.0)
