@@ -180,4 +180,5 @@ def _weather(bench: Workbench) -> Iterator[Trial]:
     for tau in SWELLING_S:
         late = view.weather(2, (tau,))
         if late is not None:
-            yield bench.not_at_rest(Trial(PREFIX + "the humidity", late, "the humidity"), tau)
+            swelling = Trial(PREFIX + "the humidity", late, "the humidity", "", {"time_constant_s": tau})
+            yield bench.not_at_rest(swelling, tau)

@@ -96,12 +96,37 @@ def test_a_further_form_is_named(made: Any, cause: str, setting: str | None) -> 
     assert (leader.best.trial.shape == "cube") if setting is None else (setting in leader.best.trial.parameters)
 
 
-def test_what_slips_where_it_stands_has_no_name() -> None:
-    """A rate that goes with the displacement is no drift of the zero, nor heat: it is real, and unexplained."""
+def worn_outwards(view: View) -> list[FloatArray]:
+    """A screw that wears all along the campaign, the more, the farther out its nut works."""
+    found, way = [], 0.0
+    for rows, piece in zip(view.runs, view.pieces, strict=True):
+        ways = way + np.cumsum(np.abs(np.diff(rows.signals.q, prepend=rows.signals.q[0])))
+        way = float(ways[-1])
+        out = ways * rows.signals.q
+        found.append(out - out[piece.used[0]])
+    return found
+
+
+def swelling(view: View) -> list[FloatArray]:
+    """A part that swells with the humidity behind four hours, on its way from another one when a run begins."""
+    found = []
+    for k, rows in enumerate(view.runs):
+        assert rows.weather is not None
+        time, humidity = rows.signals.time, rows.weather[:, 2]
+        before = 0.01 * (-1.0) ** k * np.exp(-(time - time[0]) / 14400.0)
+        out = low_pass(time, humidity, 14400.0) + before
+        found.append(out - out[view.pieces[k].used[0]])
+    return found
+
+
+@pytest.mark.parametrize(("made", "what"), [(slipping, "the time at each displacement"),
+                                            (worn_outwards, "the way travelled"), (swelling, "the humidity")])  # fmt: skip
+def test_what_no_cause_explains_has_no_name(made: Any, what: str) -> None:
+    """A rate that goes with the displacement, wear that grows outwards, a part that swells: real, and unexplained."""
     view, _ = viewed("quiet", 2, (), 1.0)
-    decision = decided(Stage(with_drift(view, slipping(view), 1.5)).step, THRESHOLD)
+    decision = decided(Stage(with_drift(view, made(view), 1.5)).step, THRESHOLD)
     assert decision.leader is not None
-    assert decision.leader.cause == "follows the time at each displacement"
+    assert decision.leader.cause == f"follows {what}"
 
 
 def doubted(cause: str, value: float, gated: float) -> Ranked:
