@@ -119,8 +119,10 @@ def swelling(view: View) -> list[FloatArray]:
     return found
 
 
-@pytest.mark.parametrize(("made", "what"), [(slipping, "the time at each displacement"),
-                                            (worn_outwards, "the way travelled"), (swelling, "the humidity")])  # fmt: skip
+@pytest.mark.parametrize(
+    ("made", "what"),
+    [(slipping, "the time at each displacement"), (worn_outwards, "the way travelled"), (swelling, "the humidity")],
+)
 def test_what_no_cause_explains_has_no_name(made: Any, what: str) -> None:
     """A rate that goes with the displacement, wear that grows outwards, a part that swells: real, and unexplained."""
     view, _ = viewed("quiet", 2, (), 1.0)
