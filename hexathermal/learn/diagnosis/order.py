@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from functools import cached_property, partial
 
 import numpy as np
@@ -31,24 +32,25 @@ HEAVY = 3.0
 class Order:
     """The profile of temperatures along the leg: loadings of the leading profiles against the stated positions.
 
-    From run number `first` on.
+    Of the runs of some numbers; by default of all.
     """
 
-    def __init__(self, view: View, first: int = 0) -> None:
-        self.view, self.first = view, first
+    def __init__(self, view: View, runs: Iterable[int] | None = None) -> None:
+        self.view, self.runs = view, tuple(range(len(view.runs)) if runs is None else runs)
         self.names = tuple(name for name in view.sensors if name in view.positions)
 
     @cached_property
     def loadings(self) -> FloatArray:
         """Loadings of each placed thermometer, in the unit of the leading profile's, shape (s, k)."""
-        table = np.concatenate([table[::10] for table in self.view.tables(self.names)[self.first :]])
+        tables = self.view.tables(self.names)
+        table = np.concatenate([tables[k][::10] for k in self.runs])
         w, vectors = np.linalg.eigh(table.T @ table / len(table))
         count = min(PROFILES, len(self.names) - 2)
         return np.asarray(vectors[:, ::-1][:, :count] * np.sqrt(np.maximum(w[::-1][:count], 0.0)))
 
     def advantage(self, sensor: str, other: str) -> float:
         """Return the log evidence that `sensor` and `other` stand in each other's place."""
-        return self.view.once(("order", self.first, sensor, other), partial(self._advantage, sensor, other))
+        return self.view.once(("order", self.runs, sensor, other), partial(self._advantage, sensor, other))
 
     def allows(self, sensor: str, other: str) -> bool:
         """Return whether the order can be asked of two thermometers, and does not deny that they are exchanged."""

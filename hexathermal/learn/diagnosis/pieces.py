@@ -79,15 +79,19 @@ def pieces_of(rows: RunRows) -> Pieces:
     first = np.flatnonzero(np.concatenate([[True], landing[1:] != landing[:-1]]))
     since = time - np.repeat(time[first], np.diff(np.append(first, len(used))))
     longest, begin = LONGEST_S, list(EDGES_S)
-    while True:
+
+    def edges_of(longest: float) -> npt.NDArray[np.int64]:
+        """Return where windows begin that are no longer than that, behind those at the begin of each landing."""
         piece = np.searchsorted(begin, since, side="right") + np.floor(np.maximum(since - begin[-1], 0.0) / longest)
-        edges = np.flatnonzero(np.concatenate([[True], (landing[1:] != landing[:-1]) | (piece[1:] != piece[:-1])]))
-        if len(edges) - len(first) <= MOST_WINDOWS:
-            return Pieces(used, edges, landing[edges])
-        if longest < since.max() or len(begin) == 1:
-            longest *= 2.0
-        else:  # landings alone are many: fewer windows in each
-            begin.pop()
+        return np.flatnonzero(np.concatenate([[True], (landing[1:] != landing[:-1]) | (piece[1:] != piece[:-1])]))
+
+    most = len(first) + MOST_WINDOWS
+    while len(edges_of(np.inf)) > most:  # landings alone are many: fewer windows in each
+        begin.pop()
+    while len(edges_of(longest)) > most:
+        longest *= 2.0
+    edges = edges_of(longest)
+    return Pieces(used, edges, landing[edges])
 
 
 def mean_signals(signals: LegSignals, piece: Pieces, *, zeroed: bool = False) -> LegSignals:

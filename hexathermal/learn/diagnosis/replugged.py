@@ -5,7 +5,9 @@ What a thermometer reads is foretold by all but the two of a pair, with the same
     T_s = sum_k w_sk T_k + e_s,      s = i, j                                                                  (1)
 
 In runs L whose plugs i and j changed places, both are off as recorded, and neither is once they are exchanged. Of all
-single runs, and all runs from one on, L leaves least of (1), its weights fitted to the temperatures so exchanged. With
+single runs, and all runs from one on, and of these with one run more or less as long as that helps, L leaves least of
+(1), its weights fitted to the temperatures so exchanged. All runs but L leave the same: the order along the leg tells
+which of both are wrong, or that plugs sit right in most runs. With
 ``own`` and ``put`` the mean squares of e in L as recorded and exchanged, and h hours of L each worth one value,
 
     log evidence = h/2 sum_s log(own_s / put_s)                                                                (2)
@@ -13,6 +15,7 @@ single runs, and all runs from one on, L leaves least of (1), its weights fitted
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator
 from dataclasses import dataclass
 from itertools import combinations
@@ -52,6 +55,9 @@ FEWER = 1e-6
 
 SURE = 10.0
 """Log evidence that is needed."""
+
+RIGHT = math.log(4.0)
+"""Log odds that plugs sit right in a run."""
 
 MOST = 2
 """Pairs that are looked for, one after the other."""
@@ -121,8 +127,9 @@ def _pairs(view: View) -> Iterator[Exchange]:
     for i, j in combinations(range(len(view.sensors)), 2):
         if {view.sensors[i], view.sensors[j]} & set(view.base):
             where, evidence = _where(grams, count, hours, i, j)
-            if evidence >= SURE:
-                yield _exchange(view, i, j, where, evidence)
+            found = _exchange(view, i, j, where, evidence) if evidence >= SURE else None
+            if found is not None:
+                yield found
 
 
 def _where(grams: FloatArray, count: FloatArray, hours: FloatArray, i: int, j: int) -> tuple[FloatArray, float]:
@@ -162,7 +169,7 @@ def _where(grams: FloatArray, count: FloatArray, hours: FloatArray, i: int, j: i
 def _flipped(pair: _Pair, where: FloatArray, least: float) -> tuple[FloatArray, float]:
     """Return runs in which a pair is exchanged, one more or one less as long as that leaves less, and what they leave.
 
-    Exchanged in some runs or in all others is one way; where neither begins nor ends with the campaign, the fewer are.
+    Exchanged in some runs or in all others leaves the same.
     """
     runs = len(where)
     while True:
@@ -172,8 +179,7 @@ def _flipped(pair: _Pair, where: FloatArray, least: float) -> tuple[FloatArray, 
         if left.min() >= (1.0 - FEWER) * least:
             break
         where, least = ways[int(np.argmin(left))], float(left.min())
-    many = where.sum() > runs / 2 and np.abs(np.diff(where)).sum() > 1.0
-    return (1.0 - where if many else where), least
+    return where, least
 
 
 @dataclass(frozen=True, eq=False)
@@ -220,20 +226,30 @@ class _Pair:
         return np.asarray(total + ridge * np.eye(len(total)))
 
 
-def _exchange(view: View, i: int, j: int, where: FloatArray, evidence: float) -> Exchange:
-    """Return an exchange; of earlier and later runs those in which the order along the leg is worse, or the fewer."""
+def _exchange(view: View, i: int, j: int, where: FloatArray, evidence: float) -> Exchange | None:
+    """Return an exchange in those runs, or in all others, as is likelier; None where neither is."""
     first, second = (view.sensors[k] for k in ((i, j) if view.sensors[i] in view.base else (j, i)))
-    changes = np.flatnonzero(np.diff(where))
-    if len(changes) == 1:  # exchanged before it, or from it on
-        later = np.arange(len(where)) > changes[0]
-        said = Order(view, int(changes[0]) + 1).advantage(first, second)
-        where = np.where(later == (said > 0.0 if abs(said) > UNSURE else later.sum() <= len(where) / 2), 1.0, 0.0)
+    wrong = _likelier(view, first, second, where == 1.0)
+    if wrong is None:
+        return None
     names = [rows.run.name for rows in view.runs]
-    runs = tuple(name for name, own in zip(names, where, strict=True) if own)
-    lasts = len(changes) == 1 and bool(where[-1])
+    runs = tuple(name for name, own in zip(names, wrong, strict=True) if own)
+    lasts = int(np.diff(wrong).sum()) == 1 and bool(wrong[-1])
     of: dict[str, Any] = {"not_in": [name for name in names if name not in runs]} if lasts else {"only_in": runs}
     repair = SensorRepair(CAUSE.name, "swap", {"first": first, "second": second, **of})
     return Exchange(first, second, runs, evidence, repair)
+
+
+def _likelier(
+    view: View, first: str, second: str, where: npt.NDArray[np.bool_]
+) -> npt.NDArray[np.bool_] | None:
+    """Return the runs in which plugs are exchanged: some, or all others, which no foretelling tells apart.
+
+    The order along the leg tells, and that plugs sit right in more runs than not; None where both leave it open.
+    """
+    here, elsewhere = (Order(view, np.flatnonzero(runs).tolist()).advantage(first, second) for runs in (where, ~where))
+    said = here - elsewhere + RIGHT * float((~where).sum() - where.sum())
+    return None if abs(said) < UNSURE else (where if said > 0.0 else ~where)
 
 
 def told_of(exchange: Exchange, view: View, coefficients: FloatArray, covariance: FloatArray) -> Beforehand:

@@ -11,7 +11,7 @@ import numpy as np
 
 from hexathermal.learn.diagnosis.channels import Channel
 from hexathermal.learn.diagnosis.pieces import Pieces, going_on, mean_signals, pieces_of
-from hexathermal.learn.diagnosis.smoothing import FEWEST_SMOOTHED, SMOOTHED_S, smoothed, smoothing_rows
+from hexathermal.learn.diagnosis.smoothing import noise_left, smoothed
 from hexathermal.learn.signals import RunRows, follows_on
 from hexathermal.machine.leg_signals import LegSignals, Memory
 from hexathermal.machine.leg_terms import term_columns
@@ -115,9 +115,9 @@ class View:
 
     @cached_property
     def noise_left(self) -> float:
-        """What smoothing leaves of the white noise of readings, RMS: 3 / (2 sqrt(n)) of a parabola through n rows."""
-        count = smoothing_rows(self.runs[0].signals.time, SMOOTHED_S)
-        return 1.5 / float(np.sqrt(count)) if count >= FEWEST_SMOOTHED else 1.0
+        """What smoothing leaves of the white noise of readings at rest, RMS; 1 where nothing is smoothed."""
+        found = [noise_left(one.signals.time)[piece.used] for one, piece in zip(self.runs, self.pieces, strict=True)]
+        return float(np.sqrt((np.concatenate(found) ** 2).mean()))
 
     def tables(self, sensors: Sequence[str]) -> list[FloatArray]:
         """Return the smoothed temperatures of some sensors in all rows of each run, shape (n, s)."""

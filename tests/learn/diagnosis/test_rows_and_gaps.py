@@ -15,10 +15,10 @@ from hexathermal.learn.campaign import Campaign
 from hexathermal.learn.campaign_files import load_campaign
 from hexathermal.learn.diagnosis import diagnose
 from hexathermal.learn.diagnosis.pieces import MOST_WINDOWS, pieces_of
-from hexathermal.learn.diagnosis.smoothing import smoothed
+from hexathermal.learn.diagnosis.smoothing import noise_left, smoothed
 from hexathermal.learn.diagnosis.stage import Stage, view_of
 from hexathermal.learn.diagnosis.words import AMPLITUDES, PER_KELVIN
-from hexathermal.learn.signals import campaign_rows
+from hexathermal.learn.signals import RunRows, campaign_rows
 from hexathermal.learn.validation_scores import scores
 from hexathermal.machine.leg_states import terms_columns, terms_drift
 from hexathermal.machine.leg_terms import LegTerm, term_columns
@@ -119,18 +119,46 @@ def test_temperatures_are_smoothed_in_time_and_not_across_gaps() -> None:
     assert smoothed(lost, noise).std() < 0.5 * noise.std()
 
 
+BURSTS = np.concatenate([np.arange(480.0 * k, 480.0 * k + 240.0, 20.0) for k in range(40)])
+THIN_AT_REST = np.concatenate(
+    [np.concatenate([600.0 * k + np.arange(0.0, 300.0), 600.0 * k + np.arange(300.0, 600.0, 60.0)]) for k in range(20)]
+)
+
+
+@pytest.mark.parametrize(
+    ("time", "least", "most"),
+    [(np.arange(0.0, 2e4, 20.0), 0.0, 2e4), (BURSTS, 0.0, 2e4), (THIN_AT_REST, 330.0, 600.0),
+     (np.arange(0.0, 600.0, 0.05), 0.0, 600.0)],
+    ids=["even", "four minutes in eight", "once a minute at rest", "twenty a second"],
+)  # fmt: skip
+def test_smoothing_leaves_the_noise_that_is_told(time: np.ndarray, least: float, most: float) -> None:
+    """By whatever rows: a fifth more or less, and less than all of it."""
+    own = (time % most >= least) if least else np.ones(len(time), dtype=bool)
+    noise = smoothed(time, np.random.default_rng(3).standard_normal((len(time), 100)))
+    told = float(np.sqrt((noise_left(time)[own] ** 2).mean()))
+    assert told == pytest.approx(float(np.sqrt((noise[own] ** 2).mean())), rel=0.2)
+    assert told < 0.65
+
+
+def resting(rows: RunRows, rests: list[float]) -> RunRows:
+    """Rows of a run that rests so often, for so long each [s]."""
+    time = np.arange(0.0, sum(rests), 20.0)
+    landing = np.searchsorted(np.cumsum(rests), time, side="right").astype(np.int64)
+    settled = np.ones(len(time), dtype=bool)
+    return replace(rows, signals=replace(rows.signals, time=time), landing=landing, settled=settled)
+
+
 def test_a_run_of_many_rests_has_windows(tmp_path: Path) -> None:
-    """Three hundred landings of four minutes: windows end, each landing has one, and there are not too many."""
-    campaign = written(tmp_path / "campaign", as_it_is)
-    rows = campaign_rows(campaign, "identification")[0]
-    time = np.arange(0.0, 300 * 240.0, 20.0)
-    landing = (time // 240.0).astype(np.int64)
-    many = replace(
-        rows, signals=replace(rows.signals, time=time), landing=landing, settled=np.ones(len(time), dtype=bool)
-    )
-    piece = pieces_of(many)
-    assert set(piece.landing) == set(range(300))
-    assert 300 <= len(piece.edges) <= 300 + MOST_WINDOWS
+    """Three hundred landings of four minutes: windows end, each landing has one, and there are not too many.
+
+    A night behind them keeps windows of its own.
+    """
+    rows = campaign_rows(written(tmp_path / "campaign", as_it_is), "identification")[0]
+    for last in ([], [12.0 * 3600.0]):
+        piece = pieces_of(resting(rows, [240.0] * 300 + last))
+        assert set(piece.landing) == set(range(300 + len(last)))
+        assert 300 <= len(piece.edges) <= 300 + len(last) + MOST_WINDOWS
+    assert (piece.landing == 300).sum() >= 100
 
 
 def test_a_validation_run_without_the_laws_sensor_is_passed_over(tmp_path: Path) -> None:

@@ -46,7 +46,7 @@ def _exchanged(view: View) -> Iterator[Trial]:
     later_ones = range(1, len(names)) if view.zeroed_by_run else range(0)
     asked = evenly(later_ones, ORDERS) if later_ones else []
     for first in (0, *later_ones):
-        order = Order(view, max((one for one in asked if one <= first), default=0))
+        order = Order(view, range(max((one for one in asked if one <= first), default=0), len(names)))
         later = view.channel.run >= first
         # a run that was not looked at counts with those before it
         sound: dict[str, Any] = {"not_in": list(view.order[: view.order.index(names[first])])} if first else {}
