@@ -17,7 +17,7 @@ import traceback
 import warnings
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, TextIO
 
@@ -172,10 +172,9 @@ def _finish(answer: Answer, command: str, target: str | None, voice: Voice) -> N
     for warning in answer.warnings:
         if not (voice.quiet and warning.startswith("note:")):
             _say(warning)
-    text = "" if target is None else json.dumps(envelope(answer, command), indent=2, allow_nan=False)
     files = dict(answer.files)
     if target not in (None, "-"):
-        files[Path(str(target))] = f"{text}\n".encode()
+        files[Path(str(target))] = f"{_json(answer, command)}\n".encode()
     lost: OSError | None = None
     try:
         with written_together(tuple(files)) as parts:
@@ -183,16 +182,22 @@ def _finish(answer: Answer, command: str, target: str | None, voice: Voice) -> N
                 part.write_bytes(content)
     except OSError as error:  # an answer that took minutes is told nevertheless
         lost = error
+        answer = replace(answer, code=UNFINISHED, files={}, made="")
     try:
         if target == "-":
-            print(text)
+            print(_json(answer, command))
         elif not voice.quiet:
-            _show(*answer.shown)
+            _show(*answer.shown, *([answer.made] if answer.made else []))
         sys.stdout.flush()
     except BrokenPipeError:
         _drop(sys.stdout)  # the reader has gone; the code is still the answer's
     if lost is not None:
         raise lost
+
+
+def _json(answer: Answer, command: str) -> str:
+    """Return an answer as JSON."""
+    return json.dumps(envelope(answer, command), indent=2, allow_nan=False)
 
 
 @contextmanager

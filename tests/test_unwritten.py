@@ -127,3 +127,38 @@ def test_a_full_disk_is_told_with_the_folder(
         f"error: No space left on device: {tmp_path / 'campaign'}; make room, or give another place\n"
     )
     assert not list(tmp_path.iterdir())
+
+
+def test_a_page_that_finds_no_room_is_not_told_as_written(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """`report` tells its finding, nothing of a page; its JSON has the exit code and no file; one that is whole does."""
+    campaign, page = leg_campaign(tmp_path / "campaign"), tmp_path / "page.html"
+    words = ["report", str(campaign), "--out", str(page)]
+    assert main(words) == 0
+    assert f"Written:\n  {page}" in capsys.readouterr().out
+    assert main([*words, "--force", "--json", "-"]) == 0
+    assert json.loads(capsys.readouterr().out)["written"] == [str(page)]
+    page.unlink()
+    monkeypatch.setattr(Path, "write_bytes", full)
+    assert main(words) == 1
+    assert "Written" not in capsys.readouterr().out
+    assert main([*words, "--json", "-"]) == 1
+    told = json.loads(capsys.readouterr().out)
+    assert (told["exit_code"], told["written"]) == (1, [])
+    assert not page.exists()
+
+
+def test_a_law_that_is_not_written_is_not_warned_of(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Where nothing joined and nothing could be written there is no file that holds it."""
+    campaign, law = leg_campaign(tmp_path / "campaign"), tmp_path / "extended.toml"
+    monkeypatch.setattr(diagnosis, "diagnose", lambda *_given, **_named: drawn())
+    monkeypatch.setattr("hexathermal.show.diagnosis_words.changed", lambda _found: False)
+    assert main(["diagnose", str(campaign), "--extend", str(law)]) == 0
+    assert f"{law} holds it" in capsys.readouterr().err
+    law.unlink()
+    monkeypatch.setattr("hexathermal.learn.leg_law_files.write_leg_law", full)
+    assert main(["diagnose", str(campaign), "--extend", str(law)]) == 1
+    assert "holds it" not in capsys.readouterr().err

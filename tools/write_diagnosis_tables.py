@@ -7,6 +7,8 @@ import sys
 from importlib import import_module
 from pathlib import Path
 
+import numpy as np
+
 from hexathermal.learn.diagnosis.causes import catalogue
 
 PAGE = Path(__file__).resolve().parents[1] / "docs" / "diagnosis.md"
@@ -25,6 +27,7 @@ def _own_numbers(name: str) -> dict[str, object]:
     module = import_module(f"{PACKAGE}.{name}")
     tree = ast.parse(Path(str(module.__file__)).read_text(encoding="utf-8"))
     aims = [aim for node in tree.body if isinstance(node, ast.Assign) for aim in node.targets]
+    aims += [node.target for node in tree.body if isinstance(node, ast.AnnAssign)]
     names = [leaf.id for aim in aims for leaf in ast.walk(aim) if isinstance(leaf, ast.Name) and leaf.id.isupper()]
     return {one: getattr(module, one) for one in names if one not in UNITS and _items(getattr(module, one))}
 
@@ -34,11 +37,15 @@ def _items(value: object) -> list[str]:
     if isinstance(value, dict):
         parts = [(key, _items(one)) for key, one in value.items()]
         return [f"{key}: {' and '.join(own)}" for key, own in parts] if all(own for _key, own in parts) else []
+    if isinstance(value, tuple | list) and value and all(isinstance(item, tuple | list) for item in value):
+        inner = [_items(item) for item in value]
+        return [f"({', '.join(own)})" for own in inner] if all(inner) else []
+    value = value.tolist() if isinstance(value, np.ndarray) else value
     items = list(value) if isinstance(value, tuple | list) else [value]
-    numbers = [item for item in items if isinstance(item, int | float) and not isinstance(item, bool)]
-    if len(numbers) != len(items):
+    numbers = [item for item in items if isinstance(item, int | float)]
+    if len(numbers) != len(items) or all(isinstance(item, bool) for item in numbers):
         return []
-    told = [f"{item:g}" for item in numbers]
+    told = [str(item) if isinstance(item, bool) else f"{item:g}" for item in numbers]
     return told if len(told) <= LISTED else [f"{told[0]} to {told[-1]} in {len(told)} steps"]
 
 

@@ -69,14 +69,15 @@ def of_length(retracted: float | None, stroke: tuple[float, float] | None) -> li
     ]
 
 
-def of_pressure(campaign: Campaign, pressure: float) -> list[str]:
-    """Return that a pressure [Pa], NaN where none is read, may be in millimetres of mercury, unless it is accepted."""
-    read = pressure / 100.0
+def of_pressure(campaign: Campaign, lowest: float, highest: float) -> list[str]:
+    """Return that pressures [Pa], NaN where none is read, may be in millimetres of mercury, unless it is accepted."""
+    read = (lowest + highest) / 200.0
     if not MERCURY[0] < read < MERCURY[1] or "unusual-weather" in campaign.accepted:
         return []
     height = SCALE_M * math.log(SEA_HPA / read)
     return [
-        f"air_pressure_hPa reads {read:.0f}, that of {round(height, -2):.0f} m above the sea: millimetres of mercury? "
+        f"air_pressure_hPa reads {read:.0f} hPa, that of {round(height, -2):.0f} m above the sea: is it in millimetres "
+        "of mercury? "
         'Convert it, or, if it is so, write accept = ["unusual-weather"] in [cleaning] of campaign.toml'
     ]
 
@@ -121,7 +122,7 @@ def of_clock(clocks: list[Clock]) -> list[str]:
 def of_rises(rises: Mapping[str, tuple[float, float]]) -> list[str]:
     """Return that runs are as short as no warming is; `rises` of temperatures [K] and durations [s], by run."""
     warm = {run: (rise, duration) for run, (rise, duration) in rises.items() if rise > LEAST_RISE_K}
-    if not warm or max(duration for _rise, duration in warm.values()) > LONGEST_SHORT_S:
+    if not warm or max(duration for _rise, duration in rises.values()) > LONGEST_SHORT_S:
         return []
     run, (rise, duration) = max(warm.items(), key=lambda item: item[1][0])
     return [f"temperatures change by {rise:.1f} K in {duration / 60.0:.0f} min ({run}): is time_s in minutes?"]

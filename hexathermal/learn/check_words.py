@@ -70,7 +70,7 @@ def warnings_of(check: CampaignCheck) -> tuple[str, ...]:
     return (*of_roles(campaign), *of_clock(clocks), *_of_leg(campaign.leg), *_of_runs(check),
             *_of_stroke(check),
             *of_noise(campaign.sensors, check.sensor_noise), *of_collinearity(campaign.sensors, check.inflation),
-            *_of_apart(check), *_of_weather(check), *of_pressure(campaign, float(check.weather[:, 1].mean())),
+            *_of_apart(check), *_of_weather(check), *of_pressure(campaign, *check.weather[:, 1].tolist()),
             *of_fahrenheit(campaign.sensors, list(lowest.values()), float(check.weather[0, 0])),
             *of_one_fahrenheit(campaign.sensors, lowest))  # fmt: skip
 

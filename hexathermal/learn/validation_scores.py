@@ -80,7 +80,7 @@ def scores(tables: list[FloatArray], rng: np.random.Generator) -> Scores:
     m = _drawn(tables, rng)
     own = np.array([table[:, SUMS].sum(axis=0) for table in tables])
 
-    alone = len(tables) == 1 and len(tables[0]) == 1
+    alone = all(len(table) == 1 for table in tables)  # drawn again they are the same
 
     def drawn(value: float, draws: FloatArray) -> Figure:
         if alone:

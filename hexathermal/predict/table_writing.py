@@ -26,8 +26,9 @@ from hexathermal.predict.table_streams import TableStream, is_parquet
 ENDINGS = (".csv", ".parquet", ".pq")
 """Of the names of result files."""
 
-PICTURES, MARK, MARKED = (".png", ".svg", ".pdf"), "hexathermal", 8192
-"""Endings of pictures, the word in them that says who drew them, and within how many bytes from the begin it stands."""
+PICTURES, MARKED = (".png", ".svg"), 8192
+MARK = "hexathermal"
+"""Endings of pictures, within how many bytes from the begin they say who drew them, and the word for this library."""
 
 
 def check_out(out: Path, sources: tuple[Path, ...], overwrite: bool) -> None:
@@ -136,7 +137,8 @@ def written_folder(folder: Path, *, force: bool = False) -> Iterator[Path]:
         if there:
             strange = [] if force else _others_pictures(part, target)
             if strange:
-                raise FileExistsError(errno.EEXIST, f"{', '.join(strange)} there: hexathermal did not draw it", folder)
+                said = f"{', '.join(strange)} there: of another program, or of an earlier version"
+                raise FileExistsError(errno.EEXIST, said, folder)
             for file in sorted(part.iterdir()):
                 os.replace(file, target / file.name)
             part.rmdir()
@@ -152,9 +154,15 @@ def written_folder(folder: Path, *, force: bool = False) -> Iterator[Path]:
 
 
 def _others_pictures(part: Path, target: Path) -> list[str]:
-    """Return which pictures would be replaced although no hexathermal drew them."""
+    """Return which pictures would be replaced although no hexathermal that marks its own drew them."""
     there = (target / file.name for file in sorted(part.iterdir()) if file.suffix in PICTURES)
-    return [file.name for file in there if file.is_file() and MARK.encode() not in file.read_bytes()[:MARKED]]
+    return [file.name for file in there if file.is_file() and MARK.encode() not in _begin(file)]
+
+
+def _begin(file: Path) -> bytes:
+    """Return the first bytes of a file."""
+    with file.open("rb") as stream:
+        return stream.read(MARKED)
 
 
 def say_where(error: BaseException, *places: Path) -> None:

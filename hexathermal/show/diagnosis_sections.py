@@ -24,7 +24,7 @@ from hexathermal.show.diagnosis_words import (
     unexplained_words,
     verdict_words,
 )
-from hexathermal.show.shares import bounded, less, parts
+from hexathermal.show.shares import bounded, interval, less, parts
 
 
 def opening(found: Diagnosis) -> str:
@@ -157,9 +157,9 @@ def _gain(found: Diagnosis, drawn: dict[str, str]) -> str:
     if changed(found):
         rows = [
             (name, f"{one.rmse_before * 1e6:.3f}", _with_interval(one.rmse_after),
-             f"{parts(one.rmse_gain.value)} % ({parts(one.rmse_gain.low)} to {parts(one.rmse_gain.high)})",
+             f"{parts(one.rmse_gain.value)} % ({interval(one.rmse_gain)})",
              f"{one.linf_before * 1e6:.2f} → {one.linf_after.value * 1e6:.2f}",
-             f"{parts(one.linf_gain.value)} % ({parts(one.linf_gain.low)} to {parts(one.linf_gain.high)})")
+             f"{parts(one.linf_gain.value)} % ({interval(one.linf_gain)})")
             for name, one in (*found.gain.runs.items(), ("all", found.gain.total))
         ]  # fmt: skip
         head = ("run", "RMSE before, um>", "RMSE after, um (95 %)>", "less by (95 %)>", "largest, um>",

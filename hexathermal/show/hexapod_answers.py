@@ -6,6 +6,7 @@ import argparse
 import json
 import tomllib
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -111,7 +112,7 @@ def identify_answer(arguments: argparse.Namespace, progress: Progress) -> Answer
         progress(0, 0, "drawing")
         writing.into(arguments.report, lambda: _identification_report(found, seen, design, facts, arguments.report))
     if arguments.out is not None:
-        writing.into(arguments.out, lambda: _machine_files(campaign, found, bench, arguments.out))
+        _write_machine(writing, campaign, found, bench, arguments.out)
     facts["written"] = writing.names
     texts: list[Any] = [_identified(campaign, found), lambda pretty, _: hexapod_laws_table(found, pretty),
                         lambda pretty, _: kinds_table(found, pretty),
@@ -272,17 +273,25 @@ def _design_words(design: PoseDesign) -> str:
     )
 
 
-def _machine_files(
-    campaign: Campaign, found: HexapodIdentification, bench: tuple[LegLaw, ...] | None, place: Path
-) -> list[Path]:
-    """Write the identified machine and where it comes from; returns their paths."""
-    from hexathermal.learn.hexapod_origin import identified_origin, write_origin
+def _write_machine(
+    writing: Writing, campaign: Campaign, found: HexapodIdentification, bench: tuple[LegLaw, ...] | None, place: Path
+) -> None:
+    """Write the identified machine, and then where it comes from."""
+    from hexathermal.learn.hexapod_origin import identified_origin, origin_file
     from hexathermal.machine.writing import write_hexapod
 
     title = campaign.title or campaign.folder.name
     made = found.hexapod(title, bench if found.chosen == "bench" else None)
-    file = write_hexapod(made, place)
-    return [file, write_origin(identified_origin(campaign, found, title), made, file)]
+    for file in writing.into(place, lambda: [write_hexapod(made, place)]):
+        origin = identified_origin(campaign, found, title)
+        writing.into(origin_file(file), partial(_origin_written, origin, made, file))
+
+
+def _origin_written(origin: Origin, made: Hexapod, file: Path) -> list[Path]:
+    """Write where a machine's law comes from beside its file; returns the path."""
+    from hexathermal.learn.hexapod_origin import write_origin
+
+    return [write_origin(origin, made, file)]
 
 
 def _identification_report(

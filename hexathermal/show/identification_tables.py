@@ -17,6 +17,7 @@ from hexathermal.learn.validation import Validation
 from hexathermal.learn.validation_gain import Gain, RunGain
 from hexathermal.learn.validation_scores import Figure, Scores
 from hexathermal.predict.table_writing import written_whole
+from hexathermal.show.shares import bounded
 from hexathermal.show.tables import framed
 
 SHOWN_SETS = 6
@@ -25,6 +26,11 @@ SHOWN_SETS = 6
 def _um(value: float, digits: int = 3) -> str:
     """Return metres as micrometres."""
     return f"{value * 1e6:z.{digits}f}" if np.isfinite(value) else "-"
+
+
+def _ends(part: Figure) -> str:
+    """Return the ends of a part's interval; one landing alone gives none."""
+    return f"{_part(part.low)} to {_part(part.high)}" if bounded(part) else "none"
 
 
 def _part(value: float) -> str:
@@ -205,7 +211,7 @@ def validation_table(found: Validation, pretty: bool) -> Table:
     for name, one, inside in (*rows, ("all never fitted" if some else "all", found.total, found.coverage)):
         mean = one.mean_reduction
         table.add_row(name, _um(one.drift_largest, 2), _um(one.linf.value, 2), _um(one.rmse.value),
-                      _um(one.mean.value), _part(mean.value), f"{_part(mean.low)} to {_part(mean.high)}",
+                      _um(one.mean.value), _part(mean.value), _ends(mean),
                       _part(one.largest_reduction.value), _part(inside))  # fmt: skip
     return table
 
@@ -216,9 +222,9 @@ def gain_table(found: Gain, pretty: bool) -> Table:
                    "largest before\num>", "largest after\num>", "largest\ngain>", "95 % interval")  # fmt: skip
     for name, one in (*found.runs.items(), ("all", found.total)):
         table.add_row(name, _um(one.rmse_before), _um(one.rmse_after.value), _part(one.rmse_gain.value),
-                      f"{_part(one.rmse_gain.low)} to {_part(one.rmse_gain.high)}", _um(one.linf_before, 2),
+                      _ends(one.rmse_gain), _um(one.linf_before, 2),
                       _um(one.linf_after.value, 2), _part(one.linf_gain.value),
-                      f"{_part(one.linf_gain.low)} to {_part(one.linf_gain.high)}")  # fmt: skip
+                      _ends(one.linf_gain))  # fmt: skip
     return table
 
 

@@ -102,8 +102,8 @@ def diagnose_answer(arguments: argparse.Namespace, progress: Progress) -> Answer
                          force=arguments.force)  # fmt: skip
         writing.into(arguments.report, report)
     if arguments.extend is not None:
-        writing.into(arguments.extend, lambda: [write_hexapod(found.extended, arguments.extend)])
-        if not changed(found):
+        made = writing.into(arguments.extend, lambda: [write_hexapod(found.extended, arguments.extend)])
+        if made and not changed(found):
             warnings.append(f"warning: nothing joined the machine: {arguments.extend} holds it as it was")
         warnings += [f"warning: {words}" for words in cautions(found)]
     facts["written"] = writing.names

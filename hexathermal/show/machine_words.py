@@ -43,7 +43,7 @@ def sentences(found: MachineDiagnosis) -> list[str]:
     """Return the finding: one sentence, and one for each further cause; with what is not ruled out."""
     return [
         one.sentence
-        + (f" As likely in these data: {', '.join(one.equivalent_places)}." if one.equivalent_places else "")
+        + (f" Not ruled out by these data: {', '.join(one.equivalent_places)}." if one.equivalent_places else "")
         for one in found.effects
     ] or [found.sentence]
 

@@ -152,7 +152,9 @@ def scenario_chart(run: RunCheck) -> Chart | None:
 
 
 def movements(time: FloatArray, q: FloatArray | None) -> list[tuple[float, float]]:
-    """Return first and last time of each phase in which the rod moves again within `PAUSE_S`, or no row is settled.
+    """Return first and last time of each phase of movement: rests shorter than `PAUSE_S` are none.
+
+    Where rows are missing for longer, as where none is settled, the rod is taken to move.
 
     Examples
     --------

@@ -152,7 +152,7 @@ def _finding(told: Facts) -> Section:
             ("parameter", "value>", "standard uncertainty>", "95 % interval>", "unit"),
         )
         where = f", {one['target']}" if one["target"] else ""
-        alike = f" As likely: {', '.join(one['equivalent'])}." if one["equivalent"] else ""
+        alike = f" Not ruled out: {', '.join(one['equivalent'])}." if one["equivalent"] else ""
         sizes = table(f"Size of {one['cause']}", head, rows)
         parts.append(
             f'<div class="card"><h3>{text(one["cause"] + where)}</h3>{paragraph(sentence)}'

@@ -36,6 +36,18 @@ def bounded(part: Figure) -> bool:
     return math.isfinite(part.low) and math.isfinite(part.high)
 
 
+def interval(part: Figure) -> str:
+    """Return the ends of a number's interval in percent, for a table.
+
+    Examples
+    --------
+    >>> from hexathermal.learn.validation_scores import Figure
+    >>> interval(Figure(0.213, 0.102, 0.307)), interval(Figure(0.3, -math.inf, math.inf))
+    ('10 to 31', 'none: one landing')
+    """
+    return f"{parts(part.low)} to {parts(part.high)}" if bounded(part) else "none: one landing"
+
+
 def less(part: Figure) -> str:
     """Return by how much an error became less, in words.
 

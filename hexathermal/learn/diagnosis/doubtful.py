@@ -46,17 +46,23 @@ def doubtful_readings(
     """
     clocks = [Clock(one.run.name, one.record.rows, one.record.duration, one.record.sampling) for one in rows]
     weather = [one.weather for one in rows if one.weather is not None and len(one.weather)]
-    pressure = float(np.median([table[:, 1].mean() for table in weather])) if weather else math.nan
+    read = np.concatenate([table[:, 1] for table in weather]) if weather else np.zeros(0)
+    known = read[np.isfinite(read)]
+    pressure = (float(known.min()), float(known.max())) if len(known) else (math.nan, math.nan)
     return (
         *of_clock(clocks), *of_rises(_rises(rows)), *_of_strokes(campaign, rows), *_of_temperatures(rows),
-        *of_pressure(campaign, pressure), *_of_landings(drift, levels),
+        *of_pressure(campaign, *pressure), *_of_landings(drift, levels),
     )  # fmt: skip
 
 
 def _rises(rows: Sequence[RunRows]) -> dict[str, tuple[float, float]]:
     """Return by how much the middle one of all thermometers changes in each run [K], and how long that is [s]."""
-    return {one.run.name: (float(np.median([np.ptp(values) for values in one.signals.dT.values()])),
-                           float(np.ptp(one.signals.time))) for one in rows}  # fmt: skip
+    found = {}
+    for one in rows:
+        spans = np.array([np.ptp(values) for values in one.signals.dT.values()])
+        known = spans[np.isfinite(spans)]
+        found[one.run.name] = float(np.median(known)) if len(known) else 0.0, float(np.ptp(one.signals.time))
+    return found
 
 
 def _of_strokes(campaign: Campaign, rows: Sequence[RunRows]) -> list[str]:

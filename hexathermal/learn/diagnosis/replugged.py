@@ -240,9 +240,7 @@ def _exchange(view: View, i: int, j: int, where: FloatArray, evidence: float) ->
     return Exchange(first, second, runs, evidence, repair)
 
 
-def _likelier(
-    view: View, first: str, second: str, where: npt.NDArray[np.bool_]
-) -> npt.NDArray[np.bool_] | None:
+def _likelier(view: View, first: str, second: str, where: npt.NDArray[np.bool_]) -> npt.NDArray[np.bool_] | None:
     """Return the runs in which plugs are exchanged: some, or all others, which no foretelling tells apart.
 
     The order along the leg tells, and that plugs sit right in more runs than not; None where both leave it open.

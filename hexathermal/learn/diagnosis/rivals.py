@@ -179,6 +179,8 @@ def late_or_off(ranked: list[Ranked], *, timed: bool) -> list[Ranked]:
     late, off = _item(ranked, LATE), _item(ranked, OFF)
     if late is None or off is None or off.gated < LEAST or off.value > (1.0 + SHIFTED) * late.value:
         return ranked
+    if late.hardly_shows:
+        return ranked
     if off.value < late.value and not timed:
         return ranked
     if off.value >= late.value and off.best.trial.advantage > 0.0:

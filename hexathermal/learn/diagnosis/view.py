@@ -270,7 +270,8 @@ class View:
             found.append(np.column_stack([
                 memory.low_pass(f"late {tau}", signals.time, values, tau) if tau > 0.0 else values for tau in late
             ]))  # fmt: skip
-        return self.windows_zeroed(found)
+        first = 0.0 if self.zeroed_by_run else found[0][self.pieces[0].used[0]]
+        return self.windows_zeroed([own - first for own in found])
 
     def quick_columns(self, shape: str, parameters: Mapping[str, Any]) -> FloatArray:
         """Return the columns of a shape that remembers its first values at most, made from windows, shape (n, k)."""

@@ -259,7 +259,7 @@ def _doubts(found: Found, amplitudes: FloatArray, spread: FloatArray) -> str:
     loose = bool(shape) and len(amplitudes) > 0 and seen < UNSURE
     size = "; beside the law's own coefficients neither its size nor its sign is sure" if loose else ""
     if found.ranked.cause == AIR and len(amplitudes) and amplitudes[0] < 0.0 and not loose:
-        size += "; less than none of it: the beams were corrected too much, or with the wrong sign"
+        size += "; its share is negative: the beams were corrected too much, or with the wrong sign"
     return size + (f"; not ruled out by these data: {', '.join(alike)}" if alike else "")
 
 

@@ -42,6 +42,8 @@ class Answer:
         Exit code.
     files : mapping of Path to bytes
         Written together with the file of ``--json``: all of them, or none.
+    made : str
+        What is said of `files`, behind `shown`, once they are written.
     then : callable, optional
         Called when all is written and said, as to serve a page until Ctrl-C; returns a last word for stderr.
     """
@@ -51,6 +53,7 @@ class Answer:
     warnings: tuple[str, ...] = ()
     code: int = 0
     files: Mapping[Path, bytes] = field(default_factory=dict)
+    made: str = ""
     then: Callable[[], str] | None = None
 
 

@@ -129,12 +129,12 @@ def run(arguments: argparse.Namespace, progress: Progress) -> Answer:
     if arguments.report is not None:
         writing.into(arguments.report, lambda: _report(found, facts, arguments, progress))
     if arguments.extend is not None:
-        writing.into(arguments.extend, lambda: [write_leg_law(found.extended, arguments.extend)])
-        if not changed(found):
+        made = writing.into(arguments.extend, lambda: [write_leg_law(found.extended, arguments.extend)])
+        if made and not changed(found):
             warnings.append(
                 f"warning: nothing joined the law: {arguments.extend} holds it without terms, fitted to these runs"
             )
-        if found.gain is not None and (worse := found.gain.total.rmse_gain).high < 0.0:
+        if made and found.gain is not None and (worse := found.gain.total.rmse_gain).high < 0.0:
             warnings.append(
                 f"warning: on runs never fitted the extended law is worse, {less(worse)} of the RMSE: do not use "
                 f"{arguments.extend} before the next campaign says otherwise"

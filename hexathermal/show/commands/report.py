@@ -126,13 +126,14 @@ def _written(report: Report, out: Path, arguments: argparse.Namespace, progress:
             figures = write_figures(report, arguments.figures, progress)
     size = len(page) / 1e6
     lines = [report.finding, *(f"{what}: {value} ({beside})" for what, value, beside in report.pairs),
-             *(f"note: {note}" for note in report.notes), f"Written:\n  {out} ({size:.1f} MB)"]  # fmt: skip
+             *(f"note: {note}" for note in report.notes)]  # fmt: skip
+    made = f"Written:\n  {out} ({size:.1f} MB)"
     if figures:
-        lines.append(f"  {arguments.figures}: {len(figures)} files of {len(report.charts)} figures")
+        made += f"\n  {arguments.figures}: {len(figures)} files of {len(report.charts)} figures"
     data = {
         "format": "hexathermal-report/1", "kind": report.kind, "finding": report.finding,
         "figures": [{"name": chart.name, "title": chart.title, "alt": chart.alt} for chart in report.charts],
         "notes": list(report.notes), **report.facts,
-        "written": [str(out), *(str(file) for file in figures)],
+        "written": [str(out), *(str(file) for file in figures)] if figures else [],
     }  # fmt: skip
-    return Answer(("\n".join(lines),), data, files={} if figures else {out: page})
+    return Answer(("\n".join(lines),), data, files={} if figures else {out: page}, made=made)

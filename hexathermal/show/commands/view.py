@@ -92,9 +92,8 @@ def run(arguments: argparse.Namespace, progress: Progress) -> Answer:
     html = viewer_page(course, folder=machine_folder(name), magnify=drawn)
     data, lines = _facts(course, drawn), [_said(course, drawn), *(f"note: {note}" for note in course.notes)]
     if arguments.save is not None:
-        data["written"] = [str(arguments.save)]
-        text = "\n".join([*lines, f"Written:\n  {arguments.save} ({len(html.encode()) / 1e6:.1f} MB)"])
-        return Answer((text,), data, files={arguments.save: html.encode()})
+        made = f"Written:\n  {arguments.save} ({len(html.encode()) / 1e6:.1f} MB)"
+        return Answer(("\n".join(lines),), data, files={arguments.save: html.encode()}, made=made)
     server = PageServer(html, arguments.port)
     data["address"] = server.address
 

@@ -62,7 +62,7 @@ def scaled(name: str, factor: float, less: float = 0.0) -> Callable[[Row], None]
         ),
         (
             scaled("air_pressure_hPa", 1.0 / 1.33322),
-            r"air_pressure_hPa reads 7\d\d, that of 2\d00 m above the sea: millimetres of mercury\?",
+            r"air_pressure_hPa reads 7\d\d hPa, that of 2\d00 m above the sea: is it in millimetres of mercury\?",
         ),
     ],
 )

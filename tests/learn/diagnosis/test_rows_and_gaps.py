@@ -23,7 +23,7 @@ from hexathermal.learn.validation_scores import scores
 from hexathermal.machine.leg_states import terms_columns, terms_drift
 from hexathermal.machine.leg_terms import LegTerm, term_columns
 from hexathermal.show.identification_tables import figure_facts
-from hexathermal.show.shares import less, proven
+from hexathermal.show.shares import bounded, less, proven
 from hexathermal.simulate.hidden.drawing import campaign_of
 from hexathermal.simulate.hidden.writing import write_campaign
 from tests.learn.diagnosis.campaigns import rewritten
@@ -205,6 +205,10 @@ def test_one_landing_alone_has_no_interval() -> None:
     assert alone.rms_reduction.value == pytest.approx(0.5)
     assert proven(alone.rms_reduction) == "not proven"
     assert less(alone.rms_reduction).endswith("one landing: no interval")
+    each = scores([one, 2.0 * one], np.random.default_rng(1))  # drawn again they are the same
+    assert not bounded(each.linf)
+    assert not bounded(each.largest_reduction)
+    assert bounded(each.rms_reduction)
     assert json.dumps(figure_facts(alone.rms_reduction), allow_nan=False)
     assert two.rmse.low < two.rmse.value < two.rmse.high
 

@@ -150,7 +150,9 @@ def _even_moments(model: SensorModel, each: int, *, stays: bool = True) -> list[
     for k in range(len(model.view.runs) - (not stays)):
         begin, end = _span(model, k)
         last = begin + LAST * (end - begin)
-        last = last if stays else max(begin, min(last, end - LEARNT_S))
+        last = last if stays else min(last, end - LEARNT_S)
+        if last < begin:
+            continue
         found += [Loss(k, float(moment), stays) for moment in np.linspace(begin, last, max(2, each))]
     return found
 
