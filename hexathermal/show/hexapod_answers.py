@@ -6,7 +6,6 @@ import argparse
 import json
 import tomllib
 from dataclasses import replace
-from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -277,21 +276,15 @@ def _write_machine(
     writing: Writing, campaign: Campaign, found: HexapodIdentification, bench: tuple[LegLaw, ...] | None, place: Path
 ) -> None:
     """Write the identified machine, and then where it comes from."""
-    from hexathermal.learn.hexapod_origin import identified_origin, origin_file
+    from hexathermal.learn.hexapod_origin import identified_origin, origin_file, write_origin
     from hexathermal.machine.writing import write_hexapod
 
     title = campaign.title or campaign.folder.name
     made = found.hexapod(title, bench if found.chosen == "bench" else None)
-    for file in writing.into(place, lambda: [write_hexapod(made, place)]):
+    files = writing.into(place, lambda: [write_hexapod(made, place)])
+    if files:
         origin = identified_origin(campaign, found, title)
-        writing.into(origin_file(file), partial(_origin_written, origin, made, file))
-
-
-def _origin_written(origin: Origin, made: Hexapod, file: Path) -> list[Path]:
-    """Write where a machine's law comes from beside its file; returns the path."""
-    from hexathermal.learn.hexapod_origin import write_origin
-
-    return [write_origin(origin, made, file)]
+        writing.into(origin_file(files[0]), lambda: [write_origin(origin, made, files[0])])
 
 
 def _identification_report(

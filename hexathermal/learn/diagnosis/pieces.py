@@ -88,9 +88,8 @@ def pieces_of(rows: RunRows) -> Pieces:
     most = len(first) + MOST_WINDOWS
     while len(edges_of(np.inf)) > most:  # landings alone are many: fewer windows in each
         begin.pop()
-    while len(edges_of(longest)) > most:
+    while len(edges := edges_of(longest)) > most:
         longest *= 2.0
-    edges = edges_of(longest)
     return Pieces(used, edges, landing[edges])
 
 

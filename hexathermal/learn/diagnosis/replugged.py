@@ -151,7 +151,7 @@ def _where(grams: FloatArray, count: FloatArray, hours: FloatArray, i: int, j: i
     pair = _Pair(grams[:, rest][:, :, rest], both[:, :, rest][:, :, :, [i, j]],
                  np.stack([both[:, :, i, i], both[:, :, j, j]], axis=-1))  # fmt: skip
     ways = np.unique(np.vstack([np.eye(runs), np.tri(runs, runs, -1).T]), axis=0)
-    ways = ways[(ways.sum(axis=1) > 0.0) & (ways.sum(axis=1) < runs - 1.0)]
+    ways = _in_some(ways)
     none, *left = pair.left(np.vstack([np.zeros(runs), ways])).tolist()
     where, least = _flipped(pair, ways[int(np.argmin(left))], min(left))
     if none < (1.0 + LEAST_LEFT / runs) * least:
@@ -166,15 +166,19 @@ def _where(grams: FloatArray, count: FloatArray, hours: FloatArray, i: int, j: i
     return where, 0.5 * float(hours[at].sum() * gained.sum())
 
 
+def _in_some(ways: FloatArray) -> FloatArray:
+    """Return the ways, shape (w, r), in which a pair is exchanged in one run at least, and sits right in two."""
+    exchanged = ways.sum(axis=1)
+    return np.asarray(ways[(exchanged > 0.0) & (exchanged < ways.shape[1] - 1.0)])
+
+
 def _flipped(pair: _Pair, where: FloatArray, least: float) -> tuple[FloatArray, float]:
     """Return runs in which a pair is exchanged, one more or one less as long as that leaves less, and what they leave.
 
     Exchanged in some runs or in all others leaves the same.
     """
-    runs = len(where)
     while True:
-        ways = np.abs(where - np.eye(runs))
-        ways = ways[(ways.sum(axis=1) > 0.0) & (ways.sum(axis=1) < runs - 1.0)]
+        ways = _in_some(np.abs(where - np.eye(len(where))))
         left = pair.left(ways) if len(ways) else np.array([least])
         if left.min() >= (1.0 - FEWER) * least:
             break

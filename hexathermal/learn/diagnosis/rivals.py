@@ -177,9 +177,9 @@ def late_or_off(ranked: list[Ranked], *, timed: bool) -> list[Ranked]:
     would know of a clock.
     """
     late, off = _item(ranked, LATE), _item(ranked, OFF)
-    if late is None or off is None or off.gated < LEAST or off.value > (1.0 + SHIFTED) * late.value:
+    if late is None or off is None or late.hardly_shows or off.gated < LEAST:
         return ranked
-    if late.hardly_shows:
+    if off.value > (1.0 + SHIFTED) * late.value:
         return ranked
     if off.value < late.value and not timed:
         return ranked

@@ -61,7 +61,7 @@ def noise_left(time: FloatArray, over: float = SMOOTHED_S) -> FloatArray:
     for part in _stretches(time, over):
         own = time[part]
         rows = _told_by(own, over) if _uneven(own) else np.full(len(own), float(_count(own, over)))
-        found.append(np.where(rows < FEWEST_SMOOTHED, 1.0, np.minimum(1.5 / np.sqrt(np.maximum(rows, 1)), 1.0)))
+        found.append(np.where(rows < FEWEST_SMOOTHED, 1.0, 1.5 / np.sqrt(rows)))
     return np.concatenate(found)
 
 

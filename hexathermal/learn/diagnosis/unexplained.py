@@ -74,7 +74,7 @@ def flexible_trials(bench: Workbench) -> Iterator[Trial]:
             both = _bumps(view.q, 5)[:, :, None] * _bumps(T, 4)[:, None, :]
             yield Trial(PREFIX + "displacement and temperature", both.reshape(len(T), -1), "qT")
     yield from view.once((PREFIX, "rhythms"), lambda: tuple(_rhythms(view)), ())
-    yield from _weather(bench)
+    yield from view.once((PREFIX, "weather"), lambda: tuple(_weather(bench)), ())
     for name in view.runs[0].signals.inputs:
         values = np.concatenate([s.inputs[name] for s in view.windowed])
         if np.ptp(values) > 0.0:

@@ -279,16 +279,20 @@ class View:
 
     def _quick_columns(self, shape: str, parameters: Mapping[str, Any]) -> FloatArray:
         """Return a shape's columns, made of windows."""
-        found = []
-        for signals, piece, memory in zip(self.signals, self.pieces, self._memories(), strict=True):
-            columns = term_columns(shape, mean_signals(signals, piece, zeroed=self.zeroed_by_run), parameters, memory)
-            found.append(columns[1:] - columns[0] if self.zeroed_by_run else columns)
-        return np.concatenate(found)
+        runs = zip(self._from_zero, self._memories(), strict=True)
+        found = [term_columns(shape, signals, parameters, memory) for signals, memory in runs]
+        return np.concatenate([columns[1:] - columns[0] for columns in found] if self.zeroed_by_run else found)
 
     @cached_property
     def windowed(self) -> tuple[LegSignals, ...]:
         """Signals of each run, one row a window: enough for shapes without a memory."""
         return tuple(mean_signals(signals, piece) for signals, piece in zip(self.signals, self.pieces, strict=True))
+
+    @cached_property
+    def _from_zero(self) -> tuple[LegSignals, ...]:
+        """The same, behind the row of the zero where each run has its own."""
+        runs = zip(self.signals, self.pieces, strict=True)
+        return tuple(mean_signals(*own, zeroed=self.zeroed_by_run) for own in runs)
 
     @cached_property
     def time(self) -> FloatArray:
@@ -309,8 +313,7 @@ class View:
     def moves(self) -> bool:
         """Whether the rod moves, in a run where each counts from its own place."""
         places = [piece.means(signals.q) for signals, piece in zip(self.signals, self.pieces, strict=True)]
-        places = places if self.zeroed_by_run else [np.concatenate(places)]
-        return any(bool(np.ptp(own) > LEAST_MOVE) for own in places)
+        return any(bool(np.ptp(own) > LEAST_MOVE) for own in (places if self.zeroed_by_run else [self.q]))
 
     @property
     def indexed(self) -> bool:
