@@ -2,9 +2,10 @@
 
 Kinds of repairs and their parameters:
 
-``clock``: ``offset_s``. The temperatures' clock runs ahead (positive) or behind: ``dT(t) := dT(t + offset)``, linear
-between rows; where there is no such row, the first or the last one's. The zero moves with it: in the row in which all
-temperatures are zero they stay so.
+``clock``: ``offset_s``, optionally ``gains_s_per_h``. The temperatures' clock runs ahead (positive) or behind, or gains
+(loses) time besides since each run's first row: ``dT(t) := dT(t + offset + gains t)``, linear between rows; where there
+is no such row, the first or the last one's. The zero moves with it: in the row in which all temperatures are zero they
+stay so.
 ``swap``: ``first``, ``second``, optionally ``not_in`` (names of runs in which the plugs still sat right) or ``only_in``
 (of the runs in which they did not; in all others they sit right). Two sensors exchange their names.
 ``drift``: ``sensor``, ``rate_K_per_h``, optionally ``rates_K_per_h`` (by the name of runs with a rate of their own).
@@ -38,9 +39,9 @@ KINDS: dict[str, tuple[str, ...]] = {
 }  # fmt: skip
 """Kinds of repairs and the parameters that each of them needs."""
 
-BY_RUN = {"swap": ("not_in", "only_in"), "drift": ("rates_K_per_h",), "detached": ("from_s", "again_in"),
-          "loose": ("from_s", "again_in", "air_above_K")}  # fmt: skip
-"""What they may have of single runs, by their names."""
+OPTIONAL = {"clock": ("gains_s_per_h",), "swap": ("not_in", "only_in"), "drift": ("rates_K_per_h",),
+            "detached": ("from_s", "again_in"), "loose": ("from_s", "again_in", "air_above_K")}  # fmt: skip
+"""What they may have besides, most of it of single runs, by their names."""
 
 
 @dataclass(frozen=True)
@@ -67,7 +68,7 @@ class SensorRepair:
         given: dict[str, Any] = {
             key: dict(value) if isinstance(value, Mapping) else value for key, value in self.parameters.items()
         }
-        known = {*KINDS[self.kind], *BY_RUN.get(self.kind, ())}
+        known = {*KINDS[self.kind], *OPTIONAL[self.kind]}
         missing, strange = [key for key in KINDS[self.kind] if key not in given], sorted(set(given) - known)
         if missing or strange:
             wrong = f"lacks {', '.join(missing)}" if missing else f"does not know {', '.join(strange)}"
@@ -108,7 +109,12 @@ class SensorRepair:
     @property
     def causal(self) -> bool:
         """Whether it needs no row that has not come yet."""
-        return self.kind != "clock" or self.parameters["offset_s"] <= 0.0
+        return self.kind != "clock" or (self.parameters["offset_s"] <= 0.0 and self.gains <= 0.0)
+
+    @property
+    def gains(self) -> float:
+        """Time that a clock gains in an hour [s/h]; 0 where it does not."""
+        return float(self.parameters.get("gains_s_per_h", 0.0))
 
 
 class RepairMemory:
@@ -246,14 +252,21 @@ def zero_row(dT: Mapping[str, FloatArray]) -> int | None:
     return int(np.argmax(still)) if still.any() else None
 
 
+def ahead_of(repair: SensorRepair) -> str:
+    """Return in words how far a clock is ahead: ``"runs 30 s ahead"``."""
+    offset, gains = float(repair.parameters["offset_s"]), repair.gains
+    return f"runs {offset:g} s ahead" + (f" and gains {gains:g} s in an hour" if gains else "")
+
+
 def _clock(
     signals: LegSignals, repair: SensorRepair, number: int, memory: RepairMemory | None
 ) -> dict[str, FloatArray]:
-    """Return all temperatures as they were `offset_s` later."""
+    """Return all temperatures as they were `offset_s` later, and what the clock has gained."""
     offset = float(repair.parameters["offset_s"])
+    read = signals.time + offset + repair.gains * signals.time / 3600.0
     if memory is not None and not repair.causal:
         raise ArgumentError(
-            f"{repair.cause}: the temperatures' clock runs {offset:g} s ahead, so that a row needs temperatures that "
+            f"{repair.cause}: the temperatures' clock {ahead_of(repair)}, so that a row needs temperatures that "
             "come later: row by row that cannot be run; set the logger's clock, or take whole runs (predict_signals)"
         )
     time, known = signals.time, dict(signals.dT)
@@ -261,13 +274,13 @@ def _clock(
         before, held = memory.kept[number]
         time = np.concatenate([before, time])
         known = {name: np.concatenate([held[name], values]) for name, values in known.items()}
-    moved = {name: np.interp(signals.time + offset, time, values) for name, values in known.items()}
+    moved = {name: np.interp(read, time, values) for name, values in known.items()}
     zeros = None if memory is None else memory.zeros.get(number)
     if zeros is None:
         row = zero_row(signals.dT)
         zeros = {name: 0.0 if row is None else float(values[row]) for name, values in moved.items()}
     if memory is not None:
         memory.zeros[number] = zeros
-        first = max(int(np.searchsorted(time, signals.time[-1] + offset, side="right")) - 1, 0)
+        first = max(int(np.searchsorted(time, read[-1], side="right")) - 1, 0)
         memory.kept[number] = (time[first:].copy(), {name: values[first:].copy() for name, values in known.items()})
     return {name: values - zeros[name] for name, values in moved.items()}

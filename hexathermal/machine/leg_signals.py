@@ -158,13 +158,15 @@ class Memory:
         return y if values.ndim == 2 else y[:, 0]
 
     def speed(self, time: FloatArray, q: FloatArray) -> FloatArray:
-        """Return the mean speed since the row before, unsigned [m/s]."""
-        t0, q0 = self._kept.get("speed", (time[0], q[0]))
+        """Return the mean speed since the row before, unsigned; asked once more at that row's time, its own [m/s]."""
+        t0, q0, v0 = self._kept.get("speed", (time[0], q[0], 0.0))
         dt, dq = np.diff(time, prepend=t0), np.diff(q, prepend=q0)
-        self._kept["speed"] = (time[-1], q[-1])
-        return np.where(
+        found = np.where(
             dt > 0.0, np.abs(np.where(np.abs(dq) > SMALLEST_MOVE, dq, 0.0)) / np.where(dt > 0, dt, 1.0), 0.0
         )
+        found[0] = found[0] if dt[0] > 0.0 else v0
+        self._kept["speed"] = (time[-1], q[-1], found[-1])
+        return found
 
     def first(self, key: str, values: FloatArray) -> Any:
         """Return what the values were in the run's first row."""

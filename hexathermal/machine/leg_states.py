@@ -12,7 +12,7 @@ from dataclasses import replace
 import numpy as np
 
 from hexathermal.errors import ArgumentError
-from hexathermal.machine.leg_repairs import RepairMemory, SensorRepair
+from hexathermal.machine.leg_repairs import RepairMemory, SensorRepair, ahead_of
 from hexathermal.machine.leg_signals import LegSignals, Memory
 from hexathermal.machine.leg_terms import WEIGHED, LegTerm
 from hexathermal.poses import FloatArray
@@ -141,7 +141,7 @@ class LegController:
         for repair in repairs:
             if not repair.causal:
                 raise ArgumentError(
-                    f"{repair.cause}: the temperatures' clock runs {repair.parameters['offset_s']:g} s ahead, so that "
+                    f"{repair.cause}: the temperatures' clock {ahead_of(repair)}, so that "
                     "a controller would need temperatures that come later; set the logger's clock and remove the repair"
                 )
         self.sensors, self.retracted_length = tuple(sensors), float(retracted_length)

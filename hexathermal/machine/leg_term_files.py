@@ -23,6 +23,14 @@ from hexathermal.poses import FloatArray
 PARAMETERS: dict[str, dict[str, str]] = {
     "lag": {"sensor": "text!", "ratio": "number!", "time_constant_s": "number!", "order": "number"},
     "lead": {"sensor": "text!", "ratio": "number!", "time_constant_s": "number!"},
+    "lead-by-motion": {
+        "sensor": "text!",
+        "ratio": "number!",
+        "time_constant_s": "number!",
+        "heat_times_s": "number+!",
+        "once": "number+!",
+        "twice": "number+!",
+    },
     "foretold": {"sensor": "text!", "weights": "table!", "ratio": "number!"}
     | {"time_constant_s": "number!", "order": "number"},
     "temperature": {"sensor": "text!", "ratio": "number!", "weights": "table"},
@@ -75,13 +83,15 @@ PARAMETERS: dict[str, dict[str, str]] = {
 """Parameters of each shape in files and their rules, see `hexathermal.machine.forms.Form`."""
 
 POSITIVE = {
-    "lag": ("time_constant_s", "order"), "lead": ("time_constant_s",), "foretold": ("time_constant_s", "order"),
+    "lag": ("time_constant_s", "order"), "lead": ("time_constant_s",), "lead-by-motion": ("time_constant_s",),
+    "foretold": ("time_constant_s", "order"),
     "relaxation": ("time_constant_s", "saturation_mm"), "periodic": ("pitch_mm",), "wave": ("pitch_mm",),
     "bend": ("width_K",), "direction": ("play_mm",),
 }  # fmt: skip
 """Parameters that must be above 0; other time constants may be 0, which stands for no delay."""
 
-UNITS = {"lag": "1/K", "lead": "1/K", "foretold": "1/K", "temperature": "1/K", "expansion": "1/K",
+UNITS = {"lag": "1/K", "lead": "1/K", "lead-by-motion": "1/K", "foretold": "1/K", "temperature": "1/K",
+         "expansion": "1/K",
          "square": "1/K^2", "cube": "1/K^3", "bend": "1/K^2", "air-index": "1", "position": "1",
          "room": "um/K", "tilt": "um/rad", "time": "um/h"}  # fmt: skip
 """Units of the amplitudes of each shape; of the others micrometres for a unit of the column."""
@@ -95,7 +105,7 @@ KICKS = ("direction", "move", "step", "begin")
 
 TERM = {"cause": "text!", "shape": "text!", "amplitudes": "number+!", "unit": "text!", "covariance": "matrix"}
 REPAIRS: dict[str, dict[str, str]] = {
-    "clock": {"offset_s": "number!"},
+    "clock": {"offset_s": "number!", "gains_s_per_h": "number"},
     "swap": {"first": "text!", "second": "text!", "not_in": "texts", "only_in": "texts"},
     "drift": {"sensor": "text!", "rate_K_per_h": "number!", "rates_K_per_h": "table"},
     "detached": {"sensor": "text!", "weights": "table!", "from_s": "table", "again_in": "texts"},
@@ -260,6 +270,11 @@ def _check_parameters(form: Form, shape: str, parameters: Mapping[str, Any], pat
             form.check((*path, key), parts or not value, "parts of the length: 0 or more, one of them above 0")
         elif key == "weights" and shape in PARAMETERS:
             form.check((*path, key), bool(value) and parameters.get("sensor") not in value, "those of other sensors")
+    if shape == "lead-by-motion" and parameters.keys() >= {"heat_times_s", "once", "twice"}:
+        times, *weights = (np.atleast_1d(parameters[key]) for key in ("heat_times_s", "once", "twice"))
+        form.check((*path, "heat_times_s"), bool((times > 0.0).all()), "above 0")
+        for key, own in zip(("once", "twice"), weights, strict=True):
+            form.check((*path, key), len(own) == len(times), f"as many as heat_times_s: {len(times)}")
     if "order" in parameters and shape in ("lag", "foretold", "room"):
         form.check((*path, "order"), parameters["order"] in (1.0, 2.0), "1 or 2")
     if "reference_index" in parameters and shape == "air-index":

@@ -19,6 +19,9 @@ EXAMPLES: dict[str, list[tuple[str, dict[str, Any], list[float]]]] = {
     "lag": [("thermal-lag", {"sensor": "T01", "ratio": 0.5, "time_constant_s": 900.0}, [1.5e-6]),
             ("thermal-lag", {"sensor": "T02", "ratio": 0.0, "time_constant_s": 70.0, "order": 2}, [-0.7e-6])],
     "lead": [("thermal-lag", {"sensor": "T01", "ratio": 0.5, "time_constant_s": 300.0}, [0.8e-6, -0.3e-6])],
+    "lead-by-motion": [("thermal-lag", {"sensor": "T01", "ratio": 0.5, "time_constant_s": 300.0,
+                                        "heat_times_s": [120.0, 900.0], "once": [50.0, -20.0],
+                                        "twice": [-10.0, 200.0]}, [2e-6])],
     "foretold": [("thermal-lag", {"sensor": "T01", "weights": {"T02": 0.4, "T03": 0.7}, "ratio": 0.5,
                                   "time_constant_s": 1500.0, "order": 2}, [2e-6])],
     "temperature": [("missing-sensor", {"sensor": "T03", "ratio": 0.3}, [0.4e-6]),
@@ -63,6 +66,7 @@ REPAIRS = (
     SensorRepair("sensor-drift", "drift", {"sensor": "T01", "rate_K_per_h": 0.03}),
     SensorRepair("clock-offset", "clock", {"offset_s": -47.5}),
     SensorRepair("sensor-detached", "detached", {"sensor": "T02", "weights": {"T01": 0.4, "T03": 0.7}}),
+    SensorRepair("clock-offset", "clock", {"offset_s": -12.0, "gains_s_per_h": -3.5}),
     SensorRepair("sensor-detached", "loose", {"sensor": "T01", "share": 0.2}),
 )
 

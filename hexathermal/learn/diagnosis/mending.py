@@ -13,6 +13,7 @@ from hexathermal.learn.diagnosis.evidence import Scored
 from hexathermal.learn.diagnosis.read_later import read_later
 from hexathermal.learn.diagnosis.sensor_model import FEWEST_DOUBTING, SensorModel, sensor_model
 from hexathermal.learn.diagnosis.smoothing import smoothed
+from hexathermal.learn.diagnosis.steadied import motion_of
 from hexathermal.learn.diagnosis.trials import Delay
 from hexathermal.learn.diagnosis.view import View, read_by
 from hexathermal.learn.signals import RunRows
@@ -65,7 +66,8 @@ def told_after(view: View, repair: SensorRepair, model: Callable[[str], SensorMo
         after = mended_view(view, repair)
         return told_by(after, lambda sensor: sensor_model(after, sensor))
     offset = float(repair.parameters["offset_s"])
-    return _told(view, [read_later(view, rows, offset) for rows in (_rows(view, name, model) for name in view.base)])
+    tables = (_rows(view, name, model) for name in view.base)
+    return _told(view, [read_later(view, rows, offset, repair.gains) for rows in tables])
 
 
 def told_late(view: View, delay: Delay, model: Callable[[str], SensorModel | None]) -> Told:
@@ -76,14 +78,14 @@ def told_late(view: View, delay: Delay, model: Callable[[str], SensorModel | Non
     """
     found = []
     for sensor in view.base:
-        rows = _rows(view, sensor, model)
+        rows = _rows(view, sensor, model, recorded=delay.by_motion)
         found.append(view.windows_zeroed(_delayed(view, rows, delay) if sensor in delay.sensors else rows))
     return _told(view, found)
 
 
 def law_late(view: View, delay: Delay) -> FloatArray:
     """Return the law's columns alone of `told_late`."""
-    tables = {name: view.tables([name]) for name in view.base}
+    tables = {name: (view.as_recorded if delay.by_motion else view).tables([name]) for name in view.base}
     late = [view.windows_zeroed(_delayed(view, rows, delay) if name in delay.sensors else rows)[:, 0]
             for name, rows in tables.items()]  # fmt: skip
     return view.base_of(late)
@@ -97,17 +99,26 @@ def _told(view: View, found: Sequence[FloatArray]) -> Told:
     return Told(view.base_of([table[:, 0] for table in found]), tuple(table[:, 1:last] for table in found), alike)
 
 
-def _rows(view: View, sensor: str, model: Callable[[str], SensorModel | None]) -> list[FloatArray]:
+def _rows(
+    view: View, sensor: str, model: Callable[[str], SensorModel | None], *, recorded: bool = False
+) -> list[FloatArray]:
     """Return a sensor's temperature, and what the law may rather not believe of it, in all rows of each run."""
     one = model(sensor)
     doubted = [one.doubted] if _doubting(one) else []
-    parts = [view.tables([sensor]), *doubted, view.bands(sensor), doubted_alike(view)]
-    return [np.column_stack(own) for own in zip(*parts, strict=True)]
+    parts = [
+        (view.as_recorded if recorded else view).tables([sensor]),
+        *doubted,
+        view.bands(sensor),
+        doubted_alike(view),
+    ]
+    return [np.column_stack(each) for each in zip(*parts, strict=True)]
 
 
 def _delayed(view: View, rows: Sequence[FloatArray], delay: Delay) -> list[FloatArray]:
     """Return rows' values of each run as a delay has them, shape (n, k)."""
     found, memory = list[FloatArray](), Memory()
+    if delay.by_motion:
+        rows = motion_of(view).steadied(rows)
     for signals, goes_on, values in zip(view.signals, view.goes_on, rows, strict=True):
         memory = memory if goes_on else Memory()
         if not delay.late:

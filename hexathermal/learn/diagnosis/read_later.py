@@ -11,7 +11,7 @@ from hexathermal.machine.leg_repairs import zero_row
 from hexathermal.poses import FloatArray
 
 
-def read_later(view: View, tables: Sequence[FloatArray], offset: float) -> FloatArray:
+def read_later(view: View, tables: Sequence[FloatArray], offset: float, gains: float = 0.0) -> FloatArray:
     """Return rows' values read `offset` seconds later, in windows, less those of the zero, shape (n, k).
 
     Parameters
@@ -20,17 +20,19 @@ def read_later(view: View, tables: Sequence[FloatArray], offset: float) -> Float
     tables : sequence of array, shape (rows, k)
         Of each run. Before its first row and after its last one values are held.
     offset : float [s]
+    gains : float [s/h]
+        By how much more with each hour of a run.
     """
     later = []
     for rows, table in zip(view.runs, tables, strict=True):
-        moved = _at(rows.signals.time, table, offset)
+        moved = _at(rows.signals.time, table, offset + gains * rows.signals.time / 3600.0)
         zero = zero_row(rows.signals.dT)
         # as the repair has it: a zero that is a row of this run is read later too
         later.append(moved if zero is None or view.zeroed_by_run else moved - (moved[zero] - table[zero]))
     return view.windows_zeroed(later)
 
 
-def _at(time: FloatArray, table: FloatArray, offset: float) -> FloatArray:
+def _at(time: FloatArray, table: FloatArray, offset: FloatArray) -> FloatArray:
     """Return the rows of a table, shape (n, k), `offset` seconds later, linear between rows."""
     place = np.interp(time + offset, time, np.arange(len(time), dtype=np.float64))
     first = place.astype(np.int64)

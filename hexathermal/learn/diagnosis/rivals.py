@@ -24,8 +24,8 @@ evidence."""
 AIR, MOST_INDEX = "air-refraction", 2.0
 """Air along the beams, and the most of its index that may have been left out: a path may be twice as long as stated."""
 
-RATES = "lead"
-"""The shape of a late thermometer by its own rates: with times of a grid, amplitudes tell how late it is."""
+RATES = ("lead", "lead-by-motion")
+"""Shapes of a late thermometer by its rates: with times of a grid, amplitudes tell how late it is."""
 
 MISSING, PLUGS, IMITATED = "missing-sensor", "swapped-sensors", 0.85
 """Another thermometer that matters, exchanged ones, and the part of its evidence, or of a lag's, that these have where
@@ -142,8 +142,8 @@ def lagging(channel: Channel, system: System, sensors: tuple[str, ...], ranked: 
     _, mean, covariance = channel.solved(base.X, base.sd, late.levels)
     first, own = len(mean) - trial.columns.shape[1], sensors.index(str(trial.target))
     bounds = np.zeros((2, len(mean)))
-    if trial.shape == RATES:  # at rates that are slow both columns go as T', the second twice
-        bounds[0, first : first + 2] = 1.0, 2.0
+    if trial.shape in RATES:  # at rates that are slow two columns both go as T', the second twice
+        bounds[0, first:] = (1.0, 2.0)[: len(mean) - first]
     else:
         bounds[:, first], bounds[:, own] = (1.0, -1.0), (-LEAST_PART, MOST_PART)
     spread = np.maximum(np.einsum("ij,jk,ik->i", bounds, covariance, bounds), 0.0)

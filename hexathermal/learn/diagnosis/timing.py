@@ -73,15 +73,15 @@ class Timing:
             found.append((_interpolated(fine, time, table @ chosen), rows))
         return found
 
-    def _misfit(self, steps: int) -> float:
+    def _misfit(self, steps: float, gains: float = 0.0) -> float:
         """Return the log likelihood of the innovations, -n / 2 log(sum of squares), of every profile.
 
-        Profiles are read so many times `STEP_S` later.
+        Profiles are read so many times `STEP_S` later, and with each hour of a run `gains` [s/h] later.
         """
         response, design = [], []
-        first = round(REACH_S / STEP_S) + steps
         for fine, rows in self._grids:
-            shifted = fine[first::GRID_STEPS][: len(rows) + 1]
+            place = REACH_S / STEP_S + GRID_STEPS * np.arange(len(rows) + 1.0)
+            shifted = _rows_at(fine, place + steps + gains * place / 3600.0)
             # rates of change, so that slow weather does not count as noise that is correlated
             response.append(shifted[1:] - shifted[:-1])
             design.append(np.column_stack([rows, shifted[:-1]]))
@@ -112,11 +112,25 @@ class Timing:
         weight = -0.5 * ((offsets - offset) / max(TOLERANCE_S, self.view.sampling)) ** 2
         return float(np.logaddexp.reduce(values + weight) - np.logaddexp.reduce(weight))
 
-    def advantage(self, offset: float) -> float:
-        """Return the log evidence that temperatures are to be read `offset` seconds later, against now."""
+    def advantage(self, offset: float, gains: float = 0.0) -> float:
+        """Return the log evidence that temperatures are to be read `offset` seconds later, against now.
+
+        Of a clock that gains time as well, `gains` [s/h], it is that of its course itself.
+        """
         if not self.view.moves:
             return 0.0
+        if gains:
+            apart = self._misfit(offset / STEP_S, gains) - self._misfit(0.0)
+            return float(np.clip(SHARE * apart, -MOST, MOST))
         return float(np.clip(self._believed(offset) - self._believed(0.0), -MOST, MOST))
+
+
+def _rows_at(table: FloatArray, place: FloatArray) -> FloatArray:
+    """Return rows of a table, shape (n, k), at places between its rows; beyond its ends the first or the last."""
+    place = np.clip(place, 0.0, len(table) - 1.0)
+    first = place.astype(np.int64)
+    low = table[first]
+    return np.asarray(low + (place - first)[:, None] * (table[np.minimum(first + 1, len(table) - 1)] - low))
 
 
 def _interpolated(at: FloatArray, time: FloatArray, table: FloatArray) -> FloatArray:

@@ -110,12 +110,15 @@ class Delay:
         Whether the thermometers are late; else the part is.
     smooths : bool
         Whether rates are smoothed: of thermometers whose noise hides them.
+    by_motion : bool
+        Whether rates are those of the temperature as motion explains it, see `steadied`.
     """
 
     sensors: tuple[str, ...]
     stages: tuple[float, ...]
     late: bool
     smooths: bool = False
+    by_motion: bool = False
 
 
 @dataclass(frozen=True, eq=False)
@@ -228,9 +231,9 @@ class Trial:
     @property
     def line(self) -> Hashable:
         """What trials that mend data share which stand in the order of their parameter, or begin with the campaign."""
-        delay, begins = self.delay, "from_run" not in self.parameters
-        own = None if delay is None else (delay.sensors, len(delay.stages), delay.late, delay.smooths)
-        return self.cause, begins, own
+        delay, begins = self.delay, {"from_run", "gains_s_per_h"} & self.parameters.keys()
+        own = None if delay is None else (delay.sensors, len(delay.stages), delay.late, delay.smooths, delay.by_motion)
+        return self.cause, frozenset(begins), own
 
     @property
     def named(self) -> bool:

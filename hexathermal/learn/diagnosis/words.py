@@ -19,6 +19,7 @@ UM = 1e6
 AMPLITUDES: dict[str, tuple[tuple[str, ...], str, float]] = {
     "lag": (("amplitude_per_K",), "1/K", 1.0),
     "lead": (("first_per_K", "second_per_K"), "1/K", 1.0),
+    "lead-by-motion": (("amplitude_per_K",), "1/K", 1.0),
     "foretold": (("amplitude_per_K",), "1/K", 1.0),
     "temperature": (("coefficient_per_K",), "1/K", 1.0),
     "expansion": (("A_per_K", "B_per_K"), "1/K", 1.0),
@@ -45,7 +46,8 @@ STEPS: dict[str, tuple[str, str, float]] = {
 """The same of repairs and steps."""
 
 SPOKEN = {
-    "time_constant_s": "time constant", "pitch_m": "pitch", "time_s": "at", "offset_s": "offset", "step_um": "step",
+    "time_constant_s": "time constant", "pitch_m": "pitch", "time_s": "at", "offset_s": "offset",
+    "gains_s_per_h": "gains", "step_um": "step",
     "rate_um_per_h": "rate", "rate_K_per_h": "rate", "wander_K": "wander, RMS,",
     "kick_um": "after each move", "scale_ppm": "scale",
     "coefficient_per_K": "coefficient", "A_per_K": "A", "B_per_K": "B",
@@ -55,7 +57,7 @@ SPOKEN = {
 """Words of parameters that a sentence tells."""
 
 HIDDEN = ("ratio", "path_m", "stroke_share", "decay_runs", "from_share", "order", "power", "reference_degC",
-          "calibration_degC", "weights", "origin_m")  # fmt: skip
+          "calibration_degC", "weights", "origin_m", "heat_times_s", "once", "twice")  # fmt: skip
 """Settings of shapes that say nothing to a reader."""
 
 LONG_S = 120.0
@@ -85,7 +87,7 @@ WORKSHOP: dict[str, tuple[str, float]] = {
 """Unit in which people measure, for a unit of a parameter, and its factor; others stay."""
 
 UNITS = {"time_constant_s": "s", "source_time_constant_s": "s", "saturation_m": "m", "play_m": "m",
-         "pitch_m": "m", "time_s": "s", "offset_s": "s", "rate_K_per_h": "K/h",
+         "pitch_m": "m", "time_s": "s", "offset_s": "s", "gains_s_per_h": "s/h", "rate_K_per_h": "K/h",
          "middle_degC": "degC", "width_K": "K"}  # fmt: skip
 
 

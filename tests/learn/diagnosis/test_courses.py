@@ -171,6 +171,20 @@ def test_a_clock_that_is_off_is_no_lag() -> None:
     assert values["clock-offset"] > max(LEAST, values["thermal-lag"])
 
 
+@pytest.mark.parametrize("gains", [-40.0, 60.0])
+def test_a_clock_that_gains_or_loses_time_is_told_by_how_much(gains: float) -> None:
+    """Right when a run begins, it is off by minutes at its end: neither one offset, nor a lag, nor hidden heat."""
+    view, _ = viewed("quiet", 5, (), 1.0)
+    for name in view.sensors:
+        view = altered(
+            view, name, lambda _k, s, name=name: np.interp(s.time * (1.0 - gains / 3600.0), s.time, s.dT[name])
+        )
+    best = Stage(view).step.ranking[0]
+    assert best.cause == "clock-offset"
+    assert best.best.trial.parameters["gains_s_per_h"] == pytest.approx(gains, rel=0.25)
+    assert best.gated > LEAST
+
+
 def test_a_reading_that_wanders_is_told_by_its_size(sound: tuple[View, str]) -> None:
     """No rate is told of what has none."""
     view, _sensor = sound

@@ -10,6 +10,8 @@ import pytest
 from hexathermal.learn.diagnosis.causes import creep, zero_drift
 from hexathermal.learn.diagnosis.causes.creep import FEWEST_BEGUN
 from hexathermal.learn.diagnosis.causes.zero_drift import FEWEST_RATES
+from hexathermal.learn.diagnosis.deciding import decided
+from hexathermal.learn.diagnosis.evidence import LEAST
 from hexathermal.learn.diagnosis.stage import Stage
 from hexathermal.learn.diagnosis.unexplained import flexible_trials
 from tests.learn.diagnosis.campaigns import first_name, viewed
@@ -33,10 +35,21 @@ def test_rates_that_differ_are_a_drift_all_the_same() -> None:
 def test_a_law_carries_the_common_rate_alone() -> None:
     """What one run has of its own stands beside it: one column for each run, of which no law knows anything."""
     view, _ = viewed("modal", 1, ("zero-drift",), 1.0)
-    steady, own = zero_drift.trials(Stage(view).bench)
+    steady, *_warmed, own = zero_drift.trials(Stage(view).bench)
     assert own.carried == steady.carried == 1
     assert own.starts == len(view.runs)
     assert own.columns[:, 1:].sum(axis=1) == pytest.approx(steady.columns[:, 0])
+
+
+def test_what_comes_to_rest_in_each_run_alike_may_creep_or_warm_up() -> None:
+    """A clamped leg, or an instrument that warms up: nothing in these data tells them apart, and both are told."""
+    view, _ = viewed("quiet", 2, (), 1.0)
+    size = 4.0 * Stage(view).levels.rms
+    runs = [replace(one, drift=one.drift - size * np.expm1(-one.signals.time / 2500.0)) for one in view.runs]
+    decision = decided(Stage(replace(view, runs=tuple(runs))).step, LEAST)
+    assert decision.leader is not None
+    assert {decision.leader.cause, *decision.equivalent} >= {"creep", "zero-drift"}
+    assert decision.probability < 0.8
 
 
 @pytest.mark.parametrize("period", [510.0, 1026.0, 3300.0])

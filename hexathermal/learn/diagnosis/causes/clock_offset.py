@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator, Sequence
 from functools import partial
 
 import numpy as np
@@ -20,7 +20,10 @@ CAUSE = Cause(
         "All temperatures lead, or follow, by the same time, both against the drift and against the motion "
         "that warms the part."
     ),
-    parameters=(Parameter("offset_s", "s", "10 s to 20 min, either sign; less where both neighbours say so"),),
+    parameters=(
+        Parameter("offset_s", "s", "10 s to 20 min, either sign; less where both neighbours say so"),
+        Parameter("gains_s_per_h", "s/h", "none, or 30 s to 20 min at the end of the longest run, either sign"),
+    ),
     confused_with=("thermal-lag",),
     experiment="One pulse on both loggers.",
     words="the clock of the temperatures runs ahead of that of the displacement",
@@ -29,23 +32,44 @@ CAUSE = Cause(
 OFFSETS_S = tuple(np.geomspace(10.0, 1200.0, 28))
 
 
+GAINED_S = tuple(np.geomspace(30.0, 1200.0, 9))
+"""What a clock that gains or loses time is off by at the end of the longest run."""
+
+LEAST_SPAN_S = 3600.0
+"""In runs that are no longer nobody tells such a clock."""
+
+
 def trials(bench: Workbench) -> Iterator[Trial]:
-    """Give the law at temperatures that are read earlier or later."""
-    yield from bench.view.once((CAUSE.name,), lambda: tuple(_shifted(bench.view)))
+    """Give the law at temperatures that are read earlier or later, all alike or the more the longer a run lasts."""
+    yield from bench.view.once((CAUSE.name,), lambda: (*_shifted(bench.view), *_gaining(bench.view)))
 
 
 def _shifted(view: View) -> Iterator[Trial]:
-    """Give the trials, which no stage of a diagnosis changes."""
+    """Give the trials of offsets, which no stage of a diagnosis changes."""
+    return _line(view, OFFSETS_S, lambda offset: {"offset_s": offset})
+
+
+def _gaining(view: View) -> Iterator[Trial]:
+    """Give the trials of clocks that are right when a run begins, and gain or lose time."""
+    longest = max(float(np.ptp(signals.time)) for signals in view.signals)
+    if longest > LEAST_SPAN_S and all(not goes_on for goes_on in view.goes_on):
+        hours = longest / 3600.0
+        yield from _line(view, GAINED_S, lambda gained: {"offset_s": 0.0, "gains_s_per_h": gained / hours})
+
+
+def _line(view: View, sizes: Sequence[float], named: Callable[[float], dict[str, float]]) -> Iterator[Trial]:
+    """Give trials of sizes of either sign, in their order, whose parameters are `named`."""
     timing, tables = Timing(view), view.tables(view.base)
-    offsets = (*(-value for value in OFFSETS_S[::-1]), *OFFSETS_S)
+    steps = (*(-value for value in sizes[::-1]), *sizes)
 
     def trial(place: float) -> Trial:
-        """Return the trial of an offset, by its place among `offsets`."""
-        offset = float(np.interp(place, np.arange(len(offsets)), offsets))
-        base = view.base_of(list(read_later(view, tables, offset).T))
-        return Trial(CAUSE.name, np.zeros((len(view.q), 0)), None, "", {"offset_s": offset}, base=base,
-                     repair=partial(SensorRepair, CAUSE.name, "clock", {"offset_s": offset}),
-                     anew=True, advantage=timing.advantage(offset), finer=lambda step: trial(place + step))  # fmt: skip
+        """Return a trial by its place among the sizes."""
+        own = named(float(np.interp(place, np.arange(len(steps)), steps)))
+        offset, gains = own["offset_s"], own.get("gains_s_per_h", 0.0)
+        base = view.base_of(list(read_later(view, tables, offset, gains).T))
+        return Trial(CAUSE.name, np.zeros((len(view.q), 0)), None, "", own, base=base,
+                     repair=partial(SensorRepair, CAUSE.name, "clock", own), anew=True,
+                     advantage=timing.advantage(offset, gains), finer=lambda step: trial(place + step))  # fmt: skip
 
-    for place in range(len(offsets)):
+    for place in range(len(steps)):
         yield trial(float(place))

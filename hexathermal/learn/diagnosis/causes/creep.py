@@ -89,14 +89,18 @@ def trials(bench: Workbench) -> Iterator[Trial]:
 
 def _from_the_beginning(bench: Workbench) -> Iterator[Trial]:
     """Give decays from the beginning of each run on, alike in all; parts that never move warm so when they begin."""
-    view = bench.view
-    if (view.kind != "leg" and not view.moves) or view.goes_on.count(False) < FEWEST_BEGUN:
+    if not begins_anew(bench.view):
         return
     for decades, times in BEGUN.items():
         for tau in times:
             own: dict[str, Any] = {"time_constant_s": tau, "kick": "begin"}
             own |= {"decades": decades} if decades else {}
             yield bench.term(CAUSE.name, "relaxation", None, **own)
+
+
+def begins_anew(view: View) -> bool:
+    """Return whether enough runs begin anew to tell what goes alike from the beginning of each."""
+    return (view.kind == "leg" or view.moves) and view.goes_on.count(False) >= FEWEST_BEGUN
 
 
 def _saturations(view: View) -> list[float]:

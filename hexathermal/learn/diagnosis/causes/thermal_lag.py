@@ -5,12 +5,14 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from functools import partial
+from typing import Any
 
 import numpy as np
 
 from hexathermal.learn.diagnosis.mending import law_late
 from hexathermal.learn.diagnosis.sensor_model import SensorModel
 from hexathermal.learn.diagnosis.smoothing import SMOOTHED_S
+from hexathermal.learn.diagnosis.steadied import motion_of
 from hexathermal.learn.diagnosis.trials import Cause, Delay, Parameter, Trial, Workbench
 from hexathermal.machine.leg_signals import Memory
 from hexathermal.poses import FloatArray
@@ -83,11 +85,41 @@ def trials(bench: Workbench) -> Iterator[Trial]:
             yield from _read(bench, term)
         for order, smooths in WHOLE_LEADS:
             yield from _wholly(bench, leads, order, late=True, smooths=smooths)
+        if bench.view.moves:
+            yield from _by_motion(bench, leads, own)
         yield from _late(bench, sensor, bench.ratios[sensor])
 
 
+def _by_motion(bench: Workbench, leads: Sequence[Trial], own: dict[str, Any]) -> Iterator[Trial]:
+    """Give what a late sensor has yet to show by its rate as motion explains it, and a law that is late as a whole."""
+    view, sensor = bench.view, own["sensor"]
+    heats = view.once(
+        (CAUSE.name, "heats", sensor), lambda: motion_of(view).heats(view.as_recorded.tables([sensor])), [sensor]
+    )
+    terms = [
+        replace(term, **{name: getattr(lead, name) for name in ("parity", "least_parity")})
+        for lead in leads
+        for term in [
+            bench.term(
+                CAUSE.name,
+                "lead-by-motion",
+                sensor,
+                **{**own, "time_constant_s": lead.parameters["time_constant_s"], **heats},
+            )
+        ]
+    ]
+    yield from terms
+    yield from _wholly(bench, terms, 1, late=True, by_motion=True)
+
+
 def _wholly(
-    bench: Workbench, terms: Sequence[Trial], order: int, *, late: bool, smooths: bool = False
+    bench: Workbench,
+    terms: Sequence[Trial],
+    order: int,
+    *,
+    late: bool,
+    smooths: bool = False,
+    by_motion: bool = False,
 ) -> Iterator[Trial]:
     """Give trials that are compared with a clock as that is told: the law is late as a whole, as its errors are.
 
@@ -101,7 +133,7 @@ def _wholly(
         """Return the trial of a time constant, by its place among `WHOLE_TIMES_S`."""
         log_tau = float(np.interp(place, np.arange(len(WHOLE_TIMES_S)), np.log(WHOLE_TIMES_S)))
         term = terms[int(np.argmin(np.abs(times - log_tau)))]
-        delay = Delay(sensors, (float(np.exp(log_tau)) / order,) * order, late, smooths)
+        delay = Delay(sensors, (float(np.exp(log_tau)) / order,) * order, late, smooths, by_motion)
         law = view.once((CAUSE.name, delay), partial(law_late, view, delay))
         return Trial(CAUSE.name, np.zeros((len(law), 0)), target, "", term.parameters, base=law, anew=True, delay=delay,
                      term=term, finer=lambda step: trial(sensors, place + step))  # fmt: skip

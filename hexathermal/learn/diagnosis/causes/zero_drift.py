@@ -7,14 +7,19 @@ from dataclasses import replace
 
 import numpy as np
 
+from hexathermal.learn.diagnosis.causes.creep import begins_anew
 from hexathermal.learn.diagnosis.trials import Cause, Parameter, Trial, Workbench
 
 CAUSE = Cause(
     name="zero-drift",
     physics="The laser, the optics, a clamp or a foundation drifts steadily, whatever the temperatures do.",
-    signature="The residual is proportional to time.",
-    parameters=(Parameter("rate", "m/h", "visible effect of 0.25 to 4 times the noise; runs may differ about it"),),
+    signature="The residual is proportional to time; that of an instrument that warms up comes to rest in each run.",
+    parameters=(
+        Parameter("rate", "m/h", "visible effect of 0.25 to 4 times the noise; runs may differ about it"),
+        Parameter("time_constant_s", "s", "1000 s to 150 min, of an instrument that warms up when a run begins"),
+    ),
     confused_with=(
+        "creep",
         "frame-expansion",
         "sensor-drift",
         "air-refraction",
@@ -25,14 +30,24 @@ CAUSE = Cause(
     readings=12,
 )
 
+WARMED_S = (1000.0, 3000.0, 9000.0)
+"""Times in which an instrument warms up."""
+
+SELDOM = -4.0
+"""Log evidence of that beforehand: it is what creep from the beginning of runs is, by more of a name's few trials."""
+
 FEWEST_RATES = 4
 """With fewer runs nobody tells rates that differ from a slow noise."""
 
 
 def trials(bench: Workbench) -> Iterator[Trial]:
-    """Give the time since the zero; at one rate, or at one of its own besides in each run."""
+    """Give the time since the zero, at one rate or one of its own besides in each run; and what warms up in each."""
     trial = bench.term(CAUSE.name, "time", None, quick=True)
     yield trial
+    if begins_anew(bench.view):
+        for tau in WARMED_S:
+            warmed = bench.term(CAUSE.name, "relaxation", None, time_constant_s=tau, kick="begin")
+            yield replace(warmed, advantage=SELDOM)
     run = bench.view.channel.run
     own = run[:, None] == np.unique(run)
     if bench.view.zeroed_by_run and own.shape[1] >= FEWEST_RATES:
