@@ -168,6 +168,16 @@ class Memory:
         self._kept["speed"] = (time[-1], q[-1], found[-1])
         return found
 
+    def heats(self, time: FloatArray, q: FloatArray, time_constants: Iterable[float]) -> tuple[FloatArray, FloatArray]:
+        """Return the speed behind low passes, once and twice behind each, and their rates, (n, 2 t) [m/s, m/s^2]."""
+        speed, heats, rates = self.speed(time, q), [], []
+        for tau in time_constants:
+            once = self.low_pass(f"speed once {tau}", time, speed, tau, held=True)
+            twice = self.low_pass(f"speed twice {tau}", time, once, tau)
+            heats += [once, twice]
+            rates += [(speed - once) / tau, (once - twice) / tau]
+        return np.stack(heats, axis=1), np.stack(rates, axis=1)
+
     def first(self, key: str, values: FloatArray) -> Any:
         """Return what the values were in the run's first row."""
         return self._kept.setdefault(key, values[0].copy() if values.ndim > 1 else float(values[0]))

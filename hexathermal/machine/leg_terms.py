@@ -7,7 +7,7 @@ heat, creep, direction) are causal: they know no row that has not come yet, so t
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
 from typing import Any
 
@@ -169,26 +169,13 @@ def lead_by_motion(signals: LegSignals, parameters: Mapping[str, Any], memory: M
     Of heat of motion ``sum_k once_k lp_k(v) + twice_k lp_k(lp_k(v))``, v the speed, lp_k low passes of
     ``heat_times_s``, the rate is known without noise; of what is left, that of two low passes of `SLOWLY_S`.
     """
-    heats, rates = heat_of_motion(signals, parameters["heat_times_s"], memory)
+    heats, rates = memory.heats(signals.time, signals.q, parameters["heat_times_s"])
     weights = np.stack([parameters["once"], parameters["twice"]], axis=1).ravel()
     left = signals.temperature(parameters["sensor"]) - heats @ weights
     once = memory.low_pass("left once", signals.time, left, SLOWLY_S)
     slow = (once - memory.low_pass("left twice", signals.time, once, SLOWLY_S)) / SLOWLY_S
     rate = rates @ weights + slow
     return np.asarray(signals.span(parameters["ratio"]) * parameters["time_constant_s"] * rate)
-
-
-def heat_of_motion(
-    signals: LegSignals, time_constants: Sequence[float], memory: Memory
-) -> tuple[FloatArray, FloatArray]:
-    """Return the speed behind low passes, once and twice behind each, and their rates, shape (n, 2 t) [m/s, m/s^2]."""
-    speed, heats, rates = memory.speed(signals.time, signals.q), [], []
-    for tau in time_constants:
-        once = memory.low_pass(f"speed once {tau}", signals.time, speed, tau, held=True)
-        twice = memory.low_pass(f"speed twice {tau}", signals.time, once, tau)
-        heats += [once, twice]
-        rates += [(speed - once) / tau, (once - twice) / tau]
-    return np.stack(heats, axis=1), np.stack(rates, axis=1)
 
 
 def foretold(signals: LegSignals, parameters: Mapping[str, Any], memory: Memory) -> FloatArray:

@@ -79,16 +79,23 @@ def told_late(view: View, delay: Delay, model: Callable[[str], SensorModel | Non
     found = []
     for sensor in view.base:
         rows = _rows(view, sensor, model, recorded=delay.by_motion)
+        rows = motion_of(view).steadied(rows) if delay.by_motion else rows
         found.append(view.windows_zeroed(_delayed(view, rows, delay) if sensor in delay.sensors else rows))
     return _told(view, found)
 
 
 def law_late(view: View, delay: Delay) -> FloatArray:
     """Return the law's columns alone of `told_late`."""
-    tables = {name: (view.as_recorded if delay.by_motion else view).tables([name]) for name in view.base}
+    tables = {name: _steadied(view, name) if delay.by_motion else view.tables([name]) for name in view.base}
     late = [view.windows_zeroed(_delayed(view, rows, delay) if name in delay.sensors else rows)[:, 0]
             for name, rows in tables.items()]  # fmt: skip
     return view.base_of(late)
+
+
+def _steadied(view: View, sensor: str) -> list[FloatArray]:
+    """Return a sensor's temperature as motion explains it in all rows of each run, shape (n, 1); it is made once."""
+    recorded = view.as_recorded.tables([sensor])
+    return view.once(("steadied", sensor), lambda: motion_of(view).steadied(recorded), [sensor])
 
 
 def _told(view: View, found: Sequence[FloatArray]) -> Told:
@@ -117,8 +124,6 @@ def _rows(
 def _delayed(view: View, rows: Sequence[FloatArray], delay: Delay) -> list[FloatArray]:
     """Return rows' values of each run as a delay has them, shape (n, k)."""
     found, memory = list[FloatArray](), Memory()
-    if delay.by_motion:
-        rows = motion_of(view).steadied(rows)
     for signals, goes_on, values in zip(view.signals, view.goes_on, rows, strict=True):
         memory = memory if goes_on else Memory()
         if not delay.late:

@@ -22,7 +22,6 @@ from scipy import linalg
 from hexathermal.learn.diagnosis.smoothing import smoothed
 from hexathermal.learn.diagnosis.view import View
 from hexathermal.machine.leg_signals import Memory
-from hexathermal.machine.leg_terms import heat_of_motion
 from hexathermal.poses import FloatArray
 
 TIMES_S = (60.0, 120.0, 240.0, 480.0, 960.0, 1920.0, 3840.0, 7680.0)
@@ -84,7 +83,7 @@ class Motion:
         for run, goes_on in zip(self.view.runs, self.view.goes_on, strict=True):
             memory = memory if goes_on else Memory()
             signals = run.signals
-            heats = heat_of_motion(signals, TIMES_S, memory)[0]
+            heats, _rates = memory.heats(signals.time, signals.q, TIMES_S)
             columns = [np.ones(len(signals.time)), *heats.T]
             if airs is not None:
                 air = airs[len(found)]
