@@ -7,6 +7,7 @@ from typing import Any
 LABELS = {
     "first_per_K": "amplitude, first order",
     "second_per_K": "amplitude, second order",
+    "gains_s_per_h": "gains",
     "kick": "kick at each",
     "decades": "decades of time constants",
     "saturation_m": "way in which a kick becomes whole",

@@ -177,7 +177,7 @@ def settings_words(settings: Mapping[str, Any]) -> str:
 
 
 HIDDEN = ("sensor", "sensors", "ratio", "source", "path_m", "stroke_share", "first", "reference_degC",
-          "weights")  # fmt: skip
+          "weights", "heat_times_s", "once", "twice")  # fmt: skip
 """Settings that say nothing beside the target."""
 
 
@@ -191,7 +191,15 @@ PLACES = {
 """Words before settings that tell where and when."""
 
 
-TOLD = {"_K_per_h": " K/h", "_um_per_h": " um/h", "_ppm": " um/m", "_um": " um", "_K": " K", "_degC": " °C"}
+TOLD = {
+    "_s_per_h": " s/h",
+    "_K_per_h": " K/h",
+    "_um_per_h": " um/h",
+    "_ppm": " um/m",
+    "_um": " um",
+    "_K": " K",
+    "_degC": " °C",
+}
 """Units of settings by the endings of their names."""
 
 ENDLESS = 1e6

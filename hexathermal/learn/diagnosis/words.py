@@ -73,6 +73,9 @@ AIR = "air-refraction"
 PER_KELVIN = ("1/K", "1/K^2", "1/K^3")
 """Units of a leg's expansion; of a part without a stroke it is a length."""
 
+RATE_ERROR = 0.15
+"""What rates that motion tells may be wrong by: of thermometers 330 and 131 s late 378 and 114 s were found."""
+
 UNSURE = 2.0
 """Amplitudes that are together fewer standard uncertainties tell neither size nor sign."""
 
@@ -121,6 +124,10 @@ def effect_of(found: Found, stage: Stage, final: Stage, covariance: FloatArray, 
             unit = of_source(trial.parameters)
         for name, value, std in zip(names, amplitudes, spread, strict=True):
             parameters[name] = Quantity(float(value * factor), float(std * factor), unit)
+        if trial.shape == "lead-by-motion":  # a rate knows no time: how late it is, its amplitude over the law's tells
+            late = trial.parameters["time_constant_s"] / stage.bench.slopes[str(trial.target)]
+            said, error = late * amplitudes[0], abs(late) * spread[0]
+            parameters["time_constant_s"] = Quantity(float(said), float(np.hypot(error, RATE_ERROR * said)), "s")
         if trial.shape == "periodic":
             parameters["amplitude_um"] = _length(amplitudes * UM, spread * UM)
     elif trial.wanders:
@@ -234,6 +241,9 @@ def _sentence(
         words = words.replace("another thermometer", str(settings["other"]))
     if "offset_s" in parameters and parameters["offset_s"].value < 0.0:
         words = words.replace("runs ahead of", "runs behind")
+    if "gains_s_per_h" in parameters:
+        gains = parameters["gains_s_per_h"].value > 0.0
+        words = words.replace("runs ahead of", "gains time on" if gains else "loses time against")
     spoken = SPOKEN | ({"kick_um": "after each long move"} if "saturation_m" in parameters else {})
     if settings.get("kick") == "begin":
         spoken |= {"kick_um": "from the beginning of each run"}

@@ -54,7 +54,7 @@ def _gaining(view: View) -> Iterator[Trial]:
     longest = max(float(np.ptp(signals.time)) for signals in view.signals)
     if longest > LEAST_SPAN_S and all(not goes_on for goes_on in view.goes_on):
         hours = longest / 3600.0
-        yield from _line(view, GAINED_S, lambda gained: {"offset_s": 0.0, "gains_s_per_h": gained / hours})
+        yield from _line(view, GAINED_S, lambda gained: {"gains_s_per_h": gained / hours})
 
 
 def _line(view: View, sizes: Sequence[float], named: Callable[[float], dict[str, float]]) -> Iterator[Trial]:
@@ -65,10 +65,10 @@ def _line(view: View, sizes: Sequence[float], named: Callable[[float], dict[str,
     def trial(place: float) -> Trial:
         """Return a trial by its place among the sizes."""
         own = named(float(np.interp(place, np.arange(len(steps)), steps)))
-        offset, gains = own["offset_s"], own.get("gains_s_per_h", 0.0)
+        offset, gains = own.get("offset_s", 0.0), own.get("gains_s_per_h", 0.0)
         base = view.base_of(list(read_later(view, tables, offset, gains).T))
         return Trial(CAUSE.name, np.zeros((len(view.q), 0)), None, "", own, base=base,
-                     repair=partial(SensorRepair, CAUSE.name, "clock", own), anew=True,
+                     repair=partial(SensorRepair, CAUSE.name, "clock", {"offset_s": offset, **own}), anew=True,
                      advantage=timing.advantage(offset, gains), finer=lambda step: trial(place + step))  # fmt: skip
 
     for place in range(len(steps)):
