@@ -124,9 +124,11 @@ def effect_of(found: Found, stage: Stage, final: Stage, covariance: FloatArray, 
             unit = of_source(trial.parameters)
         for name, value, std in zip(names, amplitudes, spread, strict=True):
             parameters[name] = Quantity(float(value * factor), float(std * factor), unit)
-        if trial.shape == "lead-by-motion":  # a rate knows no time: how late it is, its amplitude over the law's tells
+        if (
+            trial.shape == "lead-by-motion"
+        ):  # a rate knows no time: its amplitude over the law's tells it, as it was found
             late = trial.parameters["time_constant_s"] / stage.bench.slopes[str(trial.target)]
-            said, error = late * amplitudes[0], abs(late) * spread[0]
+            said, error = late * found.amplitudes[0], abs(late) * found.spread[0]
             parameters["time_constant_s"] = Quantity(float(said), float(np.hypot(error, RATE_ERROR * said)), "s")
         if trial.shape == "periodic":
             parameters["amplitude_um"] = _length(amplitudes * UM, spread * UM)
