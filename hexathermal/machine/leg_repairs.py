@@ -3,9 +3,9 @@
 Kinds of repairs and their parameters:
 
 ``clock``: ``offset_s``, optionally ``gains_s_per_h``. The temperatures' clock runs ahead (positive) or behind, or gains
-(loses) time besides since each run's first row: ``dT(t) := dT(t + offset + gains t)``, linear between rows; where there
-is no such row, the first or the last one's. The zero moves with it: in the row in which all temperatures are zero they
-stay so.
+(loses) time besides since the time that rows count from: ``dT(t) := dT(t + offset + gains t)``, linear between rows;
+where there is no such row, the first or the last one's. The zero moves with it: in the row in which all temperatures
+are zero they stay so.
 ``swap``: ``first``, ``second``, optionally ``not_in`` (names of runs in which the plugs still sat right) or ``only_in``
 (of the runs in which they did not; in all others they sit right). Two sensors exchange their names.
 ``drift``: ``sensor``, ``rate_K_per_h``, optionally ``rates_K_per_h`` (by the name of runs with a rate of their own).
@@ -18,7 +18,7 @@ above, and ``air_above_K`` (by the name of a run in which it came loose after th
 there than it). ``T = (1 - share) T_part + share T_air`` is undone: ``dT := dT + share / (1 - share) (dT - dT_air -
 air_above)``.
 
-A controller has no rows of the future: it can run all of them but a clock with a positive offset.
+A controller has no rows of the future: it can run all of them but a clock that runs ahead or gains time.
 """
 
 from __future__ import annotations
@@ -38,6 +38,9 @@ KINDS: dict[str, tuple[str, ...]] = {
     "detached": ("sensor", "weights"), "loose": ("sensor", "share"),
 }  # fmt: skip
 """Kinds of repairs and the parameters that each of them needs."""
+
+LEAST_GAINS = -3600.0
+"""What a clock that stands still gains in an hour [s]."""
 
 OPTIONAL = {"clock": ("gains_s_per_h",), "swap": ("not_in", "only_in"), "drift": ("rates_K_per_h",),
             "detached": ("from_s", "again_in"), "loose": ("from_s", "again_in", "air_above_K")}  # fmt: skip
@@ -77,6 +80,8 @@ class SensorRepair:
             raise ArgumentError(f"repair of {given['sensor']!r}: weights are those of other sensors, one or more")
         if self.kind == "loose" and not (isinstance(given["share"], float | int) and 0.0 <= given["share"] < 1.0):
             raise ArgumentError(f"repair of {given['sensor']!r}: share must be 0 to below 1, found {given['share']!r}")
+        if self.kind == "clock":
+            _check_clock(given)
         for key in ("not_in", "only_in", "again_in"):
             if isinstance(given.get(key, ()), str):
                 raise ArgumentError(f"repair {self.kind!r}: {key} holds names of runs, found one text")
@@ -115,6 +120,19 @@ class SensorRepair:
     def gains(self) -> float:
         """Time that a clock gains in an hour [s/h]; 0 where it does not."""
         return float(self.parameters.get("gains_s_per_h", 0.0))
+
+
+def _check_clock(given: Mapping[str, Any]) -> None:
+    """Refuse a clock whose numbers are none, or that runs backwards."""
+    for key in ("offset_s", "gains_s_per_h"):
+        value = given.get(key, 0.0)
+        if not isinstance(value, float | int | np.floating | np.integer) or not np.isfinite(value):
+            raise ArgumentError(f"repair 'clock': {key} must be a finite number, found {value!r}")
+    if given.get("gains_s_per_h", 0.0) <= LEAST_GAINS:
+        raise ArgumentError(
+            f"repair 'clock': gains_s_per_h must be above {LEAST_GAINS:g}, found {given['gains_s_per_h']:g}: a clock "
+            "that loses an hour in each stands still"
+        )
 
 
 class RepairMemory:
@@ -255,7 +273,8 @@ def zero_row(dT: Mapping[str, FloatArray]) -> int | None:
 def ahead_of(repair: SensorRepair) -> str:
     """Return in words how far a clock is ahead: ``"runs 30 s ahead"``."""
     offset, gains = float(repair.parameters["offset_s"]), repair.gains
-    return f"runs {offset:g} s ahead" + (f" and gains {gains:g} s in an hour" if gains else "")
+    runs = [f"runs {offset:g} s ahead"] if offset > 0.0 else []
+    return " and ".join(runs + ([f"gains {gains:g} s in an hour"] if gains > 0.0 else []))
 
 
 def _clock(

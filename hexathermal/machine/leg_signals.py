@@ -110,6 +110,11 @@ WORDS = {"air": "the air temperature", "index": "the air's temperature, pressure
          "pressure_index": "the air's pressure along the run", "tilt": "the interferometer's three beams"}  # fmt: skip
 
 
+def listed(value: Any) -> Any:
+    """Return an array or a tuple as a list, as a file gives it back; else the value."""
+    return np.asarray(value).tolist() if isinstance(value, np.ndarray | tuple) else value
+
+
 class Memory:
     """What a term remembers from the rows before.
 
@@ -164,7 +169,8 @@ class Memory:
         found = np.where(
             dt > 0.0, np.abs(np.where(np.abs(dq) > SMALLEST_MOVE, dq, 0.0)) / np.where(dt > 0, dt, 1.0), 0.0
         )
-        found[0] = found[0] if dt[0] > 0.0 else v0
+        last = np.maximum.accumulate(np.where(dt > 0.0, np.arange(1, len(dt) + 1), 0))
+        found = np.concatenate([[v0], found])[last]  # rows at the time of the one before have its speed
         self._kept["speed"] = (time[-1], q[-1], found[-1])
         return found
 

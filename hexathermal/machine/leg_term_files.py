@@ -271,10 +271,7 @@ def _check_parameters(form: Form, shape: str, parameters: Mapping[str, Any], pat
         elif key == "weights" and shape in PARAMETERS:
             form.check((*path, key), bool(value) and parameters.get("sensor") not in value, "those of other sensors")
     if shape == "lead-by-motion" and parameters.keys() >= {"heat_times_s", "once", "twice"}:
-        times, *weights = (np.atleast_1d(parameters[key]) for key in ("heat_times_s", "once", "twice"))
-        form.check((*path, "heat_times_s"), bool((times > 0.0).all()), "above 0")
-        for key, own in zip(("once", "twice"), weights, strict=True):
-            form.check((*path, key), len(own) == len(times), f"as many as heat_times_s: {len(times)}")
+        _check_heats(form, parameters, path)
     if "order" in parameters and shape in ("lag", "foretold", "room"):
         form.check((*path, "order"), parameters["order"] in (1.0, 2.0), "1 or 2")
     if "reference_index" in parameters and shape == "air-index":
@@ -297,6 +294,18 @@ def _check_parameters(form: Form, shape: str, parameters: Mapping[str, Any], pat
         form.check((*path, "saturation_mm"), parameters.get("kick") != "begin", "of moves, not with kick 'begin'")
     if "kick" in parameters and shape == "relaxation":
         form.check((*path, "kick"), parameters["kick"] in KICKS, f"one of: {', '.join(KICKS)}")
+
+
+def _check_heats(form: Form, parameters: Mapping[str, Any], path: Where) -> None:
+    """Complain of low passes of the speed that are no lists of one length, or of one time twice."""
+    lists = {key: np.asarray(parameters[key]) for key in ("heat_times_s", "once", "twice")}
+    for key, values in lists.items():
+        form.check((*path, key), values.ndim == 1, "a list")
+    times = np.atleast_1d(lists.pop("heat_times_s"))
+    apart = len(set(times.tolist())) == len(times)
+    form.check((*path, "heat_times_s"), apart and bool((times > 0.0).all()), "times above 0, none of them twice")
+    for key, values in lists.items():
+        form.check((*path, key), values.size == times.size, f"as many as heat_times_s: {times.size}")
 
 
 def _check_amplitudes(

@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 
 from hexathermal.errors import ArgumentError, UnknownNameError
-from hexathermal.machine.leg_signals import WHOLE_ROW, LegSignals, Memory
+from hexathermal.machine.leg_signals import WHOLE_ROW, LegSignals, Memory, listed
 from hexathermal.machine.thermal import frozen, refreeze
 from hexathermal.poses import FloatArray
 
@@ -61,7 +61,7 @@ class LegTerm:
         covariance = covariance if covariance.size else np.zeros((k, k))
         if covariance.shape != (k, k):
             raise ArgumentError(f"term {self.cause!r}: covariance has shape {covariance.shape}, expected ({k}, {k})")
-        object.__setattr__(self, "parameters", dict(self.parameters))
+        object.__setattr__(self, "parameters", {key: listed(value) for key, value in self.parameters.items()})
         object.__setattr__(self, "amplitudes", frozen(amplitudes))
         object.__setattr__(self, "covariance", frozen(covariance))
 

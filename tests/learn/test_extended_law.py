@@ -188,6 +188,9 @@ def test_a_clock_that_gains_time_is_read_the_later_the_longer_a_run_lasts() -> N
     assert not repair.causal
     assert SensorRepair("clock-offset", "clock", {"offset_s": 0.0, "gains_s_per_h": -60.0}).causal
     assert not SensorRepair("clock-offset", "clock", {"offset_s": -5.0, "gains_s_per_h": 60.0}).causal
+    for gains, words in ((-3600.0, "stands still"), ("x", "finite number"), (np.nan, "finite number")):
+        with pytest.raises(ArgumentError, match=words):
+            SensorRepair("clock-offset", "clock", {"offset_s": 0.0, "gains_s_per_h": gains})
     with pytest.raises(ArgumentError, match=r"runs 15 s ahead and gains 60 s in an hour"):
         law_with((), (repair,)).controller()
 

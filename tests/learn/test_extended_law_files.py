@@ -184,6 +184,24 @@ def test_each_bad_field_is_named_with_its_place(tmp_path: Path, old: str, new: s
     assert found[0].column > 0
 
 
+@pytest.mark.parametrize(("heats", "said"), [
+    ({"once": [50.0]}, "terms[0].once must be as many as heat_times_s: 2"),
+    ({"heat_times_s": [120.0, 120.0]}, "terms[0].heat_times_s must be times above 0, none of them twice"),
+    ({"heat_times_s": [120.0, -9.0]}, "terms[0].heat_times_s must be times above 0"),
+    ({"heat_times_s": 120.0, "once": 1.0, "twice": 2.0}, "terms[0].twice must be a list"),
+])  # fmt: skip
+def test_low_passes_of_the_speed_are_lists_of_one_length(tmp_path: Path, heats: dict[str, object], said: str) -> None:
+    """A number, another count, one time twice or none above 0 is named; tuples and arrays are read back as lists."""
+    own = {"sensor": "T01", "ratio": 0.5, "time_constant_s": 300.0, "heat_times_s": (120.0, 900.0),
+           "once": np.array([50.0, -20.0]), "twice": [-10.0, 200.0]}  # fmt: skip
+    law = law_with((LegTerm("thermal-lag", "lead-by-motion", own, [2e-6]),))
+    assert read_leg_law(write_leg_law(law, tmp_path / "right.toml")).terms == law.terms
+    wrong = law_with((LegTerm("thermal-lag", "lead-by-motion", own | heats, [2e-6]),))
+    with pytest.raises(FileFormatError) as caught:
+        read_leg_law(write_leg_law(wrong, tmp_path / "wrong.toml"))
+    assert said in str(caught.value)
+
+
 @pytest.mark.parametrize(("matrix", "said"), [
     ("[[1.0]]", "law.joint_covariance has shape (1, 1); expected (5, 5)"),
     (str([[float(i == j) + (i < j) for j in range(5)] for i in range(5)]), "law.joint_covariance must be symmetric"),

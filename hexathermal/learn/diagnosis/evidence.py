@@ -22,6 +22,7 @@ import numpy.typing as npt
 from scipy import linalg
 
 from hexathermal.learn.diagnosis.channels import Channel, Levels, marginal
+from hexathermal.learn.diagnosis.steadied import steadied_price
 from hexathermal.learn.diagnosis.trials import Trial
 from hexathermal.poses import FloatArray
 
@@ -34,18 +35,14 @@ LEAST = 4.5
 START = 0.7
 """What had not come to rest before the runs, over what they themselves do: both are of one room."""
 
-FEW = 2
-"""Up to so many columns of each, products of many trials are sums over rows, all at once."""
-
-TABLE = 500_000
-"""Numbers of a table of trials' columns."""
+FEW, TABLE = 2, 500_000
+"""Up to so many columns of each, products of many trials are sums over rows, all at once; numbers of such a table."""
 
 TOLERATED = 0.05
 """Misfit that the null tolerates in any shape, RMS over the noise: no model is exact, and many rows would tell."""
 
 WANDERING = 0.5
-"""Part of what wanders in the drift that must stay beside a trial for all of what thermometers feign to be held against
-it: they would wander in other shapes as well."""
+"""Part of what wanders that must stay beside a trial for all that thermometers feign to count, as they wander too."""
 
 LEAST_WANDERING = 0.2
 """What wanders, over all noise, from which on the part of it that stays is asked."""
@@ -334,6 +331,9 @@ def screened(
         if trial.base is not None:
             X = changed_base(base, trial).X
             value, after, _ = channel.solved(X, base.sd, levels)
+            if trial.unlate is not None:
+                unlate = channel.solved(changed_base(base, trial.unlate).X, base.sd, levels)[0]
+                value -= steadied_price(value - alone, unlate - alone)
             shown = float(np.sqrt(((X @ after - base.X @ before) ** 2).mean()))
             said = min(value - alone, trial.most) + trial.advantage
             found.append(Scored(trial, said, shown, levels.rms, math.nan, 0.0, np.zeros(0)))

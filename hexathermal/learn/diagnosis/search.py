@@ -38,6 +38,7 @@ from hexathermal.learn.diagnosis.rivals import (
     tilted,
     with_a_misfit,
 )
+from hexathermal.learn.diagnosis.steadied import steadied_price
 from hexathermal.learn.diagnosis.trials import Trial, Workbench
 from hexathermal.learn.diagnosis.witnesses import Witnesses
 from hexathermal.poses import FloatArray
@@ -269,7 +270,12 @@ class Search:
 
     def _at(self, scored: Scored, levels: Levels) -> float:
         base = self.system(scored)
-        return self.channel.evidence(base.X, base.sd, levels)
+        value = self.channel.evidence(base.X, base.sd, levels)
+        if scored.trial.unlate is None:
+            return value
+        other = self._mended(scored.trial.unlate) if self.repaired else changed_base(self.base, scored.trial.unlate)
+        null, unlate = (self.channel.evidence(one.X, one.sd, levels) for one in (self.base, other))
+        return value - steadied_price(value - null, unlate - null)
 
     def _doubted(self, scored: Scored, pool: list[Levels], null: float) -> Scored:
         """Return a trial that counts against nothing only as far as what a law carries of it does.

@@ -37,6 +37,10 @@ RIDGE = 1e-4
 """Prior of the coefficients: low passes of neighbouring times are nearly one."""
 
 
+STEADIER = 0.5
+"""Part of the evidence of a lateness that steadier temperatures alone may have."""
+
+
 @dataclass(frozen=True, eq=False)
 class Motion:
     """What motion and the air explain of values in the rows of a view, those of temperatures as recorded."""
@@ -95,3 +99,14 @@ class Motion:
 def motion_of(view: View) -> Motion:
     """Return what motion explains in a view; it is made once."""
     return view.once(("motion",), lambda: Motion(view), ())
+
+
+def steadied_price(late: float, unlate: float) -> float:
+    """Return what does not count of the evidence of a lateness that is told by steadier temperatures.
+
+    These alone, without lateness, explain `unlate`: where that is more than `STEADIER` of it, it is what they explain.
+
+    >>> steadied_price(200.0, 40.0), steadied_price(60.0, 50.0), steadied_price(30.0, -5.0)
+    (0.0, 50.0, 0.0)
+    """
+    return unlate if unlate > max(STEADIER * late, 0.0) else 0.0

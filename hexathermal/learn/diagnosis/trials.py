@@ -164,6 +164,8 @@ class Trial:
         Whether errors of the thermometers are to be made anew of the mended data: all sensors are mended alike.
     delay : Delay or None
         In place of a repair: the law reads its thermometers so.
+    unlate : Trial or None
+        The same without its lateness: that temperatures are steadier explains something, which is no lateness.
     term : Trial or None
         What joins the law in place of this trial, by which the cause is only compared.
     finer : function or None
@@ -206,6 +208,7 @@ class Trial:
     wanders: bool = False
     anew: bool = False
     delay: Delay | None = None
+    unlate: Trial | None = None
     term: Trial | None = None
     finer: Callable[[float], Trial] | None = None
     advantage: float = 0.0

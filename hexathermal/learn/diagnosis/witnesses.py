@@ -233,17 +233,19 @@ class Witnesses:
     def _same_way(self, ranked: Ranked) -> bool:
         """Return whether a thermometer is late in the drift and against the others, or early in both.
 
-        Where both have its first and second rate: the first low pass is late by one time constant, the second by two.
+        Where the parity has its first and second rate, and the drift both or one alone: the first low pass is late by
+        one time constant, the second by two.
         """
         trial = ranked.best.trial
         shown = self.shown(trial)
-        if shown is None or trial.columns.shape[1] != len(RATES) or len(shown.amplitudes) != len(RATES):
+        rates = RATES[: trial.columns.shape[1]]
+        if shown is None or trial.columns.shape[1] > len(RATES) or len(shown.amplitudes) != len(RATES):
             return True
         base = self.system(ranked.best)
         _, mean, _ = self.channel.solved(base.X, base.sd, ranked.levels)
         A = float(mean[self.bench.view.base.index(str(trial.target))])
         # what the law must add, a late thermometer lacks
-        return float(np.dot(RATES, mean[len(mean) - len(RATES) :])) * A * float(np.dot(RATES, shown.amplitudes)) <= 0.0
+        return float(np.dot(rates, mean[len(mean) - len(rates) :])) * A * float(np.dot(RATES, shown.amplitudes)) <= 0.0
 
     def _unseen(self, ranked: Ranked, agreed: float) -> float:
         """Return the part of the drift's evidence for an error that counts since no parity could show it, 0 to 1.

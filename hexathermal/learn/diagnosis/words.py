@@ -73,8 +73,8 @@ AIR = "air-refraction"
 PER_KELVIN = ("1/K", "1/K^2", "1/K^3")
 """Units of a leg's expansion; of a part without a stroke it is a length."""
 
-RATE_ERROR = 0.15
-"""What rates that motion tells may be wrong by: of thermometers 330 and 131 s late 378 and 114 s were found."""
+BY_MOTION, RATE_ERROR = "lead-by-motion", 0.15
+"""The shape of rates that motion tells, and what these may be wrong by: 330 and 131 s of lateness were 378 and 114."""
 
 UNSURE = 2.0
 """Amplitudes that are together fewer standard uncertainties tell neither size nor sign."""
@@ -124,12 +124,11 @@ def effect_of(found: Found, stage: Stage, final: Stage, covariance: FloatArray, 
             unit = of_source(trial.parameters)
         for name, value, std in zip(names, amplitudes, spread, strict=True):
             parameters[name] = Quantity(float(value * factor), float(std * factor), unit)
-        if (
-            trial.shape == "lead-by-motion"
-        ):  # a rate knows no time: its amplitude over the law's tells it, as it was found
+        if trial.shape == BY_MOTION:  # a rate knows no time: its amplitude over the law's, as it was found, does
             late = trial.parameters["time_constant_s"] / stage.bench.slopes[str(trial.target)]
             said, error = late * found.amplitudes[0], abs(late) * found.spread[0]
             parameters["time_constant_s"] = Quantity(float(said), float(np.hypot(error, RATE_ERROR * said)), "s")
+            del parameters[names[0]]  # it belongs to the time of the term
         if trial.shape == "periodic":
             parameters["amplitude_um"] = _length(amplitudes * UM, spread * UM)
     elif trial.wanders:

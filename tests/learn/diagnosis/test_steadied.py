@@ -54,6 +54,17 @@ def test_late_thermometers_that_are_noisy_are_no_heat_that_none_of_them_sees(mon
     assert untold["thermal-lag"] < told["thermal-lag"] - 20.0
 
 
+@pytest.mark.parametrize(("bench", "seed"), [("quiet", 2), ("modal", 2)])
+def test_noise_of_thermometers_is_no_lateness(bench: str, seed: int) -> None:
+    """Steadier temperatures explain more of a sound leg whose thermometers are noisy: none of that is lateness."""
+    view, _ = viewed(bench, seed, (), 1.0)
+    rng = np.random.default_rng(seed)
+    for sensor in view.sensors:
+        noise = [0.1 * rng.standard_normal(len(rows.drift)) for rows in view.runs]
+        view = altered(view, sensor, lambda k, s, sensor=sensor, noise=noise: s.dT[sensor] + noise[k])
+    assert values(view)["thermal-lag"] < 5.0
+
+
 def test_a_steadied_temperature_has_the_rate_of_the_true_one() -> None:
     """Of heat of motion with noise of readings the error of the rate is a third of that of smoothed readings."""
     view, _ = viewed("quiet", 5, (), 1.0)

@@ -17,15 +17,15 @@ CAUSE = Cause(
     name="clock-offset",
     physics="Temperatures and displacement are logged by two machines whose clocks differ.",
     signature=(
-        "All temperatures lead, or follow, by the same time, both against the drift and against the motion "
-        "that warms the part."
+        "All temperatures lead, or follow, by the same time, or by the more the longer a run lasts, both against the "
+        "drift and against the motion that warms the part."
     ),
     parameters=(
         Parameter("offset_s", "s", "10 s to 20 min, either sign; less where both neighbours say so"),
         Parameter("gains_s_per_h", "s/h", "none, or 30 s to 20 min at the end of the longest run, either sign"),
     ),
     confused_with=("thermal-lag",),
-    experiment="One pulse on both loggers.",
+    experiment="One pulse on both loggers when a run begins, and one when it ends.",
     words="the clock of the temperatures runs ahead of that of the displacement",
 )
 
@@ -41,25 +41,24 @@ LEAST_SPAN_S = 3600.0
 
 def trials(bench: Workbench) -> Iterator[Trial]:
     """Give the law at temperatures that are read earlier or later, all alike or the more the longer a run lasts."""
-    yield from bench.view.once((CAUSE.name,), lambda: (*_shifted(bench.view), *_gaining(bench.view)))
+    yield from bench.view.once((CAUSE.name,), lambda: tuple(_made(bench.view)))
 
 
-def _shifted(view: View) -> Iterator[Trial]:
-    """Give the trials of offsets, which no stage of a diagnosis changes."""
-    return _line(view, OFFSETS_S, lambda offset: {"offset_s": offset})
-
-
-def _gaining(view: View) -> Iterator[Trial]:
-    """Give the trials of clocks that are right when a run begins, and gain or lose time."""
+def _made(view: View) -> Iterator[Trial]:
+    """Give the trials, which no stage of a diagnosis changes: offsets, and clocks that are right when a run begins."""
+    timing = Timing(view)
+    yield from _line(view, timing, OFFSETS_S, lambda offset: {"offset_s": offset})
     longest = max(float(np.ptp(signals.time)) for signals in view.signals)
-    if longest > LEAST_SPAN_S and all(not goes_on for goes_on in view.goes_on):
+    if longest > LEAST_SPAN_S and all(signals.time[0] == 0.0 for signals in view.signals):
         hours = longest / 3600.0
-        yield from _line(view, GAINED_S, lambda gained: {"gains_s_per_h": gained / hours})
+        yield from _line(view, timing, GAINED_S, lambda gained: {"gains_s_per_h": gained / hours})
 
 
-def _line(view: View, sizes: Sequence[float], named: Callable[[float], dict[str, float]]) -> Iterator[Trial]:
+def _line(
+    view: View, timing: Timing, sizes: Sequence[float], named: Callable[[float], dict[str, float]]
+) -> Iterator[Trial]:
     """Give trials of sizes of either sign, in their order, whose parameters are `named`."""
-    timing, tables = Timing(view), view.tables(view.base)
+    tables = view.tables(view.base)
     steps = (*(-value for value in sizes[::-1]), *sizes)
 
     def trial(place: float) -> Trial:

@@ -14,6 +14,7 @@ from hexathermal.learn.diagnosis.sensor_model import SensorModel
 from hexathermal.learn.diagnosis.smoothing import SMOOTHED_S
 from hexathermal.learn.diagnosis.steadied import motion_of
 from hexathermal.learn.diagnosis.trials import Cause, Delay, Parameter, Trial, Workbench
+from hexathermal.learn.diagnosis.view import View
 from hexathermal.machine.leg_signals import Memory
 from hexathermal.poses import FloatArray
 
@@ -127,6 +128,7 @@ def _wholly(
     """
     view, target = bench.view, str(terms[0].target)
     chosen = [(target,), view.base] if len(view.base) > 1 and target == bench.main else [(target,)]
+    unlate = {sensors: _unlate(view, target, sensors) for sensors in chosen} if by_motion else {}
     times = np.log([term.parameters["time_constant_s"] for term in terms])
 
     def trial(sensors: tuple[str, ...], place: float) -> Trial:
@@ -136,11 +138,19 @@ def _wholly(
         delay = Delay(sensors, (float(np.exp(log_tau)) / order,) * order, late, smooths, by_motion)
         law = view.once((CAUSE.name, delay), partial(law_late, view, delay))
         return Trial(CAUSE.name, np.zeros((len(law), 0)), target, "", term.parameters, base=law, anew=True, delay=delay,
-                     term=term, finer=lambda step: trial(sensors, place + step))  # fmt: skip
+                     unlate=unlate.get(sensors), term=term,
+                     finer=lambda step: trial(sensors, place + step))  # fmt: skip
 
     for sensors in chosen:
         for place in range(len(WHOLE_TIMES_S)):
             yield trial(sensors, float(place))
+
+
+def _unlate(view: View, target: str, sensors: tuple[str, ...]) -> Trial:
+    """Return the trial of a law that reads its thermometers as motion explains them, none of them late."""
+    delay = Delay(sensors, (), late=True, by_motion=True)
+    law = view.once((CAUSE.name, delay), partial(law_late, view, delay))
+    return Trial(CAUSE.name, np.zeros((len(law), 0)), target, base=law, anew=True, delay=delay)
 
 
 def _read(bench: Workbench, trial: Trial) -> Iterator[Trial]:
