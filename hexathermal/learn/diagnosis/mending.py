@@ -112,12 +112,8 @@ def _rows(
     """Return a sensor's temperature, and what the law may rather not believe of it, in all rows of each run."""
     one = model(sensor)
     doubted = [one.doubted] if _doubting(one) else []
-    parts = [
-        (view.as_recorded if recorded else view).tables([sensor]),
-        *doubted,
-        view.bands(sensor),
-        doubted_alike(view),
-    ]
+    own = (view.as_recorded if recorded else view).tables([sensor])
+    parts = [own, *doubted, view.bands(sensor), doubted_alike(view)]
     return [np.column_stack(each) for each in zip(*parts, strict=True)]
 
 

@@ -34,7 +34,12 @@ def read_later(view: View, tables: Sequence[FloatArray], offset: float, gains: f
 
 def _at(time: FloatArray, table: FloatArray, offset: FloatArray) -> FloatArray:
     """Return the rows of a table, shape (n, k), `offset` seconds later, linear between rows."""
-    place = np.interp(time + offset, time, np.arange(len(time), dtype=np.float64))
+    return rows_at(table, np.interp(time + offset, time, np.arange(len(time), dtype=np.float64)))
+
+
+def rows_at(table: FloatArray, place: FloatArray) -> FloatArray:
+    """Return rows of a table, shape (n, k), at places between its rows; beyond its ends the first or the last."""
+    place = np.clip(place, 0.0, len(table) - 1.0)
     first = place.astype(np.int64)
     low = table[first]
-    return np.asarray(low + (place - first)[:, None] * (table[np.minimum(first + 1, len(time) - 1)] - low))
+    return np.asarray(low + (place - first)[:, None] * (table[np.minimum(first + 1, len(table) - 1)] - low))

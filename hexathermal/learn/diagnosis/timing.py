@@ -12,6 +12,7 @@ from functools import cached_property
 import numpy as np
 from scipy.interpolate import CubicSpline
 
+from hexathermal.learn.diagnosis.read_later import rows_at
 from hexathermal.learn.diagnosis.smoothing import leading_profiles, smoothed
 from hexathermal.learn.diagnosis.view import View
 from hexathermal.machine.leg_signals import Memory
@@ -81,7 +82,7 @@ class Timing:
         response, design = [], []
         for fine, rows in self._grids:
             place = REACH_S / STEP_S + GRID_STEPS * np.arange(len(rows) + 1.0)
-            shifted = _rows_at(fine, place + steps + gains * place / 3600.0)
+            shifted = rows_at(fine, place + steps + gains * place / 3600.0)
             # rates of change, so that slow weather does not count as noise that is correlated
             response.append(shifted[1:] - shifted[:-1])
             design.append(np.column_stack([rows, shifted[:-1]]))
@@ -96,6 +97,11 @@ class Timing:
         left = (Y**2).sum(axis=0) - (g * np.linalg.solve(gram, g)).sum(axis=0)
         # smoothing makes neighbours alike: a fifth of the rows is independent
         return float(-0.5 * len(Y) / 5.0 * np.log(left).sum())
+
+    @cached_property
+    def _as_logged(self) -> float:
+        """The log likelihood of temperatures that are read when they were logged."""
+        return self._misfit(0.0)
 
     @cached_property
     def _curve(self) -> tuple[FloatArray, FloatArray]:
@@ -120,17 +126,9 @@ class Timing:
         if not self.view.moves:
             return 0.0
         if gains:
-            apart = self._misfit(offset / STEP_S, gains) - self._misfit(0.0)
+            apart = self._misfit(offset / STEP_S, gains) - self._as_logged
             return float(np.clip(SHARE * apart, -MOST, MOST))
         return float(np.clip(self._believed(offset) - self._believed(0.0), -MOST, MOST))
-
-
-def _rows_at(table: FloatArray, place: FloatArray) -> FloatArray:
-    """Return rows of a table, shape (n, k), at places between its rows; beyond its ends the first or the last."""
-    place = np.clip(place, 0.0, len(table) - 1.0)
-    first = place.astype(np.int64)
-    low = table[first]
-    return np.asarray(low + (place - first)[:, None] * (table[np.minimum(first + 1, len(table) - 1)] - low))
 
 
 def _interpolated(at: FloatArray, time: FloatArray, table: FloatArray) -> FloatArray:

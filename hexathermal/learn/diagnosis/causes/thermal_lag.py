@@ -94,21 +94,13 @@ def trials(bench: Workbench) -> Iterator[Trial]:
 def _by_motion(bench: Workbench, leads: Sequence[Trial], own: dict[str, Any]) -> Iterator[Trial]:
     """Give what a late sensor has yet to show by its rate as motion explains it, and a law that is late as a whole."""
     view, sensor = bench.view, own["sensor"]
-    heats = view.once(
-        (CAUSE.name, "heats", sensor), lambda: motion_of(view).heats(view.as_recorded.tables([sensor])), [sensor]
-    )
-    terms = [
-        replace(term, **{name: getattr(lead, name) for name in ("parity", "least_parity")})
-        for lead in leads
-        for term in [
-            bench.term(
-                CAUSE.name,
-                "lead-by-motion",
-                sensor,
-                **{**own, "time_constant_s": lead.parameters["time_constant_s"], **heats},
-            )
-        ]
-    ]
+    recorded = view.as_recorded.tables([sensor])
+    heats = view.once((CAUSE.name, "heats", sensor), lambda: motion_of(view).heats(recorded), [sensor])
+    terms = []
+    for lead in leads:
+        parameters = {**own, "time_constant_s": lead.parameters["time_constant_s"], **heats}
+        term = bench.term(CAUSE.name, "lead-by-motion", sensor, **parameters)
+        terms.append(replace(term, parity=lead.parity, least_parity=lead.least_parity))
     yield from terms
     yield from _wholly(bench, terms, 1, late=True, by_motion=True)
 
