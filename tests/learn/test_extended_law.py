@@ -174,27 +174,6 @@ def test_repairs_of_some_runs_leave_the_others_as_they_are() -> None:
         SensorRepair("sensor-drift", "drift", {"sensor": "T01", "rate_K_per_h": 0.1, "rates_K_per_h": 0.2})
 
 
-def test_a_clock_that_gains_time_is_read_the_later_the_longer_a_run_lasts() -> None:
-    """``dT(t + offset + gains t)``: what was logged by such a clock is put back, and no controller can do that."""
-    time = np.arange(0.0, 14400.0, 20.0)
-    true = 1.0 - np.cos(time / 1500.0)
-    off = 15.0 + 60.0 * time / 3600.0
-    logged = {name: np.interp(time, time + off, true) for name in ("T01", "T02")}
-    signals = dataclasses.replace(drawn_signals(3, len(time)), time=time, dT=logged)
-    repair = SensorRepair("clock-offset", "clock", {"offset_s": 15.0, "gains_s_per_h": 60.0})
-    put_back = repaired(signals, [repair]).dT["T01"]
-    inside = time + off < time[-1]
-    np.testing.assert_allclose(put_back[inside], true[inside], atol=2e-4)
-    assert not repair.causal
-    assert SensorRepair("clock-offset", "clock", {"offset_s": 0.0, "gains_s_per_h": -60.0}).causal
-    assert not SensorRepair("clock-offset", "clock", {"offset_s": -5.0, "gains_s_per_h": 60.0}).causal
-    for gains, words in ((-3600.0, "stands still"), ("x", "finite number"), (np.nan, "finite number")):
-        with pytest.raises(ArgumentError, match=words):
-            SensorRepair("clock-offset", "clock", {"offset_s": 0.0, "gains_s_per_h": gains})
-    with pytest.raises(ArgumentError, match=r"runs 15 s ahead and gains 60 s in an hour"):
-        law_with((), (repair,)).controller()
-
-
 def test_a_clock_that_runs_ahead_is_no_matter_for_a_controller() -> None:
     """Offline it is run; a controller says that it would need the future."""
     law = law_with((), (SensorRepair("clock-offset", "clock", {"offset_s": 30.0}),))
