@@ -15,7 +15,7 @@ import numpy as np
 
 from hexathermal.machine.forms import Form, dotted, shown
 from hexathermal.machine.leg_repairs import KINDS, SensorRepair
-from hexathermal.machine.leg_terms import SHAPES, WEATHERS, WEIGHED, LegTerm
+from hexathermal.machine.leg_terms import BY_MOTION, SHAPES, WEATHERS, WEIGHED, LegTerm
 from hexathermal.machine.toml_positions import Where
 from hexathermal.machine.units import from_millionths, metres, millionths, shortest
 from hexathermal.poses import FloatArray
@@ -270,7 +270,7 @@ def _check_parameters(form: Form, shape: str, parameters: Mapping[str, Any], pat
             form.check((*path, key), parts or not value, "parts of the length: 0 or more, one of them above 0")
         elif key == "weights" and shape in PARAMETERS:
             form.check((*path, key), bool(value) and parameters.get("sensor") not in value, "those of other sensors")
-    if shape == "lead-by-motion" and parameters.keys() >= {"heat_times_s", "once", "twice"}:
+    if shape == BY_MOTION and parameters.keys() >= {"heat_times_s", "once", "twice"}:
         _check_heats(form, parameters, path)
     if "order" in parameters and shape in ("lag", "foretold", "room"):
         form.check((*path, "order"), parameters["order"] in (1.0, 2.0), "1 or 2")

@@ -119,8 +119,8 @@ def shape_named(name: str) -> Shape:
     return SHAPES[name]
 
 
-MOTION = "motion"
-"""The source of heat that no input records."""
+MOTION, BY_MOTION = "motion", "lead-by-motion"
+"""The source of heat that no input records, and the shape that reads a thermometer and changes with it alone."""
 
 WEIGHED = ("temperature", "square")
 """Shapes that may take, by ``weights``, what several sensors tell for what one does."""
@@ -390,7 +390,7 @@ def time(signals: LegSignals, parameters: Mapping[str, Any], memory: Memory) -> 
 
 
 SHAPES: dict[str, Shape] = {
-    "lag": lag, "lead": lead, "lead-by-motion": lead_by_motion, "foretold": foretold, "temperature": temperature,
+    "lag": lag, "lead": lead, BY_MOTION: lead_by_motion, "foretold": foretold, "temperature": temperature,
     "expansion": expansion,
     "stored-heat": stored_heat, "square": square, "cube": cube, "bend": bend, "room": room,
     "air-index": air_index, "tilt": tilt, "direction": direction, "periodic": periodic, "wave": wave,

@@ -30,6 +30,7 @@ from hexathermal.errors import (
 from hexathermal.kinematics.batches import where
 from hexathermal.kinematics.limits import ROUNDING, travel_coordinates, travel_range
 from hexathermal.machine.hexapod import Hexapod
+from hexathermal.machine.leg_terms import BY_MOTION
 from hexathermal.poses import FloatArray, Frames, coordinates_from_pose, inverse_pose, pose_from_coordinates
 from hexathermal.predict.leg_states import LegControllers
 from hexathermal.predict.pairing import paired, time_hints
@@ -332,10 +333,6 @@ def _no_times(hexapod: Hexapod, poses: TableStream) -> ThermalModelError:
     )
 
 
-MOVED = ("lead-by-motion",)
-"""Shapes that read a thermometer, and change with the motion alone."""
-
-
 def _of_memory(job: _Job, temps: TableStream, one_row: bool) -> tuple[str, ...]:
     """Return what is taken for granted where the law remembers; refuse times that cannot be those of the poses."""
     states, poses = active_model(job.hexapod).states, job.poses
@@ -347,7 +344,7 @@ def _of_memory(job: _Job, temps: TableStream, one_row: bool) -> tuple[str, ...]:
             f"{poses.path} has no time_s, and the legs' law holds {causes}, which depends on what was before: row k is "
             f"taken to be at time_s of row k of {temps.path}; add time_s to the poses where that is not so",
         )
-    follows = dict.fromkeys(term.cause for term in states if "sensor" in term.parameters and term.shape not in MOVED)
+    follows = dict.fromkeys(term.cause for term in states if "sensor" in term.parameters and term.shape != BY_MOTION)
     if one_row and follows:
         return (
             f"{temps.path} has one row: temperatures that never change leave {', '.join(follows)} at 0; give "

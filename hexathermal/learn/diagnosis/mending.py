@@ -94,8 +94,9 @@ def law_late(view: View, delay: Delay) -> FloatArray:
 
 def _steadied(view: View, sensor: str) -> list[FloatArray]:
     """Return a sensor's temperature as motion explains it in all rows of each run, shape (n, 1); it is made once."""
-    recorded = view.as_recorded.tables([sensor])
-    return view.once(("steadied", sensor), lambda: motion_of(view).steadied(recorded), [sensor])
+    return view.once(
+        ("steadied", sensor), lambda: motion_of(view).steadied(view.as_recorded.tables([sensor])), [sensor]
+    )
 
 
 def _told(view: View, found: Sequence[FloatArray]) -> Told:

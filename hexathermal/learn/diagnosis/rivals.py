@@ -11,6 +11,7 @@ from hexathermal.learn.diagnosis.causes import catalogue
 from hexathermal.learn.diagnosis.channels import Channel
 from hexathermal.learn.diagnosis.evidence import LEAST, Base, Scored, beside, relevance
 from hexathermal.learn.diagnosis.ranking import SURE_WITNESS, Ranked
+from hexathermal.machine.leg_terms import BY_MOTION
 from hexathermal.poses import FloatArray
 
 LATE, OFF, SHIFTED = "thermal-lag", "clock-offset", 0.08
@@ -24,7 +25,7 @@ evidence."""
 AIR, MOST_INDEX = "air-refraction", 2.0
 """Air along the beams, and the most of its index that may have been left out: a path may be twice as long as stated."""
 
-RATES = ("lead", "lead-by-motion")
+RATES = ("lead", BY_MOTION)
 """Shapes of a late thermometer by its rates: with times of a grid, amplitudes tell how late it is."""
 
 MISSING, PLUGS, IMITATED = "missing-sensor", "swapped-sensors", 0.85

@@ -13,13 +13,14 @@ from hexathermal.learn.diagnosis.causes.sensor_detached import share_of
 from hexathermal.learn.diagnosis.joining import Found
 from hexathermal.learn.diagnosis.result import Effect, Quantity
 from hexathermal.learn.diagnosis.stage import Stage
+from hexathermal.machine.leg_terms import BY_MOTION
 from hexathermal.poses import FloatArray
 
 UM = 1e6
 AMPLITUDES: dict[str, tuple[tuple[str, ...], str, float]] = {
     "lag": (("amplitude_per_K",), "1/K", 1.0),
     "lead": (("first_per_K", "second_per_K"), "1/K", 1.0),
-    "lead-by-motion": (("amplitude_per_K",), "1/K", 1.0),
+    BY_MOTION: (("amplitude_per_K",), "1/K", 1.0),
     "foretold": (("amplitude_per_K",), "1/K", 1.0),
     "temperature": (("coefficient_per_K",), "1/K", 1.0),
     "expansion": (("A_per_K", "B_per_K"), "1/K", 1.0),
@@ -73,8 +74,8 @@ AIR = "air-refraction"
 PER_KELVIN = ("1/K", "1/K^2", "1/K^3")
 """Units of a leg's expansion; of a part without a stroke it is a length."""
 
-BY_MOTION, RATE_ERROR = "lead-by-motion", 0.15
-"""The shape of rates that motion tells, and what these may be wrong by: 330 and 131 s of lateness were 378 and 114."""
+RATE_ERROR = 0.15
+"""What rates that motion tells may be wrong by: 330 and 131 s of lateness were 378 and 114."""
 
 UNSURE = 2.0
 """Amplitudes that are together fewer standard uncertainties tell neither size nor sign."""

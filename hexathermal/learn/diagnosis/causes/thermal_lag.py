@@ -94,15 +94,19 @@ def trials(bench: Workbench) -> Iterator[Trial]:
 def _by_motion(bench: Workbench, leads: Sequence[Trial], own: dict[str, Any]) -> Iterator[Trial]:
     """Give what a late sensor has yet to show by its rate as motion explains it, and a law that is late as a whole."""
     view, sensor = bench.view, own["sensor"]
-    recorded = view.as_recorded.tables([sensor])
-    heats = view.once((CAUSE.name, "heats", sensor), lambda: motion_of(view).heats(recorded), [sensor])
-    terms = []
-    for lead in leads:
-        parameters = {**own, "time_constant_s": lead.parameters["time_constant_s"], **heats}
-        term = bench.term(CAUSE.name, "lead-by-motion", sensor, **parameters)
-        terms.append(replace(term, parity=lead.parity, least_parity=lead.least_parity))
+    heats = view.once((CAUSE.name, "heats", sensor), partial(_heats, view, sensor), [sensor])
+    times = [lead.parameters["time_constant_s"] for lead in leads]
+    first = bench.term(CAUSE.name, "lead-by-motion", sensor, **{**own, "time_constant_s": times[0], **heats})
+    terms = [replace(first, columns=tau / times[0] * first.columns, parity=lead.parity, least_parity=lead.least_parity,
+                     parameters={**first.parameters, "time_constant_s": tau})
+             for tau, lead in zip(times, leads, strict=True)]  # fmt: skip
     yield from terms
     yield from _wholly(bench, terms, 1, late=True, by_motion=True)
+
+
+def _heats(view: View, sensor: str) -> dict[str, Any]:
+    """Return what motion explains of a sensor's readings, as parameters of its term."""
+    return motion_of(view).heats(view.as_recorded.tables([sensor]))
 
 
 def _wholly(
