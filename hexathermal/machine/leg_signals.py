@@ -150,14 +150,14 @@ class Memory:
         u = values if values.ndim == 2 else values[:, None]
         before = self._kept.get(key)
         t0, u0, y0 = (time[0], u[0], u[0]) if before is None else before
-        step = np.diff(time, prepend=t0) / time_constant
+        step = _since(time, t0) / time_constant
         decay = np.exp(-step)
-        # the part of a linear piece that its end carries: 1 - (1 - a) / step, by its series where step is small
-        safe = np.where(step > 1e-4, step, 1.0)
-        carried = np.where(step > 1e-4, 1.0 - (1.0 - decay) / safe, step / 2.0 - step**2 / 6.0)[:, None]
-        carried = 1.0 - decay[:, None] if held else carried
-        previous = np.concatenate([u0[None], u[:-1]])
-        gained = u * carried + previous * (1.0 - decay[:, None] - carried)
+        if held:
+            gained = u * (1.0 - decay)[:, None]
+        else:
+            carried = _carried(step, decay)
+            gained = u * carried[:, None]
+            gained += np.concatenate([u0[None], u[:-1]]) * (1.0 - decay - carried)[:, None]
         y = _accumulated(decay, gained, y0)
         self._kept[key] = (time[-1], u[-1].copy(), y[-1].copy())
         return y if values.ndim == 2 else y[:, 0]
@@ -165,7 +165,7 @@ class Memory:
     def speed(self, time: FloatArray, q: FloatArray) -> FloatArray:
         """Return the mean speed since the row before, unsigned; asked once more at that row's time, its own [m/s]."""
         t0, q0, v0 = self._kept.get("speed", (time[0], q[0], 0.0))
-        dt, dq = np.diff(time, prepend=t0), np.diff(q, prepend=q0)
+        dt, dq = _since(time, t0), _since(q, q0)
         found = np.where(
             dt > 0.0, np.abs(np.where(np.abs(dq) > SMALLEST_MOVE, dq, 0.0)) / np.where(dt > 0, dt, 1.0), 0.0
         )
@@ -198,7 +198,7 @@ class Memory:
         """Return by how much the rod moved since the row before, signed, 0 where it rested [m]."""
         before = self._kept.get("moves", q[0])
         self._kept["moves"] = q[-1]
-        step = np.diff(q, prepend=before)
+        step = _since(q, before)
         return np.where(np.abs(step) > SMALLEST_MOVE, step, 0.0)
 
     def lengths(self, q: FloatArray) -> FloatArray:
@@ -240,10 +240,13 @@ class Memory:
             Where it sits at first; by default in the middle.
         """
         before, place = self._kept.get("play", (float(q[0]), start))
-        found = np.empty(len(q))
-        for row, step in enumerate(np.diff(q, prepend=before).tolist()):
-            place = min(max(place + step / width, -0.5), 0.5)
-            found[row] = place
+        steps = _since(q, before) / width
+        moving, places = np.flatnonzero(steps), [place]
+        for step in steps[moving].tolist():
+            place = min(max(place + step, -0.5), 0.5)
+            places.append(place)
+        rests = np.diff(moving, prepend=0, append=len(q))  # rows from each place on that the nut stays there
+        found = np.repeat(places, rests)
         self._kept["play"] = (float(q[-1]), place)
         return found
 
@@ -268,7 +271,7 @@ class Memory:
         """
         key = f"relaxing {name}"
         t0, y0, size, length = self._kept.get(key, (time[0], np.zeros(1), 0.0, 0.0))
-        step = np.diff(time, prepend=t0) / time_constant
+        step = _since(time, t0) / time_constant
         before = np.concatenate([[size], sizes[:-1]])
         gone = np.concatenate([[length], lengths[:-1]])
         anew = np.minimum(np.abs(lengths - gone) / WHOLE_ROW, 1.0)
@@ -305,9 +308,32 @@ class Memory:
         begun = np.where(lengths * gone > 0.0, gone, 0.0)  # a move the other way begins at 0
         way = np.where(lengths != 0.0, np.abs(lengths - begun), 0.0)
         kept = np.exp(-way / slid)
-        y = _accumulated(np.exp(-np.diff(time, prepend=t0) / time_constant) * kept, (whole * (1.0 - kept))[:, None], y0)
+        y = _accumulated(np.exp(-_since(time, t0) / time_constant) * kept, (whole * (1.0 - kept))[:, None], y0)
         self._kept[key] = (time[-1], y[-1].copy(), lengths[-1])
         return np.asarray(y[:, 0])
+
+
+def _since(values: FloatArray, before: float) -> FloatArray:
+    """Return each value less the one before it, shape (n,)."""
+    found = np.empty(len(values))
+    found[0] = values[0] - before
+    np.subtract(values[1:], values[:-1], out=found[1:])
+    return found
+
+
+SMALL_STEP = 1e-4
+"""Steps over a time constant up to which the first terms of a series are exact."""
+
+
+def _carried(step: FloatArray, decay: FloatArray) -> FloatArray:
+    """Return the part of a linear piece that its end carries, ``1 - (1 - decay) / step``, decay being exp(-step).
+
+    By its series where a step is small.
+    """
+    found = 1.0 - (1.0 - decay) / np.maximum(step, SMALL_STEP)
+    small = np.flatnonzero(step <= SMALL_STEP)
+    found[small] = step[small] / 2.0 - step[small] ** 2 / 6.0
+    return np.asarray(found)
 
 
 def _accumulated(decay: FloatArray, gained: FloatArray, start: FloatArray) -> FloatArray:
@@ -319,5 +345,7 @@ def _accumulated(decay: FloatArray, gained: FloatArray, start: FloatArray) -> Fl
     from scipy.linalg.blas import dtbsv
 
     band = np.ones((2, len(y)), order="F")
-    band[1, :-1] = -decay[1:]
+    np.negative(decay[1:], out=band[1, :-1])
+    if y.shape[1] == 1:
+        return np.asarray(dtbsv(1, band, y[:, 0], lower=1, diag=1, overwrite_x=1))[:, None]
     return np.stack([dtbsv(1, band, column, lower=1, diag=1) for column in y.T], axis=1)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from functools import lru_cache
 
 import numpy as np
 import numpy.typing as npt
@@ -38,16 +39,24 @@ def smooth_along(
     """
 
     def told(place: float, among: npt.NDArray[np.int64]) -> FloatArray:
-        near = among[np.argsort(np.abs(x[among] - place))[:NEAREST]]
-        scale = max(float(np.ptp(x[near])), 1e-9)
-        design = np.vander((x[near] - place) / scale, 3, increasing=True)
-        return np.asarray(np.linalg.lstsq(design, values[near], rcond=None)[0][0])
+        near, weights = _parabola(tuple(x[among].tolist()), float(place))
+        return np.asarray(weights @ values[among[near]])
 
     left = np.array([values[k] - told(x[k], rest[rest != k]) for k in rest])
     usual = 1.48 * np.median(np.abs(left), axis=0) + 1e-3 * np.ptp(values, axis=0) + 1e-12
     near = [np.argsort(np.abs(x[rest] - place))[:NEIGHBOURS] for place in at]
     spread = np.array([np.sqrt((left[own] ** 2).mean(axis=0)) for own in near]) + LEAST_PART * usual
     return np.array([told(place, rest) for place in at]), spread
+
+
+@lru_cache(maxsize=4096)
+def _parabola(x: tuple[float, ...], place: float) -> tuple[npt.NDArray[np.int64], FloatArray]:
+    """Return the nearest of places x, and the weights of their values in what a parabola has at a place."""
+    apart = np.array(x) - place
+    near = np.argsort(np.abs(apart))[:NEAREST]
+    scale = max(float(np.ptp(apart[near])), 1e-9)
+    design = np.vander(apart[near] / scale, 3, increasing=True)
+    return near, np.linalg.lstsq(design, np.eye(len(near)), rcond=None)[0][0]
 
 
 def parts_along(places: Mapping[str, float], length: float) -> dict[str, float]:

@@ -174,10 +174,10 @@ class Channel:
 
     def evidence(self, X: FloatArray, sd: FloatArray, levels: Levels) -> float:
         """Return log p(y) with coefficients of columns X integrated over N(0, sd^2), constants left out."""
-        return self._evidence(self._scaled(X, sd), levels)
+        return self._evidence(_sized(self.y, X, sd), levels)
 
     def _evidence(self, table: FloatArray, levels: Levels) -> float:
-        """Return `evidence` of a table as `_scaled` gives it."""
+        """Return `evidence` of a table as `_sized` gives it."""
         from hexathermal.learn.diagnosis.whitening_loops import log_evidence
 
         white, landing = self.alone(levels), levels.landing**2
@@ -185,17 +185,15 @@ class Channel:
                              levels.slow**2, levels.slow_time, levels.offset**2)  # fmt: skip
         return float(value) + self.prior(levels)
 
-    def _scaled(self, X: FloatArray, sd: FloatArray) -> FloatArray:
-        """Return y and the columns times the sizes of their priors, row by row."""
-        table = np.empty((len(self.y), 1 + X.shape[1]))
-        table[:, 0] = self.y
-        np.multiply(X, sd, out=table[:, 1:])
-        return table
-
-    def solved(self, X: FloatArray, sd: FloatArray, levels: Levels) -> tuple[float, FloatArray, FloatArray]:
-        """Return `marginal` of the whitened channel with columns X: evidence without log det V, means, covariance."""
+    def solved(self, X: FloatArray, sd: FloatArray, levels: Levels) -> tuple[float, FloatArray]:
+        """Return the evidence of the whitened channel with columns X, without log det V, and coefficients' means."""
         table, _ = self.whitened(np.column_stack([self.y, X]), levels)
-        return marginal(table[:, 0], table[:, 1:], sd)
+        return expected(table[:, 0], table[:, 1:], sd)
+
+    def estimated(self, X: FloatArray, sd: FloatArray, levels: Levels) -> tuple[FloatArray, FloatArray]:
+        """Return means and covariance of the coefficients of columns X."""
+        table, _ = self.whitened(np.column_stack([self.y, X]), levels)
+        return marginal(table[:, 0], table[:, 1:], sd)[1:]
 
     def left_out(self, X: FloatArray, sd: FloatArray, levels: Levels) -> tuple[FloatArray, FloatArray]:
         """Return residuals of each run by a fit of all others, as they are and whitened, shape (n,)."""
@@ -238,7 +236,7 @@ class Channel:
         near : Levels, optional
             Where to start with each slow time.
         """
-        whole = self._scaled(X, sd)
+        whole = _sized(self.y, X, sd)
         if begin is not None:
             return self._closer(whole, begin, most, 0.35)
         usual = tuple(math.log(value) for value in (0.7, 0.7, 0.4, 1.0))
@@ -279,7 +277,7 @@ class Channel:
     def _fitted(
         self, table: FloatArray, theta: Sequence[float], slow_time: float, most: int, spread: float
     ) -> tuple[Levels, float]:
-        """Return the best levels near a start for one slow time; `table` as `_scaled` gives it."""
+        """Return the best levels near a start for one slow time; `table` as `_sized` gives it."""
         from hexathermal.learn.diagnosis.whitening_loops import log_posterior
 
         share, whole = 1.0 / self.rows, np.array(theta)
@@ -321,9 +319,24 @@ def solution(products: FloatArray) -> tuple[float, FloatArray, FloatArray]:
     return float(value), np.asarray(linalg.solve_triangular(factor, z, lower=True, trans=1)), factor
 
 
+def expected(r: FloatArray, X: FloatArray, sd: FloatArray) -> tuple[float, FloatArray]:
+    """Return the log evidence of whitened data with coefficients integrated, and their means."""
+    table = _sized(r, X, sd)
+    value, mean, _ = solution(table.T @ table)
+    return value, sd * mean
+
+
 def marginal(r: FloatArray, X: FloatArray, sd: FloatArray) -> tuple[float, FloatArray, FloatArray]:
-    """Return the log evidence of whitened data with coefficients integrated, their means, and their covariance."""
-    table = np.column_stack([r, X * sd])
+    """Return `expected`, and the covariance of the coefficients."""
+    table = _sized(r, X, sd)
     value, mean, factor = solution(table.T @ table)
     inverse = linalg.cho_solve((factor, True), np.eye(len(sd)))
     return value, sd * mean, inverse * np.outer(sd, sd)
+
+
+def _sized(r: FloatArray, X: FloatArray, sd: FloatArray) -> FloatArray:
+    """Return data and columns times the sizes of their priors, row by row."""
+    table = np.empty((len(r), 1 + X.shape[1]))
+    table[:, 0] = r
+    np.multiply(X, sd, out=table[:, 1:])
+    return table

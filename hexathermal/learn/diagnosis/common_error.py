@@ -149,7 +149,7 @@ class CommonError:
         X, y = windows.means(self._causes), windows.means(self._own)
         channel, sd = windows.channel(y), np.full(X.shape[1], LARGEST_PART * float(np.sqrt((y**2).mean())))
         levels, _ = channel.fitted(X, sd)
-        _, mean, covariance = channel.solved(X, sd, levels)
+        mean, covariance = channel.estimated(X, sd, levels)
         w, V = np.linalg.eigh(covariance)
         spread = V * np.sqrt(np.maximum(w, 0.0))
         _, size, turn = np.linalg.svd(X @ spread, full_matrices=False)

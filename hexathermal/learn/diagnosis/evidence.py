@@ -21,7 +21,7 @@ import numpy as np
 import numpy.typing as npt
 from scipy import linalg
 
-from hexathermal.learn.diagnosis.channels import Channel, Levels, marginal
+from hexathermal.learn.diagnosis.channels import Channel, Levels, expected
 from hexathermal.learn.diagnosis.steadied import steadied_price
 from hexathermal.learn.diagnosis.trials import Trial
 from hexathermal.poses import FloatArray
@@ -326,11 +326,11 @@ def screened(
         rows = zip(own.trials, values.tolist(), shown.tolist(), spread.tolist(), best.tolist(), sizes, strict=True)
         for trial, value, size, error, rho, prior in rows:
             found.append(Scored(trial, value + trial.advantage, size, levels.rms, error, rho, prior))
-    alone, before, _ = marginal(null.r, null.X, base.sd)
+    alone, before = expected(null.r, null.X, base.sd)
     for trial in trials:
         if trial.base is not None:
             X = changed_base(base, trial).X
-            value, after, _ = channel.solved(X, base.sd, levels)
+            value, after = channel.solved(X, base.sd, levels)
             if trial.unlate is not None:
                 unlate = channel.solved(changed_base(base, trial.unlate).X, base.sd, levels)[0]
                 value -= steadied_price(value - alone, unlate - alone)

@@ -120,7 +120,7 @@ def _next(stage: Stage, base: Base, levels: Levels, threshold: float) -> tuple[J
         if small or value < (1.0 + RIVAL_LEAD) * max(rivals):
             continue
         with_step = base.extended(best.trial.columns, best.size)
-        _, mean, covariance = channel.solved(with_step.X, with_step.sd, own)
+        mean, covariance = channel.estimated(with_step.X, with_step.sd, own)
         where = best.trial.parameters
         size, error = float(mean[-1]), float(np.sqrt(covariance[-1, -1]))
         return JudgedStep(str(where["run"]), float(where["time_s"]), size, error, value), best

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 from typing import TypeGuard
 
 import numpy as np
@@ -76,19 +77,21 @@ def told_late(view: View, delay: Delay, model: Callable[[str], SensorModel | Non
     What the law may rather not believe of a thermometer is as late as its temperature. ``dT + tau dT'``, stage after
     stage, undoes the lateness of a thermometer.
     """
-    found = []
-    for sensor in view.base:
-        rows = _rows(view, sensor, model, recorded=delay.by_motion)
-        rows = motion_of(view).steadied(rows) if delay.by_motion else rows
-        found.append(view.windows_zeroed(_delayed(view, rows, delay) if sensor in delay.sensors else rows))
-    return _told(view, found)
+
+    def rows(sensor: str) -> list[FloatArray]:
+        found = _rows(view, sensor, model, recorded=delay.by_motion)
+        return motion_of(view).steadied(found) if delay.by_motion else found
+
+    return _told(view, [_delayed(view, name, partial(rows, name), delay) for name in view.base])
 
 
 def law_late(view: View, delay: Delay) -> FloatArray:
     """Return the law's columns alone of `told_late`."""
-    tables = {name: _steadied(view, name) if delay.by_motion else view.tables([name]) for name in view.base}
-    late = [view.windows_zeroed(_delayed(view, rows, delay) if name in delay.sensors else rows)[:, 0]
-            for name, rows in tables.items()]  # fmt: skip
+
+    def rows(sensor: str) -> list[FloatArray]:
+        return _steadied(view, sensor) if delay.by_motion else view.tables([sensor])
+
+    late = [_delayed(view, name, partial(rows, name), delay, alone=True)[:, 0] for name in view.base]
     return view.base_of(late)
 
 
@@ -118,19 +121,43 @@ def _rows(
     return [np.column_stack(each) for each in zip(*parts, strict=True)]
 
 
-def _delayed(view: View, rows: Sequence[FloatArray], delay: Delay) -> list[FloatArray]:
-    """Return rows' values of each run as a delay has them, shape (n, k)."""
-    found, memory = list[FloatArray](), Memory()
+def _delayed(
+    view: View, sensor: str, rows: Callable[[], list[FloatArray]], delay: Delay, *, alone: bool = False
+) -> FloatArray:
+    """Return a sensor's rows as a delay has them, in windows, shape (n, k); `alone` rows know no other sensor.
+
+    What undoes lateness is ``(1 + tau D) (1 + tau' D) .. dT``, D being the rate: those of each order are made once.
+    """
+    if sensor not in delay.sensors:
+        return view.windows_zeroed(rows())
+    if not delay.late:
+        return view.windows_zeroed(_behind(view, rows(), delay.stages))
+    factors = np.ones(1)
+    for tau in delay.stages:
+        factors = np.convolve(factors, [1.0, tau])
+    key = ("rates", sensor, len(delay.stages), delay.smooths, delay.by_motion, alone)
+    rates = view.once(key, lambda: _rates(view, rows(), delay), [sensor] if alone else None)
+    return np.asarray(np.tensordot(factors, rates, 1))
+
+
+def _behind(view: View, rows: Sequence[FloatArray], stages: tuple[float, ...]) -> Iterator[FloatArray]:
+    """Give rows' values of each run behind low passes, one behind the other, shape (n, k)."""
+    memory = Memory()
     for signals, goes_on, values in zip(view.signals, view.goes_on, rows, strict=True):
         memory = memory if goes_on else Memory()
-        if not delay.late:
-            found.append(memory.stages(signals.time, values, delay.stages))
-            continue
-        for tau in delay.stages:
-            rate = np.gradient(values, signals.time, axis=0)
-            values = values + tau * (smoothed(signals.time, rate) if delay.smooths else rate)
-        found.append(values)
-    return found
+        yield memory.stages(signals.time, values, stages)
+
+
+def _rates(view: View, rows: Sequence[FloatArray], delay: Delay) -> FloatArray:
+    """Return rows' values and their rates, one order after the other, in windows, shape (1 + stages, n, k)."""
+    found = [view.windows_zeroed(rows)]
+    for _ in delay.stages:
+        times = [signals.time for signals in view.signals]
+        rows = [np.gradient(values, time, axis=0) for values, time in zip(rows, times, strict=True)]
+        if delay.smooths:
+            rows = [smoothed(time, values) for values, time in zip(rows, times, strict=True)]
+        found.append(view.windows_zeroed(rows))
+    return np.stack(found)
 
 
 def remade(scored: Scored, repair: SensorRepair, before: View, view: View) -> Scored:

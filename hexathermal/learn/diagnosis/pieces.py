@@ -50,6 +50,50 @@ class Pieces:
         return np.asarray(sums / self.rows.reshape((-1,) + (1,) * (values.ndim - 1)))
 
 
+@dataclass(frozen=True, eq=False)
+class Pooled:
+    """The windows of several runs, whose rows lie behind each other: means of all runs are made at once.
+
+    Attributes
+    ----------
+    used : array of int, shape (u,)
+        Usable rows.
+    edges : array of int, shape (w,)
+        Where windows begin among them.
+    rows : array, shape (w,)
+        Rows of each window.
+    zeros : array of int, shape (u,)
+        The first usable row, among these, of the run of each.
+    """
+
+    used: npt.NDArray[np.int64]
+    edges: npt.NDArray[np.int64]
+    rows: FloatArray
+    zeros: npt.NDArray[np.int64]
+
+    def usable(self, values: Iterable[FloatArray]) -> FloatArray:
+        """Return the usable rows of values of each run, shape (n,) or (n, k), run after run, shape (u, k)."""
+        found = np.concatenate(list(values))[self.used]
+        return np.asarray(found if found.ndim == 2 else found[:, None])
+
+    def means(self, usable: FloatArray, *, zeroed: bool = False) -> FloatArray:
+        """Return the means of usable rows over windows, shape (w, k); where `zeroed`, less those of each run's zero."""
+        values = usable - usable[self.zeros] if zeroed else usable
+        return np.asarray(np.add.reduceat(values, self.edges, axis=0) / self.rows[:, None])
+
+
+def pooled(pieces: Sequence[Pieces], rows: Sequence[int]) -> Pooled:
+    """Return the windows of runs of so many rows each."""
+    counts = [len(piece.used) for piece in pieces]
+    before, begins = np.cumsum([0, *rows[:-1]]), np.cumsum([0, *counts[:-1]])
+    return Pooled(
+        np.concatenate([piece.used + start for piece, start in zip(pieces, before, strict=True)]),
+        np.concatenate([piece.edges + start for piece, start in zip(pieces, begins, strict=True)]),
+        np.concatenate([piece.rows for piece in pieces]),
+        np.repeat(begins, counts),
+    )
+
+
 def going_on(
     sums: Iterable[FloatArray], pieces: Sequence[Pieces], *, zeroed_by_run: bool
 ) -> tuple[FloatArray, FloatArray]:

@@ -50,7 +50,7 @@ def whiteness(course: Course) -> Autocorrelation | None:
 def _whitened(stage: Stage) -> FloatArray:
     """Return the whitened residual of a stage's law, with what it allows its thermometers, shape (n,)."""
     base, levels = stage.base, stage.step.levels
-    _, mean, _ = stage.channel.solved(base.X, base.sd, levels)
+    _, mean = stage.channel.solved(base.X, base.sd, levels)
     return stage.channel.whitened((stage.channel.y - base.X @ mean)[:, None], levels)[0][:, 0]
 
 

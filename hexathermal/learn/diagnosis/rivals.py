@@ -86,7 +86,7 @@ def nameless_bounded(channel: Channel, system: System, ranked: list[Ranked]) -> 
         if not item.named and item.value > best.value:
             trial = item.best.trial
             both = base.extended(trial.columns, item.best.size)
-            _, mean, _ = channel.solved(both.X, both.sd, item.levels)
+            _, mean = channel.solved(both.X, both.sd, item.levels)
             amplitudes = mean[len(mean) - trial.columns.shape[1] :]
             taken = beside(trial.columns, law) @ amplitudes
             lead = 0.5 * float((taken**2).mean()) / (LITTLE * item.levels.rms) ** 2
@@ -106,7 +106,7 @@ def _bend(channel: Channel, base: Base, item: Ranked, name: Ranked, amplitudes: 
     p, k = base.plain, name.best.trial.columns.shape[1]
     table = np.column_stack([base.X[:, :p], name.best.trial.columns, item.best.trial.columns])
     white, _ = channel.whitened(table, item.levels)
-    _, mean, _ = channel.solved(base.X, base.sd, item.levels)
+    _, mean = channel.solved(base.X, base.sd, item.levels)
     own = beside(white[:, p : p + k], white[:, :p]) @ mean[len(mean) - k :]
     taken = beside(white[:, p + k :], white[:, : p + k]) @ amplitudes
     return float(np.linalg.norm(taken)) / max(float(np.linalg.norm(own)), 1e-300)
@@ -140,7 +140,7 @@ def lagging(channel: Channel, system: System, sensors: tuple[str, ...], ranked: 
     if late is None or late.best.trial.target not in sensors or not late.best.trial.carried:
         return ranked
     trial, base = late.best.trial, system(late.best)
-    _, mean, covariance = channel.solved(base.X, base.sd, late.levels)
+    mean, covariance = channel.estimated(base.X, base.sd, late.levels)
     first, own = len(mean) - trial.columns.shape[1], sensors.index(str(trial.target))
     bounds = np.zeros((2, len(mean)))
     if trial.shape in RATES:  # at rates that are slow two columns both go as T', the second twice
@@ -163,7 +163,7 @@ def refracted(channel: Channel, system: System, ranked: list[Ranked]) -> list[Ra
     if air is None or not air.best.trial.columns.shape[1]:
         return ranked
     base = system(air.best)
-    _, mean, covariance = channel.solved(base.X, base.sd, air.levels)
+    mean, covariance = channel.estimated(base.X, base.sd, air.levels)
     if abs(mean[-1]) - 2.0 * np.sqrt(covariance[-1, -1]) <= MOST_INDEX:
         return ranked
     return _with(ranked, replace(air, value=UNLIKELY * air.value, unlikely=True))
@@ -283,7 +283,7 @@ def drifting(channel: Channel, system: System, ranked: list[Ranked]) -> list[Ran
     if tilt is None or drift is None or drift.gated < LEAST or drift.value < DRIFTED * tilt.value:
         return ranked
     base, columns = system(tilt.best), tilt.best.trial.columns
-    _, mean, _ = channel.solved(base.X, base.sd, tilt.levels)
+    _, mean = channel.solved(base.X, base.sd, tilt.levels)
     both = np.column_stack([columns @ mean[len(mean) - columns.shape[1] :], drift.best.trial.columns[:, 0]])
     for run in np.unique(channel.run):
         both[channel.run == run] -= both[channel.run == run].mean(axis=0)
@@ -304,7 +304,7 @@ def stepping(channel: Channel, system: System, ranked: list[Ranked]) -> list[Ran
     if tilt is None or step is None or step.gated < LEAST or tilt.value < step.value:
         return ranked
     base, columns = system(tilt.best), tilt.best.trial.columns
-    _, mean, _ = channel.solved(base.X, base.sd, tilt.levels)
+    _, mean = channel.solved(base.X, base.sd, tilt.levels)
     shown = columns @ mean[len(mean) - columns.shape[1] :]
     if not steps_with(channel, step.best.trial.columns[:, 0], shown) or stepped(channel, shown) < STEPS:
         return ranked

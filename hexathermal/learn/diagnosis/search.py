@@ -310,7 +310,7 @@ class Search:
 
     def _whitened_left(self, base: Base, levels: Levels) -> FloatArray:
         """Return what a base leaves of the channel, whitened, shape (n,)."""
-        _, mean, _ = self.channel.solved(base.X, base.sd, levels)
+        _, mean = self.channel.solved(base.X, base.sd, levels)
         left, _ = self.channel.whitened((self.channel.y - base.X @ mean)[:, None], levels)
         return left[:, 0]
 

@@ -361,7 +361,7 @@ class SensorModel:
         """Return the noise of the parity with columns in it, the evidence, coefficients and their covariance."""
         X, sd = np.column_stack([self.X, columns]), np.concatenate([self.sd, sizes])
         levels, value = self.channel.fitted(X, sd, self.null[0], 30)
-        return levels, value, *self.channel.solved(X, sd, levels)[1:]
+        return levels, value, *self.channel.estimated(X, sd, levels)
 
 
 def _sameness(parity: Parity) -> Hashable:

@@ -206,7 +206,7 @@ class Stage:
         """Return the base of the data that a trial mends, errors of the thermometers as they are then."""
         told = self._told_anew(trial)
         X, sizes = self._with_joined(told.law)
-        _, mean, _ = self.channel.solved(X, sizes, self.levels)
+        _, mean = self.channel.solved(X, sizes, self.levels)
         bench = Workbench(self.view, mean[: told.law.shape[1]], self.levels.rms, self.models, self.levels.slow)
         # the same priors as without the repair: evidence is compared
         return self._with_starts(self._doubting(Base(X, self._plain[1], X.shape[1]), bench, told))
@@ -314,14 +314,14 @@ class Stage:
         Those that a law carries alone.
         """
         base = self.search.system(leader.best)
-        _, mean, covariance = self.channel.solved(base.X, base.sd, leader.levels)
+        mean, covariance = self.channel.estimated(base.X, base.sd, leader.levels)
         first = len(mean) - leader.best.trial.columns.shape[1]
         own = slice(first, first + leader.best.trial.carried)
         return mean[own], np.sqrt(np.diagonal(covariance)[own])
 
     def fit(self, levels: Levels) -> tuple[FloatArray, FloatArray]:
         """Return the coefficients of the law and of what joined it, and their covariance, at one noise."""
-        _, mean, covariance = self.channel.solved(*self._plain, levels)
+        mean, covariance = self.channel.estimated(*self._plain, levels)
         return mean, covariance
 
     @cached_property

@@ -10,14 +10,14 @@ from typing import Any, TypeVar, cast
 import numpy as np
 
 from hexathermal.learn.diagnosis.channels import Channel
-from hexathermal.learn.diagnosis.pieces import Pieces, going_on, mean_signals, pieces_of
+from hexathermal.learn.diagnosis.pieces import Pieces, Pooled, going_on, mean_signals, pieces_of, pooled
 from hexathermal.learn.diagnosis.smoothing import noise_left, smoothed
 from hexathermal.learn.signals import RunRows, follows_on
 from hexathermal.machine.leg_signals import LegSignals, Memory
 from hexathermal.machine.leg_terms import term_columns
 from hexathermal.poses import FloatArray
 
-UNMOVED = ("pieces", "channel", "time", "q", "goes_on", "travelled")
+UNMOVED = ("pieces", "pooled", "channel", "time", "q", "goes_on", "travelled")
 """What of a view no temperature enters."""
 
 LEAST_MOVE = 1e-4
@@ -75,6 +75,11 @@ class View:
     def pieces(self) -> tuple[Pieces, ...]:
         """Windows of each run."""
         return tuple(pieces_of(rows) for rows in self.runs)
+
+    @cached_property
+    def pooled(self) -> Pooled:
+        """Windows of all runs."""
+        return pooled(self.pieces, [len(rows.signals.time) for rows in self.runs])
 
     @cached_property
     def signals(self) -> tuple[LegSignals, ...]:
@@ -147,13 +152,13 @@ class View:
         size = np.linalg.norm(self.length * A + self.q[:, None] * B, axis=1)
         return np.asarray(size / size.mean())
 
-    def windows(self, values: Sequence[FloatArray]) -> FloatArray:
+    def windows(self, values: Iterable[FloatArray]) -> FloatArray:
         """Return means over windows of rows' values, run after run, shape (n, k)."""
-        return self._means([value if value.ndim == 2 else value[:, None] for value in values])
+        return self.pooled.means(self.pooled.usable(values))
 
-    def _means(self, values: Sequence[FloatArray]) -> FloatArray:
-        """Return means over windows of what has a shape (n,) or (n, k) in rows, run after run."""
-        return np.concatenate([piece.means(value) for value, piece in zip(values, self.pieces, strict=True)])
+    def windows_zeroed(self, values: Iterable[FloatArray]) -> FloatArray:
+        """Return means over windows of rows' values, run after run, less those of the zero, shape (n, k)."""
+        return self.pooled.means(self.pooled.usable(values), zeroed=self.zeroed_by_run)
 
     def columns(self, shape: str, parameters: Mapping[str, Any]) -> FloatArray:
         """Return a shape's columns in windows, less their value at each run's zero, shape (n, k).
@@ -161,7 +166,7 @@ class View:
         Where runs follow one another on the campaign's clock, what the shape remembers goes on.
         """
         if "ratio" not in parameters:
-            return self._kept("rows", shape, parameters, self._columns)
+            return self._kept("rows", shape, parameters, lambda *own: self.windows_zeroed(self._rows(*own)))
         # a shape with a ratio is a length times what knows no ratio, and every stage of a diagnosis has its own ratio
         both = self._kept("lengths", shape, {**parameters, "ratio": 0.0}, self._lengths)
         k = both.shape[1] // 2
@@ -217,10 +222,6 @@ class View:
             memory = memory if goes_on else Memory()
             yield memory
 
-    def _columns(self, shape: str, parameters: Mapping[str, Any]) -> FloatArray:
-        """Return a shape's columns, made of all rows."""
-        return self.windows(self._zeroed(self._rows(shape, parameters)))
-
     def starts(self, time_constant: float) -> FloatArray:
         """Return what stays of a state that had not come to rest before a run: ``exp(-t / tau)`` less that at the zero.
 
@@ -233,18 +234,18 @@ class View:
             late = memory.low_pass("apart", signals.time, apart, time_constant)
             rows.append(late - memory.first("apart at first", late))
         begun = np.cumsum(~np.array(self.goes_on))[self.channel.run]
-        return np.asarray(self.windows(self._zeroed(rows)) * (begun[:, None] == np.unique(begun)))
+        return np.asarray(self.windows_zeroed(rows) * (begun[:, None] == np.unique(begun)))
 
     def _lengths(self, shape: str, parameters: Mapping[str, Any]) -> FloatArray:
         """Return a shape's columns for the retracted length, then for the displacement, shape (n, 2 k)."""
-        both = [np.column_stack([rows, rows * (signals.q / signals.retracted_length)[:, None]])
-                for rows, signals in zip(self._rows(shape, parameters), self.signals, strict=True)]  # fmt: skip
-        return self.windows(self._zeroed(both))
+        usable = self.pooled.usable(self._rows(shape, parameters))
+        both = np.concatenate([usable, usable * self._stroke], axis=1)
+        return self.pooled.means(both, zeroed=self.zeroed_by_run)
 
-    def _zeroed(self, values: Iterable[FloatArray]) -> list[FloatArray]:
-        """Return rows' values, shape (n,) or (n, k), less those of each run's zero."""
-        return [value - (value[piece.used[0]] if self.zeroed_by_run else 0.0)
-                for value, piece in zip(values, self.pieces, strict=True)]  # fmt: skip
+    @cached_property
+    def _stroke(self) -> FloatArray:
+        """The displacement of usable rows over the retracted length, shape (u, 1)."""
+        return self.pooled.usable(one.q / one.retracted_length for one in self.signals)
 
     @cached_property
     def travelled(self) -> tuple[FloatArray, FloatArray]:
@@ -297,12 +298,12 @@ class View:
     @cached_property
     def time(self) -> FloatArray:
         """Time of each window since its run's first row [s]."""
-        return self._means([signals.time for signals in self.signals])
+        return self.windows(signals.time for signals in self.signals)[:, 0]
 
     @cached_property
     def q(self) -> FloatArray:
         """Displacement in each window [m]."""
-        return self._means([signals.q for signals in self.signals])
+        return self.windows(signals.q for signals in self.signals)[:, 0]
 
     @property
     def length(self) -> float:
@@ -322,7 +323,9 @@ class View:
 
     def temperatures(self, sensor: str) -> FloatArray:
         """Return a sensor's smoothed temperature in windows [K]."""
-        return self.once(("means", sensor), lambda: self._means([one.dT[sensor] for one in self.signals]), [sensor])
+        return self.once(
+            ("means", sensor), lambda: self.windows(one.dT[sensor] for one in self.signals)[:, 0], [sensor]
+        )
 
     def degC(self, sensor: str) -> tuple[FloatArray, FloatArray] | None:
         """Return a sensor's temperature in windows and at the zero of each, shape (n,) [degC]; None if not known."""
@@ -338,10 +341,6 @@ class View:
     def span(self, ratio: float) -> FloatArray:
         """Return ``q0 + ratio q`` in windows [m]; 1 for a component."""
         return np.asarray(self.length + ratio * self.q)
-
-    def windows_zeroed(self, values: Sequence[FloatArray]) -> FloatArray:
-        """Return means over windows of rows' values, run after run, less those of the zero, shape (n, k)."""
-        return self.windows(self._zeroed(values))
 
     @cached_property
     def base_columns(self) -> FloatArray:

@@ -212,7 +212,7 @@ class Witnesses:
         if trial.target is None or shown is None or not trial.in_parity:
             return -np.inf
         base = self.system(best)
-        _, mean, covariance = self.channel.solved(base.X, base.sd, levels)
+        mean, covariance = self.channel.estimated(base.X, base.sd, levels)
         own = [self.bench.view.base.index(trial.target), len(mean) - 1]
         A, fault = mean[own].tolist()
         if not A:
@@ -242,7 +242,7 @@ class Witnesses:
         if shown is None or trial.columns.shape[1] > len(RATES) or len(shown.amplitudes) != len(RATES):
             return True
         base = self.system(ranked.best)
-        _, mean, _ = self.channel.solved(base.X, base.sd, ranked.levels)
+        _, mean = self.channel.solved(base.X, base.sd, ranked.levels)
         A = float(mean[self.bench.view.base.index(str(trial.target))])
         # what the law must add, a late thermometer lacks
         return float(np.dot(rates, mean[len(mean) - len(rates) :])) * A * float(np.dot(RATES, shown.amplitudes)) <= 0.0
@@ -256,7 +256,7 @@ class Witnesses:
         if ranked.value <= 0.0:
             return 0.0
         base = self.system(ranked.best)
-        _, mean, _ = self.channel.solved(base.X, base.sd, ranked.levels)
+        _, mean = self.channel.solved(base.X, base.sd, ranked.levels)
         said = self.would_say(ranked.best.trial, float(mean[-1]))
         alike = ranked.best.trial.alike
         return float(alike * np.clip(2.0 * (1.0 - said / SEEN), 0.0, 1.0) * np.clip(1.0 + agreed, 0.0, 1.0))
@@ -277,7 +277,7 @@ class Witnesses:
     def error(self, best: Scored, levels: Levels) -> float:
         """Return the size of a thermometer's error by the drift: its amplitude there over the law's own A."""
         base = self.system(best)
-        _, mean, _ = self.channel.solved(base.X, base.sd, levels)
+        _, mean = self.channel.solved(base.X, base.sd, levels)
         A = float(mean[self.bench.view.base.index(str(best.trial.target))])
         return float(mean[-1]) / A if A else 0.0
 
@@ -321,7 +321,7 @@ class Witnesses:
         plain = self.base.plain
         X = np.column_stack([self.base.X[:, :plain], trial.columns])
         sd = np.concatenate([self.base.sd[:plain], np.full(trial.columns.shape[1], self.base.sd[:plain].max())])
-        _, mean, covariance = self.channel.solved(X, sd, self._levels)
+        mean, covariance = self.channel.estimated(X, sd, self._levels)
         A = mean[self.bench.view.base.index(str(trial.target))]
         return float(A), float(mean[-1]), float(np.sqrt(covariance[-1, -1]))
 
