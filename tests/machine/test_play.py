@@ -30,6 +30,16 @@ def test_rows_in_parts_are_rows_at_once(way: list[float], cut: int, width: float
     assert np.abs(whole).max() <= 0.5
 
 
+@given(st.lists(st.sampled_from([0.0, 1e-4, 3e-4, -2e-4]), min_size=1, max_size=40), st.sampled_from([-0.5, 0.0, 0.2]))
+def test_a_nut_goes_with_the_rod_until_it_meets_the_other_side(steps: list[float], start: float) -> None:
+    """Row by row, at rest too: it is pushed by either side of its play."""
+    q, width, place, wanted = np.cumsum([0.0, *steps]), 5e-4, start, []
+    for step in np.diff(q, prepend=0.0):
+        place = float(np.clip(place + step / width, -0.5, 0.5))
+        wanted.append(place)
+    assert Memory().play(q, width, start) == pytest.approx(wanted)
+
+
 def test_a_narrow_play_is_the_direction_of_the_last_move() -> None:
     """With moves longer than the play, the place is half the direction."""
     q = np.array([0.0, 1e-3, 3e-3, 2e-3, 1e-3, 4e-3])

@@ -332,7 +332,8 @@ def shaped(ranked: list[Ranked]) -> list[Ranked]:
     A reading that wanders is held against the noise of other thermometers, a fault with a shape against its own, which
     was fitted with the fault in it. What the parity says for the shape beyond any chance, it says beside the wandering.
     """
-    wandering = {item.best.trial.target: item.value for item in ranked if item.best.trial.wanders}
+    readings = (item for item in ranked if item.best.trial.wanders and "contact" not in item.best.trial.parameters)
+    wandering = {item.best.trial.target: item.value for item in readings}
     return [_beside_wandering(item, wandering.get(item.best.trial.target, -np.inf)) for item in ranked]
 
 

@@ -10,12 +10,15 @@ import pytest
 
 from hexathermal.learn.campaign_files import load_campaign
 from hexathermal.learn.diagnosis import Diagnosis, diagnose
+from hexathermal.learn.diagnosis.mending import law_late
+from hexathermal.learn.diagnosis.smoothing import smoothed
+from hexathermal.learn.diagnosis.trials import Delay
 from hexathermal.learn.leg_law_files import read_leg_law, write_leg_law
 from hexathermal.machine.leg_signals import Memory
 from hexathermal.poses import FloatArray
 from hexathermal.simulate.hidden.drawing import campaign_of
 from hexathermal.simulate.hidden.writing import write_campaign
-from tests.learn.diagnosis.campaigns import rewritten
+from tests.learn.diagnosis.campaigns import rewritten, viewed
 
 TAU = 330.0
 Rows = list[dict[str, str]]
@@ -54,6 +57,23 @@ def late(rows: Rows) -> None:
         behind = Memory().low_pass("late", time, values, TAU) + 0.05 * rng.standard_normal(len(time))
         for row, value in zip(rows, behind, strict=True):
             row[name] = f"{value:.4f}"
+
+
+@pytest.mark.parametrize("smooths", [True, False])
+def test_lateness_is_undone_one_stage_after_another(smooths: bool) -> None:
+    """Whatever is kept between time constants: each stage adds its time constant times the rate."""
+    view, _ = viewed("quiet", 5, (), 1.0)
+    (sensor,) = view.base
+    for stages in ((200.0, 450.0), (600.0,), (80.0, 80.0)):
+        undone = []
+        for signals in view.signals:
+            values = signals.dT[sensor]
+            for tau in stages:
+                rate = np.gradient(values, signals.time)
+                values = values + tau * (smoothed(signals.time, rate[:, None])[:, 0] if smooths else rate)
+            undone.append(values)
+        law = law_late(view, Delay((sensor,), stages, late=True, smooths=smooths))
+        assert law == pytest.approx(view.base_of([view.windows_zeroed(undone)[:, 0]]), rel=1e-9, abs=1e-9)
 
 
 def test_a_clock_that_loses_time_is_told_as_such(tmp_path: Path) -> None:

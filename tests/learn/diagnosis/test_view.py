@@ -75,6 +75,20 @@ def test_windows_do_not_grow_without_end(view: View) -> None:
     assert len(pieces_of(whole).edges) <= 501
 
 
+@pytest.mark.parametrize("zeroed", [True, False])
+def test_windows_of_all_runs_are_those_of_each(view: View, zeroed: bool) -> None:
+    """Means made at once are those of each run by itself, less its own zero, for tables as for one column."""
+    own = replace(view, zeroed_by_run=zeroed)
+    rng = np.random.default_rng(3)
+    tables = [rng.standard_normal((len(rows.signals.time), 2)) for rows in view.runs]
+    zeros = [table[piece.used[0]] if zeroed else 0.0 for table, piece in zip(tables, view.pieces, strict=True)]
+    parts = [piece.means(table - zero) for table, zero, piece in zip(tables, zeros, view.pieces, strict=True)]
+    np.testing.assert_array_equal(own.windows_zeroed(tables), np.concatenate(parts))
+    np.testing.assert_array_equal(
+        own.windows_zeroed([table[:, 0] for table in tables])[:, 0], np.concatenate(parts)[:, 0]
+    )
+
+
 def test_means_are_means(view: View) -> None:
     """A window's value is the mean of its rows, for tables as for one column."""
     rows, piece = view.runs[1], view.pieces[1]

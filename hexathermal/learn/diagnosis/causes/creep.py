@@ -42,7 +42,11 @@ TIMES_S = (20.0, 45.0, 100.0, 220.0, 480.0, 1000.0, 2000.0, 4400.0)
 BROAD = {1.5: (10.0, 30.0, 100.0, 300.0), 3.0: (20.0, 80.0, 320.0)}
 """Decades of a broad relaxation, and the shortest times in it: glue and friction creep with the logarithm of time."""
 
-BEGUN = {0.0: (300.0, 1000.0, 3000.0, 9000.0), 1.5: (120.0, 600.0, 3000.0), 3.0: (20.0, 120.0)}
+BEGUN = {
+    0.0: (300.0, 1000.0, 1700.0, 3000.0, 5200.0, 9000.0),
+    1.5: (120.0, 300.0, 800.0, 2000.0),
+    3.0: (20.0, 60.0, 200.0),
+}
 """The same from the beginning of a run on; what takes longer than a run is a drift with time."""
 
 FEWEST_BEGUN = 4

@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 
+from hexathermal.learn.diagnosis.beside_others import air_above_at_zero, coming_and_going, lost
 from hexathermal.learn.diagnosis.sensor_model import BIAS_K, MOST_SHARE, Parity, SensorModel, part_of
 from hexathermal.learn.diagnosis.trials import Cause, Parameter, Trial, Workbench
 from hexathermal.machine.leg_repairs import SensorRepair
@@ -23,12 +24,13 @@ CAUSE = Cause(
     ),
     signature=(
         "From one moment on the thermometer leaves its neighbours and goes towards the air; the drift follows"
-        " the neighbours."
+        " the neighbours. Where the contact comes and goes, it leaves them the more, the warmer they are than the air."
     ),
     parameters=(
         Parameter("time_s", "s", "any moment of any run, or from the beginning"),
         Parameter("fixed_again", "1", "0: it stays off; 1: before the next run"),
         Parameter("share", "1", "of the air in the reading after that"),
+        Parameter("wander", "K", "of a contact that comes and goes, as the other thermometers tell"),
     ),
     confused_with=(
         "sensor-drift",
@@ -62,6 +64,11 @@ SCANNED, CLOSER, PROMISING = 360, 3, 10
 of the best that are tried besides."""
 
 
+LEAST_WANDERING, LOOSENED = 2.0, 3.0
+"""Log evidence by which a share of the air must wander rather than the reading for a contact that comes and goes to be
+tried, and its price: contacts that stay lost are the usual ones."""
+
+
 @dataclass(frozen=True)
 class Loss:
     """A loss of contact: in which run, when [s], and whether it stays or is mended before the next run.
@@ -92,6 +99,7 @@ def trials(bench: Workbench) -> Iterator[Trial]:
         model = bench.model(sensor)
         if model is None:
             continue
+        yield from _coming_and_going(bench, model)
         span, own = bench.slopes_span(sensor), view.temperatures(sensor)
         even = _even_moments(model, min(7, MOST_MOMENTS // len(view.runs)))
         promising = set(view.once((CAUSE.name, sensor), partial(_promising, model)))
@@ -116,6 +124,25 @@ def trials(bench: Workbench) -> Iterator[Trial]:
                 column = span * view.once((CAUSE.name, sensor, loss, "own"), partial(_aired, model, loss))
                 yield replace(whole, columns=column[:, None], partly=False, ratio=True, in_parity=1.0,
                               lessened=partial(_loose, model, loss))  # fmt: skip
+
+
+def _coming_and_going(bench: Workbench, model: SensorModel) -> Iterator[Trial]:
+    """Give a contact that comes and goes, where the parity wanders as the air does beside the part: others speak."""
+    view, sensor = bench.view, model.sensor
+    said, known = view.once((CAUSE.name, sensor, "contact"), partial(coming_and_going, model))
+    if said < LEAST_WANDERING:
+        return
+    for k, weights in enumerate(known):
+        repair = partial(_replaced, model, weights)
+        for left in view.once((CAUSE.name, sensor, "lost", k), partial(lost, model, weights)).T:
+            yield Trial(CAUSE.name, (bench.slopes_span(sensor) * left)[:, None], sensor, "",
+                        {"contact": "comes and goes"}, parity=_parity_of(Loss(0, 0.0, begun=True)), repair=repair,
+                        errors=(sensor,), wanders=True, asked=True, advantage=said - LOOSENED)  # fmt: skip
+
+
+def _replaced(model: SensorModel, weights: FloatArray) -> SensorRepair:
+    """Return the repair: the others speak for the sensor, in all runs."""
+    return SensorRepair(CAUSE.name, "detached", {"sensor": model.sensor, "weights": model.sensor_weights(weights)})
 
 
 def _from_the_beginning(model: SensorModel) -> list[Loss]:
@@ -209,7 +236,7 @@ def _repair(model: SensorModel, loss: Loss) -> SensorRepair:
 def _loose(model: SensorModel, loss: Loss, error: float) -> SensorRepair:
     """Return the repair that takes the air out of the reading: `error` is its share over that of the part."""
     since = _since(model, loss)
-    above = _air_above_at_zero(model, loss.run)
+    above = air_above_at_zero(model, loss.run)
     zeros = [model.view.runs[loss.run].run.name] if model.view.zeroed_by_run else list(since["from_s"])
     if not model.view.zeroed_by_run or loss.moment > 0.0:
         since |= {"air_above_K": dict.fromkeys(zeros, above)}
@@ -285,17 +312,6 @@ def _off_the_air(model: SensorModel, loss: Loss, told: Sequence[FloatArray]) -> 
         gap, first = np.zeros(len(own)), loss.first_row(i, signals.time)
         gap[first:] = air[first:] - own[first:]
         if (first or not model.view.zeroed_by_run) and not loss.begun:  # else the zero was read in the air, too
-            gap[first:] += _air_above_at_zero(model, i)
+            gap[first:] += air_above_at_zero(model, i)
         gaps.append(gap)
     return gaps
-
-
-def _air_above_at_zero(model: SensorModel, run: int) -> float:
-    """Return by how much the air is warmer than the sensor at a run's zero [K]; 0 where that is not known.
-
-    A part that is warm when a run begins counts from its own warmth, the air from that of the room.
-    """
-    rows = model.view.runs[run]
-    if rows.weather is None or rows.signals.air is None or model.sensor not in rows.signals.zero_degC:
-        return 0.0
-    return float(rows.weather[0, 0] - rows.signals.air[0]) - rows.signals.zero_of(model.sensor)

@@ -8,11 +8,11 @@ from functools import partial
 
 import numpy as np
 
+from hexathermal.learn.diagnosis import beside_others
 from hexathermal.learn.diagnosis.sensor_model import SensorModel
 from hexathermal.learn.diagnosis.trials import Cause, Parameter, Trial, Workbench
 from hexathermal.learn.diagnosis.view import View
 from hexathermal.machine.leg_repairs import SensorRepair
-from hexathermal.machine.leg_signals import Memory
 from hexathermal.poses import FloatArray
 
 CAUSE = Cause(
@@ -39,9 +39,6 @@ CAUSE = Cause(
     thermal=True,
     readings=24,
 )
-
-SLOW_S = 1800.0
-"""A drift that wanders is slower than that; what the others foretell wrong is as quick as heat."""
 
 DECAYS = (1e9, 3.0)
 """The drift keeps its rate from run to run, or loses it within so many runs."""
@@ -82,7 +79,7 @@ def trials(bench: Workbench) -> Iterator[Trial]:
                         parity=partial(_parity, course), in_parity=1.0, repair=partial(_repair, model),
                         lessened=_lessened(view, sensor, course, rows))  # fmt: skip
         hours = view.time / 3600.0
-        for lost in view.once((CAUSE.name, sensor), partial(_lost, model)).T:
+        for lost in view.once((CAUSE.name, sensor), partial(beside_others.lost, model, _weights(model))).T:
             rate = -float(hours @ lost / (hours @ hours))
             alike = float(rate**2 * (hours @ hours) / max(lost @ lost, np.finfo(float).tiny))
             settings = {"decay_runs": STEADY.decay_runs, "rate_K_per_h": rate}
@@ -108,16 +105,6 @@ def _hours(view: View, course: Course) -> list[FloatArray]:
     late = (np.maximum(clock / whole - course.from_share, 0.0) for clock in clocks)
     steepest = course.power * (1.0 - course.from_share) ** (course.power - 1.0)
     return [whole / steepest * share**course.power for share in late]
-
-
-def _lost(model: SensorModel) -> FloatArray:
-    """Return what the others foretell less what is read, at once and behind a low pass, in windows, (n, 2) [K]."""
-    view, weights, at_once, late = model.view, _weights(model), [], []
-    for signals, profiles in zip(view.signals, model.profiles, strict=True):
-        lost = profiles @ weights - signals.dT[model.sensor]
-        at_once.append(lost)
-        late.append(Memory().low_pass("lost", signals.time, lost, SLOW_S))
-    return np.column_stack([view.windows_zeroed(at_once), view.windows_zeroed(late)])
 
 
 def _weights(model: SensorModel) -> FloatArray:

@@ -30,7 +30,7 @@ CAUSE = Cause(
     readings=12,
 )
 
-WARMED_S = (1000.0, 3000.0, 9000.0)
+WARMED_S = (1000.0, 1700.0, 3000.0, 5200.0, 9000.0)
 """Times in which an instrument warms up."""
 
 SELDOM = -4.0

@@ -1,0 +1,72 @@
+"""What a thermometer reads beside what the others foretell: it drifts, or its contact with the part comes and goes."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from hexathermal.learn.diagnosis.sensor_model import SensorModel
+from hexathermal.machine.leg_signals import Memory
+from hexathermal.poses import FloatArray
+
+SLOW_S = 1800.0
+"""What wanders is slower than that; what the others foretell wrong is as quick as heat."""
+
+USUAL_SHARE = 0.3
+"""Standard deviation of the share of the air that is read on the whole."""
+
+LEAST_GAP_K = 0.05
+"""Where the air differs from the part by less, RMS, nobody tells how it is read."""
+
+
+def lost(model: SensorModel, weights: FloatArray) -> FloatArray:
+    """Return what the others foretell less what is read, at once and behind a low pass, in windows, (n, 2) [K].
+
+    `weights` (k,) are those of the leading profiles.
+    """
+    at_once, late = [], []
+    for signals, profiles in zip(model.view.signals, model.profiles, strict=True):
+        left = profiles @ weights - signals.dT[model.sensor]
+        at_once.append(left)
+        late.append(Memory().low_pass("lost", signals.time, left, SLOW_S))
+    return np.column_stack([model.view.windows_zeroed(at_once), model.view.windows_zeroed(late)])
+
+
+def coming_and_going(model: SensorModel) -> tuple[float, list[FloatArray]]:
+    """Return how much likelier it is that a share of the air wanders than that the reading does, and weights, (k,).
+
+    With s the share of the air, ``s (T_air - T)`` is what the other thermometers do not foretell; of a reading that
+    drifts it is a process of its own, whatever the air does. Either is a first-order process, the share about a mean;
+    its log evidence in the parity is over that of the other. The weights are those of the leading profiles that
+    foretell the thermometer beside the one and beside the other.
+    """
+    centre, gap = model.expected[0], _above(model)
+    size = float(np.sqrt((gap**2).mean()))
+    if size < LEAST_GAP_K:
+        return -np.inf, []
+    levels, plain = model.null
+    channel = replace(model.channel, shown=gap / size)
+    X, sd = np.column_stack([model.X, gap]), np.append(model.sd, USUAL_SHARE)
+    loose, value = channel.fitted(X, sd, near=levels)
+    means = channel.solved(X, sd, loose)[1], model.channel.solved(model.X, model.sd, levels)[1]
+    return value - plain, [centre + mean[: len(centre)] for mean in means]
+
+
+def _above(model: SensorModel) -> FloatArray:
+    """Return by how much the air is warmer than what the others foretell, in windows of the parity, shape (m,) [K]."""
+    airs, told = model.view.airs, model.foretold()
+    assert airs is not None  # looked at before
+    return model.means([air - own + air_above_at_zero(model, run)
+                        for run, (air, own) in enumerate(zip(airs, told, strict=True))])  # fmt: skip
+
+
+def air_above_at_zero(model: SensorModel, run: int) -> float:
+    """Return by how much the air is warmer than the sensor at a run's zero [K]; 0 where that is not known.
+
+    A part that is warm when a run begins counts from its own warmth, the air from that of the room.
+    """
+    rows = model.view.runs[run]
+    if rows.weather is None or rows.signals.air is None or model.sensor not in rows.signals.zero_degC:
+        return 0.0
+    return float(rows.weather[0, 0] - rows.signals.air[0]) - rows.signals.zero_of(model.sensor)
