@@ -33,13 +33,22 @@ def lost(model: SensorModel, weights: FloatArray) -> FloatArray:
     return np.column_stack([model.view.windows_zeroed(at_once), model.view.windows_zeroed(late)])
 
 
+def weights_beside_drift(model: SensorModel) -> FloatArray:
+    """Return the weights of the others' profiles, learnt beside a drift of the reading in each run, shape (k,)."""
+    zeroed = model.view.zeroed_by_run
+    hours = [(signals.time - zeroed * signals.time[0]) / 3600.0 for signals in model.view.signals]
+    sizes = np.array([2.0 * model.null[0].rms])
+    learnt = ("weights beside drift", model.sensor)
+    return model.view.once(learnt, lambda: model.weights_beside(model.means(hours)[:, None], sizes))
+
+
 def coming_and_going(model: SensorModel) -> tuple[float, list[FloatArray]]:
     """Return how much likelier it is that a share of the air wanders than that the reading does, and weights, (k,).
 
     With s the share of the air, ``s (T_air - T)`` is what the other thermometers do not foretell; of a reading that
     drifts it is a process of its own, whatever the air does. Either is a first-order process, the share about a mean;
     its log evidence in the parity is over that of the other. The weights are those of the leading profiles that
-    foretell the thermometer beside the one and beside the other.
+    foretell the thermometer beside the one and beside the other, and beside a drift.
     """
     centre, gap = model.expected[0], _above(model)
     size = float(np.sqrt((gap**2).mean()))
@@ -50,7 +59,7 @@ def coming_and_going(model: SensorModel) -> tuple[float, list[FloatArray]]:
     X, sd = np.column_stack([model.X, gap]), np.append(model.sd, USUAL_SHARE)
     loose, value = channel.fitted(X, sd, near=levels)
     means = channel.solved(X, sd, loose)[1], model.channel.solved(model.X, model.sd, levels)[1]
-    return value - plain, [centre + mean[: len(centre)] for mean in means]
+    return value - plain, [*(centre + mean[: len(centre)] for mean in means), weights_beside_drift(model)]
 
 
 def _above(model: SensorModel) -> FloatArray:

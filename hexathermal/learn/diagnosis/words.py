@@ -241,6 +241,8 @@ def _sentence(
     words = known.words.format(target=target or "the part")
     if "other" in settings:
         words = words.replace("another thermometer", str(settings["other"]))
+    if "contact" in settings:
+        words = words.replace("has come off and reads the air in part", "reads the air in part, now more, now less")
     if "offset_s" in parameters and parameters["offset_s"].value < 0.0:
         words = words.replace("runs ahead of", "runs behind")
     if "gains_s_per_h" in parameters:

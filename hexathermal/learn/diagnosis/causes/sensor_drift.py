@@ -8,7 +8,7 @@ from functools import partial
 
 import numpy as np
 
-from hexathermal.learn.diagnosis import beside_others
+from hexathermal.learn.diagnosis.beside_others import lost, weights_beside_drift
 from hexathermal.learn.diagnosis.sensor_model import SensorModel
 from hexathermal.learn.diagnosis.trials import Cause, Parameter, Trial, Workbench
 from hexathermal.learn.diagnosis.view import View
@@ -79,11 +79,11 @@ def trials(bench: Workbench) -> Iterator[Trial]:
                         parity=partial(_parity, course), in_parity=1.0, repair=partial(_repair, model),
                         lessened=_lessened(view, sensor, course, rows))  # fmt: skip
         hours = view.time / 3600.0
-        for lost in view.once((CAUSE.name, sensor), partial(beside_others.lost, model, _weights(model))).T:
-            rate = -float(hours @ lost / (hours @ hours))
-            alike = float(rate**2 * (hours @ hours) / max(lost @ lost, np.finfo(float).tiny))
+        for left in view.once((CAUSE.name, sensor), partial(lost, model, weights_beside_drift(model))).T:
+            rate = -float(hours @ left / (hours @ hours))
+            alike = float(rate**2 * (hours @ hours) / max(left @ left, np.finfo(float).tiny))
             settings = {"decay_runs": STEADY.decay_runs, "rate_K_per_h": rate}
-            told = Trial(CAUSE.name, (span * lost)[:, None], sensor, "", settings,
+            told = Trial(CAUSE.name, (span * left)[:, None], sensor, "", settings,
                          parity=partial(_parity, STEADY), in_parity=rate, alike=alike, errors=(sensor,),
                          repair=partial(_repair, model))  # fmt: skip
             yield told
@@ -107,15 +107,9 @@ def _hours(view: View, course: Course) -> list[FloatArray]:
     return [whole / steepest * share**course.power for share in late]
 
 
-def _weights(model: SensorModel) -> FloatArray:
-    """Return the weights of the others' profiles, learnt beside a drift."""
-    learnt = (CAUSE.name, "weights", model.sensor)
-    return model.view.once(learnt, lambda: model.weights_beside(*_parity(STEADY, model)))
-
-
 def _repair(model: SensorModel) -> SensorRepair:
     """Return the repair: the others speak for the sensor."""
-    weights = model.sensor_weights(_weights(model))
+    weights = model.sensor_weights(weights_beside_drift(model))
     return SensorRepair(CAUSE.name, "detached", {"sensor": model.sensor, "weights": weights})
 
 

@@ -1,0 +1,83 @@
+"""A contact that comes and goes: how much of the air a thermometer reads changes all the time."""
+
+from __future__ import annotations
+
+from functools import cache
+
+import numpy as np
+import pytest
+
+from hexathermal.learn.diagnosis.beside_others import air_above_at_zero, coming_and_going
+from hexathermal.learn.diagnosis.causes.sensor_detached import LEAST_WANDERING
+from hexathermal.learn.diagnosis.result import Quantity
+from hexathermal.learn.diagnosis.sensor_model import SensorModel, sensor_model
+from hexathermal.learn.diagnosis.view import View
+from hexathermal.learn.diagnosis.words import _sentence
+from hexathermal.machine.leg_signals import LegSignals
+from hexathermal.poses import FloatArray
+from tests.learn.diagnosis.campaigns import altered, first_name, viewed
+
+SHARE, SPREAD, DWELL_S = 0.25, 0.15, 1500.0
+
+
+def model_of(view: View) -> SensorModel:
+    """The model of the law's thermometer."""
+    model = sensor_model(view, view.base[0])
+    assert model is not None
+    return model
+
+
+def wandering(time: FloatArray, rng: np.random.Generator) -> FloatArray:
+    """A first-order process of unit variance."""
+    kept = np.exp(-np.diff(time, prepend=time[0] - 1e9) / DWELL_S)
+    found, state = np.empty(len(time)), 0.0
+    for row, (one, kick) in enumerate(zip(kept, rng.standard_normal(len(time)), strict=True)):
+        state = one * state + np.sqrt(1.0 - one**2) * kick
+        found[row] = state
+    return found
+
+
+@cache
+def spoilt(bench: str, seed: int, *, by_air: bool) -> View:
+    """A sound leg whose thermometer reads more and less of the air, or wanders as far whatever the air does."""
+    view, _ = viewed(bench, seed, (), 1.0)
+    sensor, model = view.base[0], model_of(view)
+
+    def error(k: int, signals: LegSignals, rng: np.random.Generator) -> FloatArray:
+        assert signals.air is not None
+        gap = signals.air - signals.dT[sensor] + air_above_at_zero(model, k)
+        share = np.clip(SHARE + SPREAD * wandering(signals.time, rng), 0.0, 0.9)
+        return np.asarray(share * gap)
+
+    rng = np.random.default_rng(seed)
+    errors = [error(k, rows.signals, rng) for k, rows in enumerate(view.runs)]
+    if not by_air:
+        size = float(np.sqrt(np.mean([np.var(one) for one in errors])))
+        errors = [size * wandering(rows.signals.time, rng) for rows in view.runs]
+    return altered(view, sensor, lambda k, signals: signals.dT[sensor] + errors[k] - errors[k][0])
+
+
+BENCHES = [("modal", 2), ("finite_volume", 3), ("held_out", 5)]
+
+
+@pytest.mark.parametrize(("bench", "seed"), BENCHES)
+def test_the_parity_tells_a_share_of_the_air_from_a_reading_that_wanders(bench: str, seed: int) -> None:
+    """What a loose contact reads wrong grows with the way to the air; the error of a bad channel does not."""
+    loose, _ = coming_and_going(model_of(spoilt(bench, seed, by_air=True)))
+    drifting, _ = coming_and_going(model_of(spoilt(bench, seed, by_air=False)))
+    sound, _ = coming_and_going(model_of(viewed(bench, seed, (), 1.0)[0]))
+    assert loose > LEAST_WANDERING > max(drifting, sound)
+
+
+@pytest.mark.parametrize(("by_air", "name"), [(True, "sensor-detached"), (False, "sensor-drift")])
+def test_each_has_its_name(by_air: bool, name: str) -> None:
+    """Of the same size and slowness."""
+    assert first_name(spoilt("modal", 2, by_air=by_air)) == name
+
+
+def test_it_is_said_in_words() -> None:
+    """It has not come off for good, and no moment is told."""
+    wander = {"wander_K": Quantity(0.5, 0.02, "K")}
+    said = _sentence("sensor-detached", "T05", wander, {"contact": "comes and goes"}, 3e-7)
+    assert "T05 reads the air in part, now more, now less" in said
+    assert "come off" not in said
