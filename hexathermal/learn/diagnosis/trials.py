@@ -160,6 +160,9 @@ class Trial:
     wanders : bool
         Whether the parity is asked how far it wanders, beside that of any other thermometer, since the fault has no
         shape; the drift's last column is the fault as the others tell it, and has the law's own A where it is there.
+    by_air : float
+        Log evidence of the parity that a share of the air wanders, over that the reading does: it counts up to what the
+        drift says.
     anew : bool
         Whether errors of the thermometers are to be made anew of the mended data: all sensors are mended alike.
     delay : Delay or None
@@ -206,6 +209,7 @@ class Trial:
     ratio: bool = False
     tight: bool = False
     wanders: bool = False
+    by_air: float = 0.0
     anew: bool = False
     delay: Delay | None = None
     unlate: Trial | None = None

@@ -75,7 +75,8 @@ class Witnesses:
         """Return what the parity says for a trial, as far as it counts; of a fault that need show there, all of it."""
         trial = item.trial
         if trial.wanders:
-            return min(self._beyond(trial), max(item.value, 0.0))
+            drift = max(item.value, 0.0)
+            return min(self._beyond(trial), drift) + min(trial.by_air, drift)
         if trial.least_parity >= 0.0:
             return self._late(trial, item.value)
         own = self._gain(trial, trial.target)
@@ -85,7 +86,7 @@ class Witnesses:
         """Return the most that `spoken` may be, without asking other thermometers."""
         trial = item.trial
         if trial.wanders:
-            return max(item.value, 0.0)
+            return max(item.value, 0.0) * (2.0 if trial.by_air else 1.0)
         own = self._gain(trial, trial.target)
         return own if trial.least_parity < 0.0 else max(own, 0.0)
 
@@ -119,8 +120,11 @@ class Witnesses:
             parity, sure = late, self.whole(trial)
         elif trial.wanders:
             # heat of its own, which no other has, lets a sound thermometer wander: the drift must say as much
-            parity = sure = min(self._beyond(trial), max(drift, 0.0)) * self._own(ranked.best, ranked.levels)
-            drift = min(drift, FOLLOWED * max(parity - LEAST_WITNESS, 0.0))
+            said, own = max(drift, 0.0), self._own(ranked.best, ranked.levels)
+            parity = sure = own * min(self._beyond(trial), said)
+            by_air = own * min(trial.by_air, said)
+            drift = min(drift, FOLLOWED * max(parity + by_air - LEAST_WITNESS, 0.0))
+            parity += by_air
         elif np.isfinite(agreed):
             if trial.ratio:  # a reading runs towards the air, never away from it
                 agreed *= self._in_drift(trial) if agreed > 0.0 else 1.0

@@ -8,9 +8,11 @@ import numpy as np
 import pytest
 
 from hexathermal.learn.diagnosis.beside_others import air_above_at_zero, coming_and_going
+from hexathermal.learn.diagnosis.causes import sensor_detached
 from hexathermal.learn.diagnosis.causes.sensor_detached import LEAST_WANDERING
 from hexathermal.learn.diagnosis.result import Quantity
 from hexathermal.learn.diagnosis.sensor_model import SensorModel, sensor_model
+from hexathermal.learn.diagnosis.stage import Stage
 from hexathermal.learn.diagnosis.view import View
 from hexathermal.learn.diagnosis.words import _sentence
 from hexathermal.machine.leg_signals import LegSignals
@@ -67,6 +69,26 @@ def test_the_parity_tells_a_share_of_the_air_from_a_reading_that_wanders(bench: 
     drifting, _ = coming_and_going(model_of(spoilt(bench, seed, by_air=False)))
     sound, _ = coming_and_going(model_of(viewed(bench, seed, (), 1.0)[0]))
     assert loose > LEAST_WANDERING > max(drifting, sound)
+
+
+def test_contact_that_is_lost_once_does_not_come_and_go() -> None:
+    """From one moment on a share of the air is read, which goes with the air as well: that moment is told."""
+    view, _ = viewed("modal", 2, (), 1.0)
+    sensor, model = view.base[0], model_of(view)
+
+    def lost(k: int, signals: LegSignals) -> FloatArray:
+        assert signals.air is not None
+        gap = signals.air - signals.dT[sensor] + air_above_at_zero(model, k)
+        off = (k > 3) or ((k == 3) * (signals.time >= 4000.0))
+        return np.asarray(signals.dT[sensor] + SHARE * (gap * off - (gap * off)[0]))
+
+    loose = altered(view, sensor, lost)
+    assert coming_and_going(model_of(loose))[0] > LEAST_WANDERING
+    tried = [trial.parameters for trial in sensor_detached.trials(Stage(loose).bench)]
+    assert tried
+    assert not any("contact" in parameters for parameters in tried)
+    best = next(item.best.trial for item in Stage(loose).step.ranking if item.cause == "sensor-detached")
+    assert best.parameters["run"] == view.runs[3].run.name
 
 
 @pytest.mark.parametrize(("by_air", "name"), [(True, "sensor-detached"), (False, "sensor-drift")])

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 from typing import Any
@@ -64,9 +64,9 @@ SCANNED, CLOSER, PROMISING = 360, 3, 10
 of the best that are tried besides."""
 
 
-LEAST_WANDERING, LOOSENED = 2.0, 3.0
-"""Log evidence by which a share of the air must wander rather than the reading for a contact that comes and goes to be
-tried, and its price: contacts that stay lost are the usual ones."""
+LEAST_WANDERING = 2.0
+"""Log evidence by which a share of the air must wander, rather than the reading or than contact is lost for good, for a
+contact that comes and goes to be tried."""
 
 
 @dataclass(frozen=True)
@@ -99,10 +99,10 @@ def trials(bench: Workbench) -> Iterator[Trial]:
         model = bench.model(sensor)
         if model is None:
             continue
-        yield from _coming_and_going(bench, model)
         span, own = bench.slopes_span(sensor), view.temperatures(sensor)
         even = _even_moments(model, min(7, MOST_MOMENTS // len(view.runs)))
         promising = set(view.once((CAUSE.name, sensor), partial(_promising, model)))
+        yield from _coming_and_going(bench, model, promising)
         for loss in sorted({*even, *promising, *_from_the_beginning(model)}, key=_order):
             told = view.once((CAUSE.name, sensor, loss), partial(_told, model, loss))
             off = (view.channel.run == loss.run) & (view.time >= loss.moment)
@@ -126,10 +126,15 @@ def trials(bench: Workbench) -> Iterator[Trial]:
                               lessened=partial(_loose, model, loss))  # fmt: skip
 
 
-def _coming_and_going(bench: Workbench, model: SensorModel) -> Iterator[Trial]:
-    """Give a contact that comes and goes, where the parity wanders as the air does beside the part: others speak."""
+def _coming_and_going(bench: Workbench, model: SensorModel, losses: Iterable[Loss]) -> Iterator[Trial]:
+    """Give a contact that comes and goes, where the parity wanders as the air does beside the part: others speak.
+
+    What it says of a contact lost at one of the moments that were looked at, a share that wanders says as well.
+    """
     view, sensor = bench.view, model.sensor
     said, known = view.once((CAUSE.name, sensor, "contact"), partial(coming_and_going, model))
+    once = max((model.shown_of(_parity_of(loss)).gain for loss in losses), default=0.0) - math.log(SCANNED)
+    said -= max(once, 0.0)
     if said < LEAST_WANDERING:
         return
     for k, weights in enumerate(known):
@@ -137,7 +142,8 @@ def _coming_and_going(bench: Workbench, model: SensorModel) -> Iterator[Trial]:
         for left in view.once((CAUSE.name, sensor, "lost", k), partial(lost, model, weights)).T:
             yield Trial(CAUSE.name, (bench.slopes_span(sensor) * left)[:, None], sensor, "",
                         {"contact": "comes and goes"}, parity=_parity_of(Loss(0, 0.0, begun=True)), repair=repair,
-                        errors=(sensor,), wanders=True, asked=True, advantage=said - LOOSENED)  # fmt: skip
+                        errors=(sensor,), wanders=True, by_air=said,
+                        asked=True)  # fmt: skip
 
 
 def _replaced(model: SensorModel, weights: FloatArray) -> SensorRepair:
