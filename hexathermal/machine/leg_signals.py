@@ -241,6 +241,7 @@ class Memory:
         """
         before, place = self._kept.get("play", (float(q[0]), start))
         steps = _since(q, before) / width
+        place = min(max(float(place), -0.5), 0.5)
         moving, places = np.flatnonzero(steps), [place]
         for step in steps[moving].tolist():
             place = min(max(place + step, -0.5), 0.5)

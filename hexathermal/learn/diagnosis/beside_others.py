@@ -46,20 +46,23 @@ def coming_and_going(model: SensorModel) -> tuple[float, list[FloatArray]]:
     """Return how much likelier it is that a share of the air wanders than that the reading does, and weights, (k,).
 
     With s the share of the air, ``s (T_air - T)`` is what the other thermometers do not foretell; of a reading that
-    drifts it is a process of its own, whatever the air does. Either is a first-order process, the share about a mean;
-    its log evidence in the parity is over that of the other. The weights are those of the leading profiles that
-    foretell the thermometer beside the one and beside the other, and beside a drift.
+    drifts it is a process of its own, whatever the air does. Either is a first-order process, beside a mean share; its
+    log evidence in the parity is over that of the other. The weights are those of the leading profiles that foretell
+    the thermometer beside the one and beside the other, and beside a drift.
     """
     centre, gap = model.expected[0], _above(model)
     size = float(np.sqrt((gap**2).mean()))
     if size < LEAST_GAP_K:
         return -np.inf, []
     levels, plain = model.null
+    # a share that stays is open to both
+    since = gap - gap[model.channel.start][model.channel.run] if model.view.zeroed_by_run else gap
+    X, sd = np.column_stack([model.X, since]), np.append(model.sd, USUAL_SHARE)
+    steady = max(plain, model.channel.fitted(X, sd, near=levels)[1])
     channel = replace(model.channel, shown=gap / size)
-    X, sd = np.column_stack([model.X, gap]), np.append(model.sd, USUAL_SHARE)
     loose, value = channel.fitted(X, sd, near=levels)
     means = channel.solved(X, sd, loose)[1], model.channel.solved(model.X, model.sd, levels)[1]
-    return value - plain, [*(centre + mean[: len(centre)] for mean in means), weights_beside_drift(model)]
+    return value - steady, [*(centre + mean[: len(centre)] for mean in means), weights_beside_drift(model)]
 
 
 def _above(model: SensorModel) -> FloatArray:

@@ -328,15 +328,15 @@ class Search:
         return value if trial.parity is None else value + max(self.witnesses.parity(trial), 0.0)
 
     def _told_otherwise(self, best: Scored, scored: list[Scored]) -> list[Scored]:
-        """Return the best trial of each other way to tell the same loss: others, the own reading, or data mended.
+        """Return the best trial of each other way to tell the same fault, see `Trial.way`.
 
         Each has witnesses of its own: what the others foretell shows large losses better, the reading small ones.
         """
-        ways: dict[tuple[bool, bool], list[Scored]] = {}
+        ways: dict[tuple[bool, bool, bool], list[Scored]] = {}
         for item in scored:
             if item.trial.cause == best.trial.cause and item.trial.fault:
-                ways.setdefault((item.trial.ratio, item.trial.anew), []).append(item)
-        ways.pop((best.trial.ratio, best.trial.anew), None)
+                ways.setdefault(item.trial.way, []).append(item)
+        ways.pop(best.trial.way, None)
         return [self._witnessed(max(items, key=lambda item: item.value), items) for items in ways.values()]
 
     def _witnessed(self, best: Scored, scored: list[Scored]) -> Scored:

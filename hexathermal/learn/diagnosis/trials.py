@@ -236,6 +236,11 @@ class Trial:
         return self.parity is not None and self.least_parity < 0.0
 
     @property
+    def way(self) -> tuple[bool, bool, bool]:
+        """How it tells a fault: by the reading itself, by data that are mended, as a contact that comes and goes."""
+        return self.ratio, self.anew, self.by_air > 0.0
+
+    @property
     def line(self) -> Hashable:
         """What trials that mend data share which stand in the order of their parameter, or begin with the campaign."""
         delay, begins = self.delay, {"from_run", "gains_s_per_h"} & self.parameters.keys()

@@ -76,7 +76,7 @@ class Witnesses:
         trial = item.trial
         if trial.wanders:
             drift = max(item.value, 0.0)
-            return min(self._beyond(trial), drift) + min(trial.by_air, drift)
+            return min(self._beyond(trial), drift) + self._by_air(trial, drift)
         if trial.least_parity >= 0.0:
             return self._late(trial, item.value)
         own = self._gain(trial, trial.target)
@@ -122,7 +122,7 @@ class Witnesses:
             # heat of its own, which no other has, lets a sound thermometer wander: the drift must say as much
             said, own = max(drift, 0.0), self._own(ranked.best, ranked.levels)
             parity = sure = own * min(self._beyond(trial), said)
-            by_air = own * min(trial.by_air, said)
+            by_air = own * self._by_air(trial, said)
             drift = min(drift, FOLLOWED * max(parity + by_air - LEAST_WITNESS, 0.0))
             parity += by_air
         elif np.isfinite(agreed):
@@ -232,7 +232,9 @@ class Witnesses:
         """Return what the parity of a faulty thermometer says by itself; 0 of what is no fault."""
         if not trial.fault:
             return 0.0
-        return self._beyond(trial) if trial.wanders else self._gain(trial, trial.target)
+        if trial.wanders:
+            return self._beyond(trial) + self._by_air(trial, np.inf)
+        return self._gain(trial, trial.target)
 
     def _same_way(self, ranked: Ranked) -> bool:
         """Return whether a thermometer is late in the drift and against the others, or early in both.
@@ -268,9 +270,22 @@ class Witnesses:
     def _beyond(self, trial: Trial) -> float:
         """Return the log evidence of a parity for wandering as none of the others does."""
         model = None if trial.target is None else self.bench.model(trial.target)
-        others = [self.bench.model(sensor) for sensor in self.bench.bystanders(BYSTANDERS)]
-        levels = [one.null[0] for one in others if one is not None]
-        return 0.0 if model is None or len(levels) < FEWEST_BYSTANDERS else max(model.beyond(levels), 0.0)
+        return max(model.beyond(self._bystanding), 0.0) if model is not None and self._told else 0.0
+
+    def _by_air(self, trial: Trial, drift: float) -> float:
+        """Return what a parity says for a share of the air that wanders, up to what the drift says for the fault."""
+        return min(trial.by_air, drift) if self._told else 0.0
+
+    @cached_property
+    def _bystanding(self) -> list[Levels]:
+        """Noise of the parities of bystanders with nothing hidden in them."""
+        others = (self.bench.model(sensor) for sensor in self.bench.bystanders(BYSTANDERS))
+        return [one.null[0] for one in others if one is not None]
+
+    @property
+    def _told(self) -> bool:
+        """Whether enough bystanders tell how far a sound thermometer wanders."""
+        return len(self._bystanding) >= FEWEST_BYSTANDERS
 
     def _own(self, best: Scored, levels: Levels) -> float:
         """Return the part that counts of a fault whose size in the drift should be the law's own A."""

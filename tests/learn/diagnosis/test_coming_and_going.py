@@ -10,14 +10,18 @@ import pytest
 from hexathermal.learn.diagnosis.beside_others import air_above_at_zero, coming_and_going
 from hexathermal.learn.diagnosis.causes import sensor_detached
 from hexathermal.learn.diagnosis.causes.sensor_detached import LEAST_WANDERING
+from hexathermal.learn.diagnosis.deciding import decided
+from hexathermal.learn.diagnosis.evidence import LEAST
+from hexathermal.learn.diagnosis.mending import mended_view
 from hexathermal.learn.diagnosis.result import Quantity
 from hexathermal.learn.diagnosis.sensor_model import SensorModel, sensor_model
 from hexathermal.learn.diagnosis.stage import Stage
+from hexathermal.learn.diagnosis.tolerating import tolerant
 from hexathermal.learn.diagnosis.view import View
 from hexathermal.learn.diagnosis.words import _sentence
 from hexathermal.machine.leg_signals import LegSignals
 from hexathermal.poses import FloatArray
-from tests.learn.diagnosis.campaigns import altered, first_name, viewed
+from tests.learn.diagnosis.campaigns import altered, viewed
 
 SHARE, SPREAD, DWELL_S = 0.25, 0.15, 1500.0
 
@@ -91,10 +95,42 @@ def test_contact_that_is_lost_once_does_not_come_and_go() -> None:
     assert best.parameters["run"] == view.runs[3].run.name
 
 
-@pytest.mark.parametrize(("by_air", "name"), [(True, "sensor-detached"), (False, "sensor-drift")])
-def test_each_has_its_name(by_air: bool, name: str) -> None:
-    """Of the same size and slowness."""
-    assert first_name(spoilt("modal", 2, by_air=by_air)) == name
+@pytest.mark.parametrize(("bench", "seed"), [("modal", 2), ("held_out", 5)])
+def test_each_has_its_name(bench: str, seed: int) -> None:
+    """Of the same size and slowness: a contact that comes and goes, or a reading that drifts."""
+    loose, drifting = (decided(tolerant(Stage(spoilt(bench, seed, by_air=own)), LEAST).step, LEAST).leader
+                       for own in (True, False))  # fmt: skip
+    assert loose is not None
+    assert loose.cause == "sensor-detached"
+    assert loose.best.trial.parameters == {"contact": "comes and goes"}
+    assert drifting is not None
+    assert drifting.cause == "sensor-drift"
+
+
+@pytest.mark.parametrize("share", [0.1, 0.3])
+def test_a_share_that_stays_does_not_come_and_go(share: float) -> None:
+    """A thermometer that reads the same share of the air all the time goes with the air, but does not wander."""
+    view, _ = viewed("modal", 3, (), 1.0)
+    model = model_of(view)
+
+    def aired(k: int, signals: LegSignals) -> FloatArray:
+        assert signals.air is not None
+        gap = signals.air - signals.dT[view.base[0]] + air_above_at_zero(model, k)
+        return np.asarray(signals.dT[view.base[0]] + share * (gap - gap[0]))
+
+    assert coming_and_going(model_of(altered(view, view.base[0], aired)))[0] < LEAST_WANDERING
+
+
+def test_a_thermometer_that_others_speak_for_is_not_asked() -> None:
+    """What is left of its parity is no reading of its own."""
+    view = spoilt("modal", 2, by_air=True)
+    bench = Stage(view).bench
+    found = [trial for trial in sensor_detached.trials(bench) if trial.by_air]
+    assert found
+    repair = found[0].repair
+    assert repair is not None
+    mended = Stage(mended_view(view, repair())).bench
+    assert not any(trial.by_air for trial in sensor_detached.trials(mended))
 
 
 def test_it_is_said_in_words() -> None:

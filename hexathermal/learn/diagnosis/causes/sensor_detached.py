@@ -19,8 +19,8 @@ from hexathermal.poses import FloatArray
 CAUSE = Cause(
     name="sensor-detached",
     physics=(
-        "The tape or the glue of one thermometer gives way: from then on it shows the air beside the part, wholly or "
-        "in part."
+        "The tape or the glue of one thermometer gives way: from then on, or now and then, it shows the air beside "
+        "the part, wholly or in part."
     ),
     signature=(
         "From one moment on the thermometer leaves its neighbours and goes towards the air; the drift follows"
@@ -132,9 +132,12 @@ def _coming_and_going(bench: Workbench, model: SensorModel, losses: Iterable[Los
     What it says of a contact lost at one of the moments that were looked at, a share that wanders says as well.
     """
     view, sensor = bench.view, model.sensor
+    if model.spoken_for:
+        return
     said, known = view.once((CAUSE.name, sensor, "contact"), partial(coming_and_going, model))
-    once = max((model.shown_of(_parity_of(loss)).gain for loss in losses), default=0.0) - math.log(SCANNED)
-    said -= max(once, 0.0)
+    if said >= LEAST_WANDERING:
+        once = max((model.shown_of(_parity_of(loss)).gain for loss in losses), default=0.0) - math.log(SCANNED)
+        said -= max(once, 0.0)
     if said < LEAST_WANDERING:
         return
     for k, weights in enumerate(known):
