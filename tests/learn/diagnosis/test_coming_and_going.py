@@ -3,10 +3,13 @@
 from __future__ import annotations
 
 from functools import cache
+from pathlib import Path
 
 import numpy as np
 import pytest
 
+from hexathermal.learn.campaign_files import load_campaign
+from hexathermal.learn.diagnosis import diagnose
 from hexathermal.learn.diagnosis.beside_others import air_above_at_zero, coming_and_going
 from hexathermal.learn.diagnosis.causes import sensor_detached
 from hexathermal.learn.diagnosis.causes.sensor_detached import LEAST_WANDERING
@@ -19,9 +22,12 @@ from hexathermal.learn.diagnosis.stage import Stage
 from hexathermal.learn.diagnosis.tolerating import tolerant
 from hexathermal.learn.diagnosis.view import View
 from hexathermal.learn.diagnosis.words import _sentence
+from hexathermal.learn.leg_law_files import read_leg_law, write_leg_law
 from hexathermal.machine.leg_signals import LegSignals
 from hexathermal.poses import FloatArray
-from tests.learn.diagnosis.campaigns import altered, viewed
+from hexathermal.simulate.hidden.drawing import campaign_of
+from hexathermal.simulate.hidden.writing import write_campaign
+from tests.learn.diagnosis.campaigns import altered, rewritten, viewed
 
 SHARE, SPREAD, DWELL_S = 0.25, 0.15, 1500.0
 
@@ -139,3 +145,32 @@ def test_it_is_said_in_words() -> None:
     said = _sentence("sensor-detached", "T05", wander, {"contact": "comes and goes"}, 3e-7)
     assert "T05 reads the air in part, now more, now less" in said
     assert "come off" not in said
+
+
+def test_from_files_to_files(tmp_path: Path) -> None:
+    """Told from a campaign's folder as what it is, put right in runs never fitted, written and read without loss."""
+    truth, answer = campaign_of("modal", 2, causes=())
+    folder, rng = tmp_path / "campaign", np.random.default_rng(7)
+    write_campaign(folder, truth, answer)
+    name = f"{answer.base[0]}_degC"
+
+    def loosened(rows: list[dict[str, str]]) -> None:
+        time = np.array([float(row["time_s"]) for row in rows])
+        shares = np.clip(2.0 * (SHARE + SPREAD * wandering(time, rng)), 0.0, 0.9)
+        for row, share in zip(rows, shares.tolist(), strict=True):
+            own, air = float(row[name]), float(row["air_temperature_degC"])
+            row[name] = f"{own + share * (air - own):.4f}"
+
+    for file in sorted((folder / "runs").glob("*.csv")):
+        rewritten(file, loosened)
+    found = diagnose(load_campaign(folder), answer.base)
+    said = found.to_json()["effects"][0]
+    assert (said["cause"], said["target"]) == ("sensor-detached", answer.base[0])
+    assert said["settings"] == {"contact": "comes and goes"}
+    assert set(said["parameters"]) == {"wander_K"}
+    assert found.gain is not None
+    assert found.gain.total.rmse_after.value < 0.9 * found.gain.total.rmse_before
+    read = read_leg_law(write_leg_law(found.extended, tmp_path / "leg.toml"))
+    assert [(one.cause, one.kind, one.parameters) for one in read.repairs] == [
+        (one.cause, one.kind, one.parameters) for one in found.extended.repairs
+    ]
