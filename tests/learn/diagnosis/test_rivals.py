@@ -104,6 +104,16 @@ def test_what_has_a_shape_does_not_wander(beyond: float, leads: str) -> None:
     assert shaped([wandering, elsewhere])[1].value == elsewhere.value
 
 
+def test_no_shape_leads_a_contact_that_comes_and_goes() -> None:
+    """What the parity says for a drift's shape stands beside a reading that wanders, not beside a share of the air."""
+    loose, drift = (fault(cause, value, SURE_WITNESS + 40.0, wanders=wanders)
+                    for cause, value, wanders in (("sensor-detached", 900.0, True), ("sensor-drift", 700.0, False)))  # fmt: skip
+    trial = replace(loose.best.trial, parameters={"contact": "comes and goes"})
+    contact = replace(loose, best=replace(loose.best, trial=trial))
+    assert shaped([contact, drift])[1].value == 700.0
+    assert shaped([loose, drift])[1].value > 900.0
+
+
 @pytest.mark.parametrize(("stands", "behind", "tolerated"), [
     (FAINT + 20.0, 5.0, False), (FAINT - 3.0, 5.0, True), (FAINT + 20.0, 60.0, True),
 ])  # fmt: skip
