@@ -106,8 +106,8 @@ def test_what_has_a_shape_does_not_wander(beyond: float, leads: str) -> None:
 
 def test_no_shape_leads_a_contact_that_comes_and_goes() -> None:
     """What the parity says for a drift's shape stands beside a reading that wanders, not beside a share of the air."""
-    loose, drift = (fault(cause, value, SURE_WITNESS + 40.0, wanders=wanders)
-                    for cause, value, wanders in (("sensor-detached", 900.0, True), ("sensor-drift", 700.0, False)))  # fmt: skip
+    loose = fault("sensor-detached", 900.0, SURE_WITNESS + 40.0, wanders=True)
+    drift = fault("sensor-drift", 700.0, SURE_WITNESS + 40.0, wanders=False)
     trial = replace(loose.best.trial, parameters={"contact": "comes and goes"})
     contact = replace(loose, best=replace(loose.best, trial=trial))
     assert shaped([contact, drift])[1].value == 700.0
