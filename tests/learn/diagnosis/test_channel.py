@@ -190,7 +190,7 @@ def test_a_fit_beside_many_columns_leaves_out_only_what_says_nothing(
     X = rng.standard_normal((len(channel), 30))
     sd = np.where(np.arange(30) < 10, 1.0, 1e-3) * LEVELS.rms
     begin = replace(LEVELS, white=1.3 * LEVELS.white, slow=0.8 * LEVELS.slow)
-    assert 1 < channel._telling(channel._scaled(X, sd), begin).shape[1] <= 11
+    assert 1 < channel._telling(channels._sized(channel.y, X, sd), begin).shape[1] <= 11
     levels, value = channel.fitted(X, sd, begin, 200)
     assert value == pytest.approx(channel.evidence(X, sd, levels), abs=1e-9)
     near = channel.fitted(X, sd, near=begin)[1]
