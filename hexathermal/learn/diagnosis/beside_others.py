@@ -7,6 +7,7 @@ from dataclasses import replace
 import numpy as np
 
 from hexathermal.learn.diagnosis.sensor_model import SensorModel
+from hexathermal.machine.leg_repairs import SensorRepair
 from hexathermal.machine.leg_signals import Memory
 from hexathermal.poses import FloatArray
 
@@ -35,11 +36,18 @@ def lost(model: SensorModel, weights: FloatArray) -> FloatArray:
 
 def weights_beside_drift(model: SensorModel) -> FloatArray:
     """Return the weights of the others' profiles, learnt beside a drift of the reading in each run, shape (k,)."""
-    zeroed = model.view.zeroed_by_run
-    hours = [(signals.time - zeroed * signals.time[0]) / 3600.0 for signals in model.view.signals]
-    sizes = np.array([2.0 * model.null[0].rms])
-    learnt = ("weights beside drift", model.sensor)
-    return model.view.once(learnt, lambda: model.weights_beside(model.means(hours)[:, None], sizes))
+
+    def learnt() -> FloatArray:
+        zeroed = model.view.zeroed_by_run
+        hours = [(signals.time - zeroed * signals.time[0]) / 3600.0 for signals in model.view.signals]
+        return model.weights_beside(model.means(hours)[:, None], np.array([2.0 * model.null[0].rms]))
+
+    return model.view.once(("weights beside drift", model.sensor), learnt)
+
+
+def replaced(cause: str, model: SensorModel, weights: FloatArray) -> SensorRepair:
+    """Return the repair of a cause: the others speak for the sensor, in all runs."""
+    return SensorRepair(cause, "detached", {"sensor": model.sensor, "weights": model.sensor_weights(weights)})
 
 
 def coming_and_going(model: SensorModel) -> tuple[float, list[FloatArray]]:

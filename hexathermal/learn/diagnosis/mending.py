@@ -150,9 +150,8 @@ def _behind(view: View, rows: Sequence[FloatArray], stages: tuple[float, ...]) -
 
 def _rates(view: View, rows: Sequence[FloatArray], delay: Delay) -> FloatArray:
     """Return rows' values and their rates, one order after the other, in windows, shape (1 + stages, n, k)."""
-    found = [view.windows_zeroed(rows)]
+    found, times = [view.windows_zeroed(rows)], [signals.time for signals in view.signals]
     for _ in delay.stages:
-        times = [signals.time for signals in view.signals]
         rows = [np.gradient(values, time, axis=0) for values, time in zip(rows, times, strict=True)]
         if delay.smooths:
             rows = [smoothed(time, values) for values, time in zip(rows, times, strict=True)]

@@ -22,6 +22,12 @@ MOST_WINDOWS = 500
 """Windows of a run beyond one for each landing; longer runs, and those of more landings, take longer windows."""
 
 
+def _means(usable: FloatArray, edges: npt.NDArray[np.int64], rows: FloatArray) -> FloatArray:
+    """Return the means of usable rows over windows that begin at edges and have so many rows."""
+    sums = np.add.reduceat(usable, edges, axis=0)
+    return np.asarray(sums / rows.reshape((-1,) + (1,) * (usable.ndim - 1)))
+
+
 @dataclass(frozen=True, eq=False)
 class Pieces:
     """Windows of one run: which usable rows they are means of.
@@ -46,8 +52,7 @@ class Pieces:
 
     def means(self, values: FloatArray) -> FloatArray:
         """Return the means of values, shape (n, ...), over windows."""
-        sums = np.add.reduceat(values[self.used], self.edges, axis=0)
-        return np.asarray(sums / self.rows.reshape((-1,) + (1,) * (values.ndim - 1)))
+        return _means(values[self.used], self.edges, self.rows)
 
 
 @dataclass(frozen=True, eq=False)
@@ -78,8 +83,7 @@ class Pooled:
 
     def means(self, usable: FloatArray, *, zeroed: bool = False) -> FloatArray:
         """Return the means of usable rows over windows, shape (w, k); where `zeroed`, less those of each run's zero."""
-        values = usable - usable[self.zeros] if zeroed else usable
-        return np.asarray(np.add.reduceat(values, self.edges, axis=0) / self.rows[:, None])
+        return _means(usable - usable[self.zeros] if zeroed else usable, self.edges, self.rows)
 
 
 def pooled(pieces: Sequence[Pieces], rows: Sequence[int]) -> Pooled:

@@ -86,7 +86,8 @@ class Witnesses:
         """Return the most that `spoken` may be, without asking other thermometers."""
         trial = item.trial
         if trial.wanders:
-            return max(item.value, 0.0) * (2.0 if trial.by_air else 1.0)
+            drift = max(item.value, 0.0)
+            return drift + min(trial.by_air, drift)
         own = self._gain(trial, trial.target)
         return own if trial.least_parity < 0.0 else max(own, 0.0)
 

@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from hexathermal.learn.diagnosis.beside_others import air_above_at_zero, coming_and_going, lost
+from hexathermal.learn.diagnosis.beside_others import air_above_at_zero, coming_and_going, lost, replaced
 from hexathermal.learn.diagnosis.sensor_model import BIAS_K, MOST_SHARE, Parity, SensorModel, part_of
 from hexathermal.learn.diagnosis.trials import Cause, Parameter, Trial, Workbench
 from hexathermal.machine.leg_repairs import SensorRepair
@@ -141,17 +141,11 @@ def _coming_and_going(bench: Workbench, model: SensorModel, losses: Iterable[Los
     if said < LEAST_WANDERING:
         return
     for k, weights in enumerate(known):
-        repair = partial(_replaced, model, weights)
+        repair = partial(replaced, CAUSE.name, model, weights)
         for left in view.once((CAUSE.name, sensor, "lost", k), partial(lost, model, weights)).T:
             yield Trial(CAUSE.name, (bench.slopes_span(sensor) * left)[:, None], sensor, "",
                         {"contact": "comes and goes"}, parity=_parity_of(Loss(0, 0.0, begun=True)), repair=repair,
-                        errors=(sensor,), wanders=True, by_air=said,
-                        asked=True)  # fmt: skip
-
-
-def _replaced(model: SensorModel, weights: FloatArray) -> SensorRepair:
-    """Return the repair: the others speak for the sensor, in all runs."""
-    return SensorRepair(CAUSE.name, "detached", {"sensor": model.sensor, "weights": model.sensor_weights(weights)})
+                        errors=(sensor,), wanders=True, by_air=said, asked=True)  # fmt: skip
 
 
 def _from_the_beginning(model: SensorModel) -> list[Loss]:

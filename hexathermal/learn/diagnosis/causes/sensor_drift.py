@@ -8,7 +8,7 @@ from functools import partial
 
 import numpy as np
 
-from hexathermal.learn.diagnosis.beside_others import lost, weights_beside_drift
+from hexathermal.learn.diagnosis.beside_others import lost, replaced, weights_beside_drift
 from hexathermal.learn.diagnosis.sensor_model import SensorModel
 from hexathermal.learn.diagnosis.trials import Cause, Parameter, Trial, Workbench
 from hexathermal.learn.diagnosis.view import View
@@ -109,8 +109,7 @@ def _hours(view: View, course: Course) -> list[FloatArray]:
 
 def _repair(model: SensorModel) -> SensorRepair:
     """Return the repair: the others speak for the sensor."""
-    weights = model.sensor_weights(weights_beside_drift(model))
-    return SensorRepair(CAUSE.name, "detached", {"sensor": model.sensor, "weights": weights})
+    return replaced(CAUSE.name, model, weights_beside_drift(model))
 
 
 def _lessened(
