@@ -332,10 +332,14 @@ def sentences(found: Diagnosis) -> list[str]:
     return list(found.framed(found.sentences or (found.finding,)))
 
 
-RHYTHM = (
-    " A rhythm that no cause has is often that of the room or of a supply: see what switches on and off with this "
-    "period, as air conditioning, a chiller or a pump does."
-)
+ADVICE = {
+    "rhythm": " A rhythm that no cause has is often that of the room or of a supply: see what switches on and off with "
+    "this period, as air conditioning, a chiller or a pump does.",
+    "a rate of each run's own": " What drifts at another rate in each run, up in some and down in others, often goes "
+    "with the day or with who works beside the bench: a floor or a foundation that tilts, a door, the sun. Look at the "
+    "rates against the hour, and let the bench stand still for a day and a night.",
+}
+"""What to look for, by what the name of something unexplained holds."""
 
 
 def unexplained_words(found: Diagnosis) -> str:
@@ -345,7 +349,8 @@ def unexplained_words(found: Diagnosis) -> str:
     return (
         f"What is left {found.follows}{at} more than chance could make it, but none of the seventeen causes of the "
         "catalogue explains that. Look at the pictures of that signal, and at what changes with it on the bench: it is "
-        "real, and it is not noise. The law was left as it is." + (RHYTHM if "rhythm" in (found.follows or "") else "")
+        "real, and it is not noise. The law was left as it is."
+        + "".join(advice for shape, advice in ADVICE.items() if shape in (found.follows or ""))
     )
 
 

@@ -9,6 +9,7 @@ import numpy.typing as npt
 from scipy.integrate import cumulative_trapezoid
 
 from hexathermal.learn.diagnosis.last_move import last_moves
+from hexathermal.learn.diagnosis.own_rates import each_run, own_rates
 from hexathermal.learn.diagnosis.pieces import going_on
 from hexathermal.learn.diagnosis.trials import PREFIX, STOOD, WORN, Trial, Workbench
 from hexathermal.learn.diagnosis.view import View
@@ -73,7 +74,7 @@ def flexible_trials(bench: Workbench) -> Iterator[Trial]:
         if view.moves:
             both = _bumps(view.q, 5)[:, :, None] * _bumps(T, 4)[:, None, :]
             yield Trial(PREFIX + "displacement and temperature", both.reshape(len(T), -1), "qT")
-    yield from view.once((PREFIX, "rhythms"), lambda: tuple(_rhythms(view)), ())
+    yield from view.once((PREFIX, "rhythms"), lambda: (*_rhythms(view), *_rates(view)), ())
     yield from view.once((PREFIX, "weather"), lambda: tuple(_weather(bench)), ())
     for name in view.runs[0].signals.inputs:
         values = np.concatenate([s.inputs[name] for s in view.windowed])
@@ -98,9 +99,16 @@ def _stood(view: View) -> FloatArray:
     return stood - zero
 
 
+def _rates(view: View) -> Iterator[Trial]:
+    """Give a rate of each run's own, as of a floor that tilts with the day."""
+    lines = own_rates(view)
+    if lines is not None:
+        yield Trial(PREFIX + "time (a rate of each run's own)", lines, "t")
+
+
 def _rhythms(view: View) -> Iterator[Trial]:
     """Give waves in time, in each run with a phase of its own."""
-    own = (view.channel.run[:, None] == np.arange(len(view.runs))[None, :]).astype(float)
+    own = each_run(view)
     for period in _periods(view):
         phase = 2.0 * np.pi * view.time / period
         waves = np.column_stack([np.sin(phase), np.cos(phase)])

@@ -9,9 +9,9 @@ import pytest
 
 from hexathermal.learn.diagnosis.causes import creep, zero_drift
 from hexathermal.learn.diagnosis.causes.creep import FEWEST_BEGUN
-from hexathermal.learn.diagnosis.causes.zero_drift import FEWEST_RATES
 from hexathermal.learn.diagnosis.deciding import decided
 from hexathermal.learn.diagnosis.evidence import LEAST
+from hexathermal.learn.diagnosis.own_rates import FEWEST_RATES, own_rates
 from hexathermal.learn.diagnosis.stage import Stage
 from hexathermal.learn.diagnosis.tolerating import tolerant
 from hexathermal.learn.diagnosis.unexplained import flexible_trials
@@ -73,6 +73,18 @@ def test_a_rhythm_of_any_period_keeps_step(period: float) -> None:
     assert max(seen) > 0.5
 
 
+def test_a_floor_that_tilts_with_the_day_has_rates_of_each_runs_own() -> None:
+    """Runs of some hours see a straight piece of a day each: real, of time, and no drift of the zero."""
+    view, _ = viewed("quiet", 2, (), 1.0)
+    size = 2.0 * Stage(view).levels.rms
+    tilted = []
+    for run, rows in enumerate(view.runs):
+        hours = rows.signals.time / 3600.0 + 31.0 * run  # each run at another hour of the day
+        day = np.sin(2.0 * np.pi * hours / 24.0)
+        tilted.append(replace(rows, drift=rows.drift + 2.0 * size * (day - day[0])))
+    assert first_name(replace(view, runs=tuple(tilted))) == "follows time (a rate of each run's own)"
+
+
 def test_few_runs_are_not_asked() -> None:
     """A slow noise goes alike from the beginnings of three runs, and at rates of their own."""
     whole, _ = viewed("modal", 1, ("zero-drift",), 1.0)
@@ -82,4 +94,5 @@ def test_few_runs_are_not_asked() -> None:
         begun = [trial for trial in creep.trials(bench) if trial.parameters["kick"] == "begin"]
         assert bool(begun) == (count >= FEWEST_BEGUN)
         assert (len(list(zero_drift.trials(bench))) > 1) == (count >= FEWEST_RATES)
+        assert (own_rates(view) is not None) == (count >= FEWEST_RATES)
         assert all(np.isfinite(trial.columns).all() for trial in begun)

@@ -8,6 +8,7 @@ from dataclasses import replace
 import numpy as np
 
 from hexathermal.learn.diagnosis.causes.creep import begins_anew
+from hexathermal.learn.diagnosis.own_rates import own_rates
 from hexathermal.learn.diagnosis.trials import Cause, Parameter, Trial, Workbench
 
 CAUSE = Cause(
@@ -36,9 +37,6 @@ WARMED_S = (1000.0, 1700.0, 3000.0, 5200.0, 9000.0)
 SELDOM = -4.0
 """Log evidence of that beforehand: it is what creep from the beginning of runs is, by more of a name's few trials."""
 
-FEWEST_RATES = 4
-"""With fewer runs nobody tells rates that differ from a slow noise."""
-
 
 def trials(bench: Workbench) -> Iterator[Trial]:
     """Give the time since the zero, at one rate or one of its own besides in each run; and what warms up in each."""
@@ -48,7 +46,6 @@ def trials(bench: Workbench) -> Iterator[Trial]:
         for tau in WARMED_S:
             warmed = bench.term(CAUSE.name, "relaxation", None, time_constant_s=tau, kick="begin")
             yield replace(warmed, advantage=SELDOM)
-    run = bench.view.channel.run
-    own = run[:, None] == np.unique(run)
-    if bench.view.zeroed_by_run and own.shape[1] >= FEWEST_RATES:
-        yield replace(trial, columns=np.column_stack([trial.columns, trial.columns * own]), starts=own.shape[1])
+    own = own_rates(bench.view)
+    if own is not None:
+        yield replace(trial, columns=np.column_stack([trial.columns, own]), starts=own.shape[1])
