@@ -28,8 +28,10 @@ from hexathermal.learn.cleaning_sheets import Sheet, with_margins
 from hexathermal.learn.cleaning_steps import MOVE_TIMES, SMALLEST_STEP_M, STEP_RULE, steps_in, taken_back
 from hexathermal.poses import FloatArray
 
-ALL_LOST_M = 50e-6
-"""A jump of the mean drift beyond this between two rows is no expansion: all beams lost count, the rest is useless."""
+ALL_LOST_M, FASTEST_M_S = 50e-6, 0.2e-6
+"""A jump of the mean drift beyond this between two rows, and so much more for each second between them, is no expansion:
+all beams lost count, the rest is useless. A metre of steel that is warmed by a kelvin a minute grows by 0.2 um/s; rows
+of movement, which are left out, may last for hours of warming up."""
 
 JUMP_NOISES = 20.0
 """All beams jump together where the drift of a rest does by more than so many of its noises and `SMALLEST_STEP_M`."""
@@ -65,7 +67,6 @@ class BeamRules:
         tilts = scales.tilts.size
         usual = float(np.quantile(tilts, 0.9)) if len(tilts) else 0.0
         self._restless = np.maximum(RESTLESS * scales.between, MOVE_TIMES * usual / SPIKE_NOISES)
-        self._last: tuple[float, float] | None = None
 
     def cleaned(self, sheets: Iterator[Sheet]) -> Iterator[Sheet]:
         """Leave out spikes, take back steps of one beam, end the run where all beams lost count."""
@@ -115,11 +116,12 @@ class BeamRules:
             self.ledger.mark("drift", time[own][spikes[own]], drift[own][spikes[own]])
             level = filled(np.where(spikes, np.nan, drift)[:, None])[:, 0]
             self._note_jumps(level, rest, time, own)
-            jump = np.abs(np.diff(level, prepend=level[0])) > ALL_LOST_M
+            jump = _too_far(drift, time, ~spikes)
             jump[: own.start] = False
             gone = np.logical_or.accumulate(jump) | self.lost
             name, sensor = ("beams", "beams") if len(self.scales.noise) else ("count", "the displacement sensor")
-            jumped = f"the drift jumped by more than {ALL_LOST_M * 1e6:g} um from one row to the next"
+            faster = f"{ALL_LOST_M * 1e6:g} um, and {FASTEST_M_S * 1e6:g} um for each second between"
+            jumped = f"the drift jumped by more than {faster}, from one row to the next"
             reason = f"{jumped}: {sensor} lost count"
             self.ledger.note(f"{name} lost", "row", ROW, reason, (gone & ~spikes)[own], time[own])
             self.lost = bool(gone[own][-1])
@@ -148,6 +150,15 @@ class BeamRules:
         reason = f"{jumped}: {slipped}; nothing is changed"
         sharp = _sharp(size, limit)
         self.ledger.note("drift step", "row", NOTED, reason, sharp[own], time[own])
+
+
+def _too_far(drift: FloatArray, time: FloatArray, sound: Flags) -> Flags:
+    """Return the rows from which on a drift is farther from the sound row before than anything expands meanwhile."""
+    rows = np.flatnonzero(sound)
+    far = np.abs(np.diff(drift[rows])) > ALL_LOST_M + FASTEST_M_S * np.diff(time[rows])
+    found = np.zeros(len(drift), dtype=bool)
+    found[rows[1:][far]] = True
+    return found
 
 
 def _sharp(size: FloatArray, limit: float) -> npt.NDArray[np.bool_]:

@@ -145,6 +145,31 @@ def test_a_jump_of_the_zero_is_never_taken_back(tmp_path: Path) -> None:
         assert abs((block.drift - clean.drift)[-1] - 1e-6 * height) < 1e-9
 
 
+def test_a_leg_that_warmed_up_while_it_moved_lost_no_count(tmp_path: Path) -> None:
+    """No row is settled for half an hour, in which steel grows by 150 um; within one row that is a lost count."""
+    warmed = 1e-3 * 150.0 * np.clip((np.arange(600) - 300) / 100.0, 0.0, 1.0)
+
+    def edit(table: Table) -> None:
+        table["settled"][300:400] = 0.0
+        for beam in (1, 2, 3):
+            table[f"beam{beam}_mm"] += warmed
+
+    def still(table: Table) -> None:
+        table["settled"][300:400] = 0.0
+
+    block, record = cleaned(tmp_path, edit)
+    clean, _ = cleaned(tmp_path / "clean", still)
+    assert record.count("beams lost") == 0
+    assert block.drift[-1] - clean.drift[-1] == pytest.approx(150e-6)
+
+    def lost(table: Table) -> None:
+        for beam in (1, 2, 3):
+            table[f"beam{beam}_mm"][300:] += 0.15
+
+    _, record = cleaned(tmp_path / "lost", lost)
+    assert record.count("beams lost") > 250
+
+
 def test_bad_rows_of_the_beams_are_left_out(tmp_path: Path) -> None:
     """A spike of one beam, of all, a missing reading: that row goes, the others stay; all beams lost end the run."""
 
