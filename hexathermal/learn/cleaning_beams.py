@@ -29,9 +29,9 @@ from hexathermal.learn.cleaning_steps import MOVE_TIMES, SMALLEST_STEP_M, STEP_R
 from hexathermal.poses import FloatArray
 
 ALL_LOST_M, FASTEST_M_S = 50e-6, 0.2e-6
-"""A jump of the mean drift beyond this between two rows, and so much more for each second between them, is no expansion:
-all beams lost count, the rest is useless. A metre of steel that is warmed by a kelvin a minute grows by 0.2 um/s; rows
-of movement, which are left out, may last for hours of warming up."""
+"""A jump of the mean drift beyond this between two rows, and so much more for each second between them, is no
+expansion: all beams lost count, the rest is useless. A metre of steel that is warmed by a kelvin a minute grows by
+0.2 um/s; rows of movement, which are left out, may last for hours of warming up."""
 
 JUMP_NOISES = 20.0
 """All beams jump together where the drift of a rest does by more than so many of its noises and `SMALLEST_STEP_M`."""

@@ -2,8 +2,8 @@
 
 ``y_w = x_w b + wander_w (offset_run + slow(t_w)) + landing_l + white / sqrt(rows)``. The landing, each stop after a
 move, is the independent unit, not the sample. The levels maximise the likelihood with the coefficients' priors
-integrated out; the slow process is of first order (Ornstein-Uhlenbeck). A Kalman filter of three states whitens in
-linear time.
+integrated out; the slow process is of first order (Ornstein-Uhlenbeck). Of a leg whose runs count from their own first
+rows, so does it: ``offset_run = -slow(0) - noise of that row``. A Kalman filter of three states whitens in linear time.
 """
 
 from __future__ import annotations
@@ -22,8 +22,8 @@ from hexathermal.poses import FloatArray
 
 Rows = TypeVar("Rows", float, FloatArray)
 
-SLOW_TIMES = (900.0, 2400.0, 7200.0)
-"""Correlation times that the slow process may have [s]."""
+SLOW_TIMES, WALKING_S = (900.0, 2400.0, 7200.0), 21600.0
+"""Correlation times that the slow process may have [s]; and one as slow as a run, of what walks without an end."""
 
 
 ALIKE = 1e-6
@@ -77,14 +77,16 @@ class Channel:
     has_landings : bool
         Whether landings scatter: there is none where nothing moves.
     tied_offsets : bool
-        Whether the offset of a run is the noise of its own first row, from which it counts; otherwise offsets of
-        runs are what they are: thermometers walk through a long campaign.
+        Whether the offset of a run is the noise of its own first row, from which it counts, what wanders apart;
+        otherwise offsets of runs are what they are: thermometers walk through a long campaign.
     zeroed_by_run : bool
         Whether each run counts from its own first row.
     shown : array, shape (n,), optional
         How much of what wanders, the slow process and offsets, each window shows; by default 1.
     floor : array, shape (n,), optional
         Noise of each window that no level makes smaller; by default 0.
+    walks : bool
+        Whether what wanders counts from each run's first row, where it is nothing, too, and may be as slow as a run.
     """
 
     y: FloatArray
@@ -98,6 +100,7 @@ class Channel:
     zeroed_by_run: bool = True
     shown: FloatArray | None = None
     floor: FloatArray | None = None
+    walks: bool = False
 
     def __len__(self) -> int:
         return len(self.y)
@@ -134,7 +137,7 @@ class Channel:
         out = np.empty_like(table)
         white, landing = self.alone(levels), levels.landing**2
         logdet = whiten(table, self.start, self.fresh, self.step, self.wander, white, landing, levels.slow**2,
-                        levels.slow_time, levels.offset**2, out)  # fmt: skip
+                        levels.slow_time, levels.offset**2, self.walks, out)  # fmt: skip
         return out, float(logdet)
 
     def spread(self, G: FloatArray, levels: Levels) -> FloatArray:
@@ -145,6 +148,9 @@ class Channel:
             own = self.run == k
             time = np.cumsum(np.where(self.start[own], 0.0, self.step[own]))
             V = levels.slow**2 * np.exp(-np.abs(time[:, None] - time) / levels.slow_time) + levels.offset**2
+            if self.walks:
+                begun = np.exp(-time / levels.slow_time)
+                V -= min(levels.slow, levels.offset) ** 2 * (begun[:, None] + begun)
             V *= self.wander[own][:, None] * self.wander[own]
             V += levels.landing**2 * (landing[own][:, None] == landing[own])
             V[np.diag_indices_from(V)] += self.alone(levels)[own]
@@ -163,14 +169,15 @@ class Channel:
         """Return the levels of log ratios to `scale`."""
         from hexathermal.learn.diagnosis.whitening_loops import levels_at
 
-        white, landing, slow, offset = levels_at(np.asarray(theta), self.scale, self.has_landings)
+        white, landing, slow, offset = levels_at(np.asarray(theta), self.scale, self.has_landings, self.walks)
         return Levels(white, landing, slow, offset, slow_time, float(np.sqrt(self._least.min())))
 
     def theta(self, levels: Levels) -> tuple[float, ...]:
         """Return the logarithms of levels over `scale`, and of the offset's over what the first row's should be."""
         from hexathermal.learn.diagnosis.whitening_loops import logarithms
 
-        return tuple(logarithms(levels.white, levels.landing, levels.slow, levels.offset, self.scale).tolist())
+        parts = levels.white, levels.landing, levels.slow, levels.offset
+        return tuple(logarithms(*parts, self.scale, self.walks).tolist())
 
     def evidence(self, X: FloatArray, sd: FloatArray, levels: Levels) -> float:
         """Return log p(y) with coefficients of columns X integrated over N(0, sd^2), constants left out."""
@@ -182,7 +189,7 @@ class Channel:
 
         white, landing = self.alone(levels), levels.landing**2
         value = log_evidence(table, self.start, self.fresh, self.step, self.wander, white, landing,
-                             levels.slow**2, levels.slow_time, levels.offset**2)  # fmt: skip
+                             levels.slow**2, levels.slow_time, levels.offset**2, self.walks)  # fmt: skip
         return float(value) + self.prior(levels)
 
     def solved(self, X: FloatArray, sd: FloatArray, levels: Levels) -> tuple[float, FloatArray]:
@@ -217,7 +224,7 @@ class Channel:
         from hexathermal.learn.diagnosis.whitening_loops import log_prior
 
         parts = levels.white, levels.landing, levels.slow, levels.offset
-        return float(log_prior(*parts, self.scale, self.has_landings, self.tied_offsets))
+        return float(log_prior(*parts, self.scale, self.has_landings, self.tied_offsets, self.walks))
 
     def fitted(
         self, X: FloatArray, sd: FloatArray, begin: Levels | None = None, most: int = 90, near: Levels | None = None
@@ -241,7 +248,8 @@ class Channel:
             return self._closer(whole, begin, most, 0.35)
         usual = tuple(math.log(value) for value in (0.7, 0.7, 0.4, 1.0))
         start, table = (usual, whole) if near is None else (self.theta(near), self._telling(whole, near))
-        found = [self._fitted(table, start, time, most // 2, 0.8) for time in SLOW_TIMES]
+        times = (*SLOW_TIMES, WALKING_S) if self.walks else SLOW_TIMES
+        found = [self._fitted(table, start, time, most // 2, 0.8) for time in times]
         return self._closer(whole, max(found, key=lambda pair: pair[1])[0], 2 * most, 0.4)
 
     def _closer(self, whole: FloatArray, begin: Levels, most: int, spread: float) -> tuple[Levels, float]:
@@ -287,7 +295,8 @@ class Channel:
             whole[free] = point
             try:
                 value = log_posterior(whole, slow_time, table, self.start, self.fresh, self.step, self.wander, share,
-                                      self._least, self.scale, self.has_landings, self.tied_offsets)  # fmt: skip
+                                      self._least, self.scale, self.has_landings, self.tied_offsets,
+                                      self.walks)  # fmt: skip
             except np.linalg.LinAlgError:  # so little noise beside such columns is lost in rounding
                 return math.inf
             return -float(value)

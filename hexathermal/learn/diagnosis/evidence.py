@@ -205,14 +205,14 @@ def terms_of(base: Base, trials: Iterable[Trial]) -> list[Terms]:
     """Return those of some trials that add columns, in tables that a processor keeps at hand."""
     Q, keep = _orthonormal(base.hiding)
     plain, Q = int(keep[: base.plain].sum()), np.ascontiguousarray(Q[:, keep])
-    groups: dict[tuple[int, int], list[Trial]] = {}
+    groups: dict[tuple[int, int, float], list[Trial]] = {}
     for trial in trials:
         if trial.base is None:
-            groups.setdefault((trial.carried, trial.starts), []).append(trial)
+            groups.setdefault((trial.carried, trial.starts, trial.started), []).append(trial)
     found = []
-    for (carried, starts), group in sorted(groups.items()):
-        count = carried + starts
-        shares = np.repeat([1.0 / np.sqrt(max(carried, 1)), START / np.sqrt(max(starts, 1))], [carried, starts])
+    for (carried, starts, started), group in sorted(groups.items()):
+        count, own_size = carried + starts, START * started
+        shares = np.repeat([1.0 / np.sqrt(max(carried, 1)), own_size / np.sqrt(max(starts, 1))], [carried, starts])
         most = max(1, TABLE // (len(base.X) * count))
         for first in range(0, len(group), most):
             own = tuple(group[first : first + most])

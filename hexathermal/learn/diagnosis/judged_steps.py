@@ -80,7 +80,9 @@ def judged_steps(view: View, law: IdentifiedLaw, held: Sequence[RunRows], thresh
     if not view.zeroed_by_run or not held:
         return []
     runs = [replace(rows, drift=rows.drift - law.predict_signals(rows.signals, run=rows.run.name)) for rows in held]
-    stage = Stage(replace(view, runs=tuple(runs)))
+    judged = replace(view, runs=tuple(runs))
+    judged.__dict__["channel"] = replace(judged.channel, walks=False)  # of steps in two runs a walk would be learnt
+    stage = Stage(judged)
     X = stage.view.base_columns
     base, levels, found = Base(X, stage.channel.loose(X), X.shape[1]), stage.levels, list[JudgedStep]()
     while len(found) < MOST_STEPS:

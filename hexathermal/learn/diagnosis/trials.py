@@ -191,6 +191,8 @@ class Trial:
         Part of the drift's last column, squared, that goes as the fault does in the parity.
     starts : int
         Of the columns the last so many belong to one run each, which had not come to rest before: no law carries them.
+    started : float
+        Size of these, over `START` of what the others do.
     """
 
     cause: str
@@ -224,6 +226,7 @@ class Trial:
     errors: tuple[str, ...] = ()
     alike: float = 1.0
     starts: int = 0
+    started: float = 1.0
 
     @property
     def carried(self) -> int:

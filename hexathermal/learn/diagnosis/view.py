@@ -141,7 +141,7 @@ class View:
         y, start, fresh, step, count, run = (np.concatenate(items) for items in zip(*parts, strict=True))
         has = self.moves and bool((fresh & ~start).any())
         tied = self.zeroed_by_run and self.kind == "leg"  # of a part thermometers' first rows are most of an offset
-        return Channel(y, start, fresh, step, count, run, has, tied, self.zeroed_by_run, self._shown, self.floor)
+        return Channel(y, start, fresh, step, count, run, has, tied, self.zeroed_by_run, self._shown, self.floor, tied)
 
     @property
     def _shown(self) -> FloatArray | None:

@@ -28,12 +28,13 @@ LOGARITHM_EVERY = 8
 
 
 @loop
-def whiten(C, start, fresh, step, wander, white, landing, slow, tau, offset, out):
+def whiten(C, start, fresh, step, wander, white, landing, slow, tau, offset, walks, out):
     """Whiten the columns C (n, m) into out; return log det V.
 
     `start` marks the first window of a run, `fresh` that of a landing; `step` is the time since the window before.
     `white` (n,) are variances of windows, `landing` that of landings; `slow` and `offset` variances of a run, of which
-    a window shows `wander` (n,) times the deviation.
+    a window shows `wander` (n,) times the deviation. Of what `walks` from each run's first row on, the offset takes
+    away what the slow process is there.
     """
     n, m = C.shape
     x = np.zeros((3, m))
@@ -42,7 +43,8 @@ def whiten(C, start, fresh, step, wander, white, landing, slow, tau, offset, out
     for i in range(n):
         if start[i]:
             p00, p11, p22 = slow, landing, offset
-            p01 = p02 = p12 = 0.0
+            p01 = p12 = 0.0
+            p02 = -min(slow, offset) if walks else 0.0
             x[:, :] = 0.0
             a, last = 1.0, -1.0
         else:
@@ -106,37 +108,47 @@ def integrated(G):
 
 
 @loop
-def log_evidence(C, start, fresh, step, wander, white, landing, slow, tau, offset):
+def log_evidence(C, start, fresh, step, wander, white, landing, slow, tau, offset, walks):
     """Return ``log p(y) + n/2 log 2 pi`` of a channel with the coefficients of columns `integrated`.
 
     C (n, 1 + m) holds y and the columns times the sizes of their priors; the noise is that of `whiten`.
     """
     out = np.empty_like(C)
-    logdet = whiten(C, start, fresh, step, wander, white, landing, slow, tau, offset, out)
+    logdet = whiten(C, start, fresh, step, wander, white, landing, slow, tau, offset, walks, out)
     value, _L, _z = integrated(out.T @ out)
     return value - 0.5 * logdet
 
 
 @loop
-def levels_at(theta, scale, has_landings):
-    """Return white, landing, slow and offset of their logarithms: of a ratio to `scale`, the offset's to the others."""
+def levels_at(theta, scale, has_landings, walks):
+    """Return white, landing, slow and offset of their logarithms: of a ratio to `scale`, the offset's to the others.
+
+    Of what `walks` from each run's first row on the offset is the slow process there, and the noise of that row.
+    """
     part = np.exp(np.minimum(np.maximum(theta, np.log(LOWEST)), -np.log(LOWEST)))
     white, landing, slow = scale * part[0], scale * part[1] * has_landings, scale * part[2]
-    return white, landing, slow, part[3] * np.sqrt(white * white + landing * landing + slow * slow)
+    quick, wandered = white * white + landing * landing, slow * slow
+    if walks:
+        return white, landing, slow, np.sqrt(wandered + part[3] ** 2 * quick)
+    return white, landing, slow, part[3] * np.sqrt(quick + wandered)
 
 
 @loop
-def logarithms(white, landing, slow, offset, scale):
+def logarithms(white, landing, slow, offset, scale, walks):
     """Return the logarithms that `levels_at` takes, shape (4,)."""
-    rms = np.sqrt(white * white + landing * landing + slow * slow)
-    ratios = np.array([white / scale, landing / scale, slow / scale, offset / max(rms, 1e-30)])
+    quick, wandered = white * white + landing * landing, slow * slow
+    if walks:
+        own, beside = np.sqrt(max(offset * offset - wandered, 0.0)), np.sqrt(quick)
+    else:
+        own, beside = offset, np.sqrt(quick + wandered)
+    ratios = np.array([white / scale, landing / scale, slow / scale, own / max(beside, 1e-30)])
     return np.log(np.maximum(ratios, LOWEST))
 
 
 @loop
-def log_prior(white, landing, slow, offset, scale, has_landings, tied):
+def log_prior(white, landing, slow, offset, scale, has_landings, tied, walks):
     """Return the log prior of levels: normal in their logarithms; an offset that is `tied` is the first row's noise."""
-    theta = logarithms(white, landing, slow, offset, scale) / SPREAD
+    theta = logarithms(white, landing, slow, offset, scale, walks) / SPREAD
     loose = theta[0] ** 2 + theta[2] ** 2 + (theta[1] ** 2 if has_landings else 0.0)
     if tied:
         return -0.125 * loose - 0.5 * (theta[3] * SPREAD / OFFSET_SPREAD) ** 2
@@ -144,12 +156,12 @@ def log_prior(white, landing, slow, offset, scale, has_landings, tied):
 
 
 @loop
-def log_posterior(theta, tau, C, start, fresh, step, wander, share, least, scale, has_landings, tied):
+def log_posterior(theta, tau, C, start, fresh, step, wander, share, least, scale, has_landings, tied, walks):
     """Return `log_evidence` and `log_prior` at the levels of logarithms.
 
     `share` (n,) is 1 / rows of windows, `least` (n,) the variance that each has at least.
     """
-    white, landing, slow, offset = levels_at(theta, scale, has_landings)
+    white, landing, slow, offset = levels_at(theta, scale, has_landings, walks)
     variances = white**2 * share + least, landing**2, slow**2
-    evidence = log_evidence(C, start, fresh, step, wander, *variances, tau, offset**2)
-    return evidence + log_prior(white, landing, slow, offset, scale, has_landings, tied)
+    evidence = log_evidence(C, start, fresh, step, wander, *variances, tau, offset**2, walks)
+    return evidence + log_prior(white, landing, slow, offset, scale, has_landings, tied, walks)

@@ -31,18 +31,19 @@ def written(folder: Path, *causes: str) -> tuple[Campaign, tuple[str, ...]]:
 
 
 @cache
-def by_names(*causes: str) -> tuple[Campaign, Diagnosis]:
-    """A campaign with these causes, and its diagnosis by the names of the sensors."""
+def by_names(*causes: str) -> Diagnosis:
+    """The diagnosis of a campaign with these causes, by the names of the sensors."""
     with TemporaryDirectory() as place:
-        campaign, base = written(Path(place) / "campaign", *causes)
-        return campaign, diagnose(campaign, base)
+        return diagnose(*written(Path(place) / "campaign", *causes))
 
 
 @cache
 def told(times: float, *causes: str) -> tuple[Diagnosis, Diagnosis]:
     """Diagnoses by the names of the sensors, and by their law with coefficients so many times too large."""
-    campaign, plain = by_names(*causes)
-    return plain, diagnose(campaign, law=replace(plain.law, coefficients=times * plain.law.coefficients))
+    plain = by_names(*causes)
+    with TemporaryDirectory() as place:
+        campaign, _ = written(Path(place) / "campaign", *causes)
+        return plain, diagnose(campaign, law=replace(plain.law, coefficients=times * plain.law.coefficients))
 
 
 def test_a_wrong_law_is_not_said_to_explain_the_data() -> None:
@@ -84,7 +85,7 @@ def test_of_the_campaign_s_own_law_nothing_is_said() -> None:
 def test_the_command_writes_the_law_that_fits(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     """Nothing joined: the file holds what these runs say, and terminal, page and report tell of the law as given."""
     written(tmp_path / "campaign")
-    _, plain = by_names()
+    plain = by_names()
     write_leg_law(replace(plain.law, coefficients=5.0 * plain.law.coefficients), tmp_path / "wrong.toml")
     options = {"law": "wrong.toml", "extend": "fit.toml", "report": "page", "json": "d.json"}
     words = [word for name, file in options.items() for word in (f"--{name}", str(tmp_path / file))]

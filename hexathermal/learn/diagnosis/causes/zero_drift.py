@@ -37,6 +37,9 @@ WARMED_S = (1000.0, 1700.0, 3000.0, 5200.0, 9000.0)
 SELDOM = -4.0
 """Log evidence of that beforehand: it is what creep from the beginning of runs is, by more of a name's few trials."""
 
+UNLIKE = 0.5
+"""Size of what rates of single runs differ by, as `Trial.started`: a third of the common rate."""
+
 
 def trials(bench: Workbench) -> Iterator[Trial]:
     """Give the time since the zero, at one rate or one of its own besides in each run; and what warms up in each."""
@@ -48,4 +51,5 @@ def trials(bench: Workbench) -> Iterator[Trial]:
             yield replace(warmed, advantage=SELDOM)
     own = own_rates(bench.view)
     if own is not None:
-        yield replace(trial, columns=np.column_stack([trial.columns, own]), starts=own.shape[1])
+        yield replace(trial, columns=np.column_stack([trial.columns, own]), starts=own.shape[1],
+                      started=UNLIKE)  # fmt: skip
