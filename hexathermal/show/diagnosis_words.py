@@ -338,6 +338,8 @@ ADVICE = {
     "a rate of each run's own": " What drifts at another rate in each run, up in some and down in others, often goes "
     "with the day or with who works beside the bench: a floor or a foundation that tilts, a door, the sun. Look at the "
     "rates against the hour, and let the bench stand still for a day and a night.",
+    "the rest since a move": " A step some time after each stop, all at once, is no creep: see what lets go, closes or "
+    "is switched off when nothing has moved for so long, as a brake or the current of a motor at rest does.",
 }
 """What to look for, by what the name of something unexplained holds."""
 

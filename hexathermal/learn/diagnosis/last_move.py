@@ -1,4 +1,4 @@
-"""What follows the last move, without a name: how long it was, or how long ago."""
+"""What follows the last move, without a name: how long it was, how long ago, or that it ended some time ago."""
 
 from __future__ import annotations
 
@@ -16,19 +16,44 @@ SATURATING_M = (0.005, 0.02, 0.06)
 SINCE_S, STEPS = (45.0, 5400.0), 7
 """Times since a move, evenly in their logarithm, at which something may let go or settle."""
 
+AFTER_S, FINER_STEPS = (30.0, 1200.0), 14
+"""The same of one step: a brake that closes, a current that is cut when nothing has moved for a while."""
+
 
 def last_moves(view: View) -> Iterator[FloatArray]:
-    """Give columns of what follows the length of the last move, whatever its direction, and the time since, (n, k).
+    """Give columns of what follows the length of the last move, whatever its direction, and the time since, (n, k)."""
+    lengths, since = _last(view)
+    for way in SATURATING_M:
+        yield view.windows_zeroed([-np.expm1(-own / way) for own in lengths])
+    yield _rested(view, since, np.geomspace(*SINCE_S, STEPS))
+
+
+def steps_at_rest(view: View) -> Iterator[tuple[float, FloatArray]]:
+    """Give times since the last move [s] at which something steps, and its one column, shape (n, 1).
+
+    That is no decay: creep, which wide windows make alike, must be ahead of it.
+    """
+    _, since = _last(view)
+    times = np.geomspace(*AFTER_S, FINER_STEPS)
+    for time, step in zip(times.tolist(), _rested(view, since, times).T, strict=True):
+        if np.ptp(step) > 0.0:
+            yield time, step[:, None]
+
+
+def _last(view: View) -> tuple[list[FloatArray], list[FloatArray]]:
+    """Return the length of the last move [m] and the time since [s] in all rows of each run.
 
     Each run by itself, also where it goes on: before its first move it has rested for long.
     """
-    long, since = [], []
+    found, since = [], []
     for signals in view.signals:
         lengths = np.abs(Memory().lengths(signals.q))
         last = np.maximum.accumulate(np.where(lengths > 0.0, np.arange(len(lengths)), -1))
-        long.append(np.where(last < 0, 0.0, lengths[last]))
+        found.append(np.where(last < 0, 0.0, lengths[last]))
         since.append(np.where(last < 0, np.inf, signals.time - signals.time[last]))
-    for way in SATURATING_M:
-        yield view.windows_zeroed([-np.expm1(-own / way) for own in long])
-    times = np.geomspace(*SINCE_S, STEPS)
-    yield view.windows_zeroed([(own[:, None] >= times).astype(float) for own in since])
+    return found, since
+
+
+def _rested(view: View, since: list[FloatArray], times: FloatArray) -> FloatArray:
+    """Return the share of each window in which nothing has moved for some times, shape (n, k)."""
+    return view.windows_zeroed([(own[:, None] >= times).astype(float) for own in since])

@@ -8,7 +8,7 @@ import numpy as np
 import numpy.typing as npt
 from scipy.integrate import cumulative_trapezoid
 
-from hexathermal.learn.diagnosis.last_move import last_moves
+from hexathermal.learn.diagnosis.last_move import last_moves, steps_at_rest
 from hexathermal.learn.diagnosis.own_rates import each_run, own_rates
 from hexathermal.learn.diagnosis.pieces import going_on
 from hexathermal.learn.diagnosis.trials import PREFIX, STOOD, WORN, Trial, Workbench
@@ -62,6 +62,8 @@ def flexible_trials(bench: Workbench) -> Iterator[Trial]:
             yield Trial(PREFIX + "the time at each displacement", columns, STOOD, advantage=-LIKE_TIME)
         for columns in view.once((PREFIX, "last moves"), lambda: tuple(last_moves(view)), ()):
             yield Trial(PREFIX + "the last move", columns, "q")
+        for time, step in view.once((PREFIX, "steps at rest"), lambda: tuple(steps_at_rest(view)), ()):
+            yield Trial(PREFIX + "the rest since a move", step, "q", "", {"step_after_s": time})
     for sensor in view.base:
         T = view.temperatures(sensor)
         yield from _kinks(bench, sensor)

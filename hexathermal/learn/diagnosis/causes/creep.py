@@ -38,7 +38,9 @@ CAUSE = Cause(
     readings=20,
 )
 
-TIMES_S = (20.0, 45.0, 100.0, 220.0, 480.0, 1000.0, 2000.0, 4400.0)
+TIMES_S = (20.0, 30.0, 45.0, 67.0, 100.0, 150.0, 220.0, 480.0, 1000.0, 2000.0, 4400.0)
+"""Close together up to the first windows of a landing: there a step some time after each stop has a like shape."""
+
 BROAD = {1.5: (10.0, 30.0, 100.0, 300.0), 3.0: (20.0, 80.0, 320.0)}
 """Decades of a broad relaxation, and the shortest times in it: glue and friction creep with the logarithm of time."""
 
