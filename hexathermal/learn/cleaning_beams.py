@@ -28,10 +28,15 @@ from hexathermal.learn.cleaning_sheets import Sheet, with_margins
 from hexathermal.learn.cleaning_steps import MOVE_TIMES, SMALLEST_STEP_M, STEP_RULE, steps_in, taken_back
 from hexathermal.poses import FloatArray
 
-ALL_LOST_M, FASTEST_M_S = 50e-6, 0.2e-6
-"""A jump of the mean drift beyond this between two rows, and so much more for each second between them, is no
-expansion: all beams lost count, the rest is useless. A metre of steel that is warmed by a kelvin a minute grows by
-0.2 um/s; rows of movement, which are left out, may last for hours of warming up."""
+ALL_LOST_M, FASTEST_M_S, MOST_GROWN_M = 50e-6, 0.2e-6, 1e-3
+"""A jump of the mean drift beyond this between two rows, and so much more for each second between them up to the last,
+is no expansion: all beams lost count, the rest is useless. A metre of steel that is warmed by a kelvin a minute grows
+by 0.2 um/s, and by a millimetre at 90 K; rows of movement, which are left out, may last for hours of warming up."""
+
+GROWN = (
+    f"the drift jumps by more than {ALL_LOST_M * 1e6:g} um while no row may be used: the part warmed up meanwhile, or "
+    "count was lost; nothing is changed"
+)
 
 JUMP_NOISES = 20.0
 """All beams jump together where the drift of a rest does by more than so many of its noises and `SMALLEST_STEP_M`."""
@@ -116,14 +121,15 @@ class BeamRules:
             self.ledger.mark("drift", time[own][spikes[own]], drift[own][spikes[own]])
             level = filled(np.where(spikes, np.nan, drift)[:, None])[:, 0]
             self._note_jumps(level, rest, time, own)
-            jump = _too_far(drift, time, ~spikes)
+            jump, grown = _jumped(drift, time, ~spikes)
             jump[: own.start] = False
             gone = np.logical_or.accumulate(jump) | self.lost
             name, sensor = ("beams", "beams") if len(self.scales.noise) else ("count", "the displacement sensor")
-            faster = f"{ALL_LOST_M * 1e6:g} um, and {FASTEST_M_S * 1e6:g} um for each second between"
-            jumped = f"the drift jumped by more than {faster}, from one row to the next"
+            faster = f"{ALL_LOST_M * 1e6:g} um, and {FASTEST_M_S * 1e6:g} um for each second (1 mm at most)"
+            jumped = f"the drift jumped by more than {faster} from one row to the next"
             reason = f"{jumped}: {sensor} lost count"
             self.ledger.note(f"{name} lost", "row", ROW, reason, (gone & ~spikes)[own], time[own])
+            self.ledger.note("drift step", "row", NOTED, GROWN, (grown & ~gone)[own], time[own])
             self.lost = bool(gone[own][-1])
             kept = _kept(sheet, own, ~(spikes | gone))
             if len(kept):
@@ -152,13 +158,14 @@ class BeamRules:
         self.ledger.note("drift step", "row", NOTED, reason, sharp[own], time[own])
 
 
-def _too_far(drift: FloatArray, time: FloatArray, sound: Flags) -> Flags:
-    """Return the rows from which on a drift is farther from the sound row before than anything expands meanwhile."""
+def _jumped(drift: FloatArray, time: FloatArray, sound: Flags) -> tuple[Flags, Flags]:
+    """Return the rows whose drift is farther from the sound row before than anything expands meanwhile; or may be."""
     rows = np.flatnonzero(sound)
-    far = np.abs(np.diff(drift[rows])) > ALL_LOST_M + FASTEST_M_S * np.diff(time[rows])
-    found = np.zeros(len(drift), dtype=bool)
-    found[rows[1:][far]] = True
-    return found
+    jump, allowed = np.abs(np.diff(drift[rows])), np.minimum(FASTEST_M_S * np.diff(time[rows]), MOST_GROWN_M)
+    lost, grown = np.zeros((2, len(drift)), dtype=bool)
+    lost[rows[1:]] = jump > ALL_LOST_M + allowed
+    grown[rows[1:]] = (jump > ALL_LOST_M) & ~lost[rows[1:]]
+    return lost, grown
 
 
 def _sharp(size: FloatArray, limit: float) -> npt.NDArray[np.bool_]:

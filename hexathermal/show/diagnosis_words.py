@@ -335,9 +335,9 @@ def sentences(found: Diagnosis) -> list[str]:
 ADVICE = {
     "rhythm": " A rhythm that no cause has is often that of the room or of a supply: see what switches on and off with "
     "this period, as air conditioning, a chiller or a pump does.",
-    "a rate of each run's own": " What drifts at another rate in each run, up in some and down in others, often goes "
-    "with the day or with who works beside the bench: a floor or a foundation that tilts, a door, the sun. Look at the "
-    "rates against the hour, and let the bench stand still for a day and a night.",
+    "a rate of each run's own": " What drifts at another rate in each run, as up in some and down in others, often "
+    "goes with the day or with who works beside the bench: a floor or a foundation that tilts, a door, the sun. Look "
+    "at the rates against the hour, and let the bench stand still for a day and a night.",
     "the rest since a move": " A step some time after each stop, all at once, is no creep: see what lets go, closes or "
     "is switched off when nothing has moved for so long, as a brake or the current of a motor at rest does.",
 }

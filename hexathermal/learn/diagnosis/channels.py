@@ -40,7 +40,8 @@ SILENT = 0.5
 class Levels:
     """Standard deviations of the noise's parts, in the channel's unit, and the slow process's correlation time [s].
 
-    `least` is what each window has at least.
+    `least` is what each window has at least. Of a channel that `walks` the offset holds what the slow process is when a
+    run begins, and goes against it: `Channel.counted` gives parts that are independent.
     """
 
     white: float
@@ -115,6 +116,23 @@ class Channel:
         """Least variance of each window, shape (n,)."""
         return np.zeros(len(self)) if self.floor is None else self.floor**2
 
+    @cached_property
+    def _since(self) -> FloatArray:
+        """Time since the first window of its run of each window, shape (n,) [s]."""
+        time = np.cumsum(np.where(self.start, 0.0, self.step))
+        return np.asarray(time - np.maximum.accumulate(np.where(self.start, time, 0.0)))
+
+    def counted(self, levels: Levels) -> Levels:
+        """Return levels whose parts are independent: what walks by its mean square over windows, the row's noise alone.
+
+        ``var(slow(t) - slow(0)) = 2 s^2 (1 - exp(-t / tau))``.
+        """
+        if not self.walks:
+            return levels
+        grown = -2.0 * float(np.expm1(-self._since / levels.slow_time).mean())
+        own = math.sqrt(max(levels.offset**2 - levels.slow**2, 0.0))
+        return replace(levels, slow=levels.slow * math.sqrt(grown), offset=own)
+
     def alone(self, levels: Levels) -> FloatArray:
         """Return the variance of each window by itself, shape (n,)."""
         return np.asarray(levels.white**2 / self.rows + self._least)
@@ -146,7 +164,7 @@ class Channel:
         total = np.zeros((G.shape[1], G.shape[1]))
         for k in np.unique(self.run):
             own = self.run == k
-            time = np.cumsum(np.where(self.start[own], 0.0, self.step[own]))
+            time = self._since[own]
             V = levels.slow**2 * np.exp(-np.abs(time[:, None] - time) / levels.slow_time) + levels.offset**2
             if self.walks:
                 begun = np.exp(-time / levels.slow_time)

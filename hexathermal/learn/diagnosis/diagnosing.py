@@ -126,8 +126,8 @@ def _diagnosed(
     )  # fmt: skip
     return Diagnosis(
         verdict, probability, effects, follows, candidates, base, extended, gained(base, extended, seen, read),
-        reachable(campaign, last, held, base.sensors), last.levels, course.threshold, limits, confusions,
-        next_experiments(course, limits, confusions, _candidates(course, ())),
+        reachable(campaign, last, held, base.sensors), last.channel.counted(last.levels), course.threshold, limits,
+        confusions, next_experiments(course, limits, confusions, _candidates(course, ())),
         run_residuals(campaign, rows, held, base, extended), campaign.title, notes, whiteness(course),
         None if law is None else Given(law, gained(law, base, seen, read)), doubtful,
     )  # fmt: skip

@@ -47,7 +47,7 @@ def extended_law(law: IdentifiedLaw, stage: Stage) -> IdentifiedLaw:
             kept += own
     joint = covariance[np.ix_(kept, kept)]
     joint = 0.5 * (joint + joint.T)
-    levels = stage.levels
+    levels = stage.channel.counted(stage.levels)
     noise = ResidualNoise(levels.white, levels.landing, levels.slow, levels.slow_time, levels.offset)
     return replace(law, coefficients=mean[:p], covariance=joint[:p, :p], terms=tuple(terms), repairs=stage.repairs,
                    joint_covariance=joint, noise=noise, factor=_factor(stage))  # fmt: skip
@@ -55,7 +55,7 @@ def extended_law(law: IdentifiedLaw, stage: Stage) -> IdentifiedLaw:
 
 def _factor(stage: Stage) -> float:
     """Return half of a 95 % prediction interval over the predicted standard deviation, from runs left out."""
-    channel, levels = stage.channel, stage.levels
+    channel, levels = stage.channel, stage.channel.counted(stage.levels)
     variance = levels.variance(channel.rows) + levels.offset**2
     z = stage.left / np.sqrt(variance)
     return prediction_factor([z[channel.run == k] for k in np.unique(channel.run)])

@@ -31,13 +31,17 @@ def last_moves(view: View) -> Iterator[FloatArray]:
 def steps_at_rest(view: View) -> Iterator[tuple[float, FloatArray]]:
     """Give times since the last move [s] at which something steps, and its one column, shape (n, 1).
 
-    That is no decay: creep, which wide windows make alike, must be ahead of it.
+    That is no decay: creep, which wide windows make alike, must be ahead of it. A step that no rest after a move is
+    long enough for would be one at each run's first move.
     """
     _, since = _last(view)
+    longest = max((float(own[np.isfinite(own)].max(initial=0.0)) for own in since), default=0.0)
     times = np.geomspace(*AFTER_S, FINER_STEPS)
-    for time, step in zip(times.tolist(), _rested(view, since, times).T, strict=True):
-        if np.ptp(step) > 0.0:
-            yield time, step[:, None]
+    times = times[times <= longest]
+    steps = _rested(view, since, times)
+    for k, time in enumerate(times.tolist()):
+        if k == 0 or np.ptp(steps[:, k] - steps[:, k - 1]) > 0.0:  # rows may be too far apart to tell them
+            yield time, steps[:, [k]]
 
 
 def _last(view: View) -> tuple[list[FloatArray], list[FloatArray]]:

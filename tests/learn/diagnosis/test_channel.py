@@ -14,6 +14,7 @@ from scipy.stats import multivariate_normal
 
 from hexathermal.learn.diagnosis import channels
 from hexathermal.learn.diagnosis.channels import Channel, Levels, marginal
+from tests.learn.diagnosis.campaigns import viewed
 from tests.learn.diagnosis.noises import LEVELS, channel_like, dense, noisy
 
 SIZE = st.floats(0.01, 3.0)
@@ -137,6 +138,53 @@ def test_fitted_levels_are_as_likely_as_those_of_the_draw(rng: np.random.Generat
     for _ in range(5):
         drawn = noisy(channel, LEVELS, rng)
         assert drawn.fitted(X, sd)[1] > drawn.evidence(X, sd, LEVELS) - 1.0
+
+
+@pytest.mark.parametrize("walks", [True, False])
+@pytest.mark.parametrize("landings", [True, False])
+def test_levels_and_their_logarithms_tell_the_same(walks: bool, landings: bool, rng: np.random.Generator) -> None:
+    """Logarithms give levels that give them back; of what walks the offset is never less than the slow process."""
+    channel = replace(noisy(channel_like(rng), LEVELS, rng), walks=walks, has_landings=landings)
+    for theta in rng.uniform(-3.0, 3.0, (20, 4)):
+        levels = channel.levels(theta.tolist(), 2400.0)
+        known = [0, 2, 3] + [1] * landings
+        np.testing.assert_allclose(np.array(channel.theta(levels))[known], theta[known], atol=1e-6)
+        assert not walks or levels.offset > levels.slow
+
+
+def test_the_covariance_is_that_of_what_counts_from_the_first_row(rng: np.random.Generator) -> None:
+    """Draws of a process that is anywhere when a run begins, less its value there and a noise of that row."""
+    channel, levels, count = channel_like(rng, runs=2, windows=12, shows=True), LEVELS, 100_000
+    begun = channel.start[:, None] & np.ones(count, dtype=bool)
+    slow, landing = np.zeros((2, len(channel), count))
+    for k in range(len(channel)):
+        a = np.exp(-channel.step[k] / levels.slow_time)
+        drawn = levels.slow * rng.standard_normal(count)
+        slow[k] = drawn if channel.start[k] else a * slow[k - 1] + np.sqrt(1.0 - a * a) * drawn
+        landing[k] = levels.landing * rng.standard_normal(count) if channel.fresh[k] else landing[k - 1]
+    own = np.sqrt(levels.offset**2 - levels.slow**2) * rng.standard_normal((2, count))
+    zero = np.where(begun, slow, 0.0)[channel.start][channel.run] + own[channel.run]
+    white = np.sqrt(channel.alone(levels))[:, None] * rng.standard_normal((len(channel), count))
+    y = channel.wander[:, None] * (slow - zero) + landing + white
+    white_y, _ = channel.whitened(y, levels)
+    np.testing.assert_allclose(white_y @ white_y.T / count, np.eye(len(channel)), atol=0.03)
+    counted, plain = channel.counted(levels), replace(channel, shown=None)
+    alone = np.diag(dense(plain, levels)).mean()
+    assert np.mean(counted.variance(plain.rows) + counted.offset**2 + plain._least) == pytest.approx(alone)
+
+
+def test_only_what_walks_is_asked_for_a_walk(rng: np.random.Generator) -> None:
+    """A leg whose runs count from their own first rows; of one zero, or a part, what wanders is an offset apart."""
+    view, _ = viewed("quiet", 2, (), 1.0)
+    assert view.channel.walks
+    assert not replace(view, zeroed_by_run=False).channel.walks
+    assert not replace(view, kind="component").channel.walks
+    channel = noisy(
+        channel_like(rng, runs=9, windows=60), replace(LEVELS, slow_time=86400.0, slow=3.0, offset=3.01), rng
+    )
+    X, sd = np.zeros((len(channel), 1)), np.ones(1)
+    assert channel.fitted(X, sd)[0].slow_time == channels.WALKING_S
+    assert replace(channel, walks=False).fitted(X, sd)[0].slow_time in channels.SLOW_TIMES
 
 
 def test_a_walk_that_counts_from_the_first_row_is_a_slow_process(rng: np.random.Generator) -> None:
