@@ -9,7 +9,7 @@ import pytest
 from benchmarks.hidden_effects import TESTED, Outcome, outcome_of, plan
 from tests.learn.shared_draws import fresh_entropy, shared
 
-DRAWS = 56
+DRAWS = 52
 
 
 @pytest.fixture(scope="session")

@@ -49,10 +49,9 @@ def test_a_law_is_stacked_of_two_estimates(bench: str, seed: int) -> None:
     assert covariance == pytest.approx(G @ K @ G.T, rel=0.05, abs=0.01 * float(np.diagonal(covariance).max()))
 
 
-@pytest.mark.parametrize("seed", [733, 734])
-def test_an_extended_law_is_as_sure_as_what_it_leaves_lets_it(seed: int, tmp_path: Path) -> None:
+def test_an_extended_law_is_as_sure_as_what_it_leaves_lets_it(tmp_path: Path) -> None:
     """Prediction intervals of the extended law shrink with its residual, and still hold most rows never fitted."""
-    truth, answer = campaign_of("modal", seed, causes=("hidden-heat",), strength=2.5)
+    truth, answer = campaign_of("modal", 733, causes=("hidden-heat",), strength=2.5)
     write_campaign(tmp_path / "campaign", truth, answer)
     campaign = load_campaign(tmp_path / "campaign")
     found = diagnose(campaign, answer.base)

@@ -15,7 +15,7 @@ from hexathermal.simulate.hidden.writing import write_campaign
 
 def whiteness(folder: Path, *causes: str) -> Autocorrelation:
     """The autocorrelation of a leg with something hidden, twice as strong as the noise."""
-    truth, answer = campaign_of("modal", 7, causes=causes, strength=2.0)
+    truth, answer = campaign_of("quiet", 7, causes=causes, strength=2.0)
     write_campaign(folder, truth, answer)
     found = diagnose(load_campaign(folder), answer.base)
     assert [one.cause for one in found.effects] == list(causes)
