@@ -33,6 +33,10 @@ ALL_LOST_M, FASTEST_M_S, MOST_GROWN_M = 50e-6, 0.2e-6, 1e-3
 is no expansion: all beams lost count, the rest is useless. A metre of steel that is warmed by a kelvin a minute grows
 by 0.2 um/s, and by a millimetre at 90 K; rows of movement, which are left out, may last for hours of warming up."""
 
+LOST = (
+    f"the drift jumped by more than {ALL_LOST_M * 1e6:g} um, and {FASTEST_M_S * 1e6:g} um for each second "
+    f"({MOST_GROWN_M * 1e3:g} mm at most) from one row to the next"
+)
 GROWN = (
     f"the drift jumps by more than {ALL_LOST_M * 1e6:g} um while no row may be used: the part warmed up meanwhile, or "
     "count was lost; nothing is changed"
@@ -125,9 +129,7 @@ class BeamRules:
             jump[: own.start] = False
             gone = np.logical_or.accumulate(jump) | self.lost
             name, sensor = ("beams", "beams") if len(self.scales.noise) else ("count", "the displacement sensor")
-            faster = f"{ALL_LOST_M * 1e6:g} um, and {FASTEST_M_S * 1e6:g} um for each second (1 mm at most)"
-            jumped = f"the drift jumped by more than {faster} from one row to the next"
-            reason = f"{jumped}: {sensor} lost count"
+            reason = f"{LOST}: {sensor} lost count"
             self.ledger.note(f"{name} lost", "row", ROW, reason, (gone & ~spikes)[own], time[own])
             self.ledger.note("drift step", "row", NOTED, GROWN, (grown & ~gone)[own], time[own])
             self.lost = bool(gone[own][-1])

@@ -13,7 +13,7 @@ import numpy.typing as npt
 from hexathermal.errors import ArgumentError
 from hexathermal.learn.campaign import Block, Campaign
 from hexathermal.learn.campaign_laws import role_blocks
-from hexathermal.learn.diagnosis.channels import sums_without
+from hexathermal.learn.diagnosis.channels import Levels, sums_without
 from hexathermal.learn.diagnosis.mending import mended
 from hexathermal.learn.diagnosis.stage import Stage, view_of
 from hexathermal.learn.fitting import prediction_factor
@@ -50,12 +50,12 @@ def extended_law(law: IdentifiedLaw, stage: Stage) -> IdentifiedLaw:
     levels = stage.channel.counted(stage.levels)
     noise = ResidualNoise(levels.white, levels.landing, levels.slow, levels.slow_time, levels.offset)
     return replace(law, coefficients=mean[:p], covariance=joint[:p, :p], terms=tuple(terms), repairs=stage.repairs,
-                   joint_covariance=joint, noise=noise, factor=_factor(stage))  # fmt: skip
+                   joint_covariance=joint, noise=noise, factor=_factor(stage, levels))  # fmt: skip
 
 
-def _factor(stage: Stage) -> float:
-    """Return half of a 95 % prediction interval over the predicted standard deviation, from runs left out."""
-    channel, levels = stage.channel, stage.channel.counted(stage.levels)
+def _factor(stage: Stage, levels: Levels) -> float:
+    """Return half of a 95 % prediction interval over the standard deviation by levels, from runs left out."""
+    channel = stage.channel
     variance = levels.variance(channel.rows) + levels.offset**2
     z = stage.left / np.sqrt(variance)
     return prediction_factor([z[channel.run == k] for k in np.unique(channel.run)])

@@ -22,7 +22,7 @@ AFTER_S, FINER_STEPS = (30.0, 1200.0), 14
 
 def last_moves(view: View) -> Iterator[FloatArray]:
     """Give columns of what follows the length of the last move, whatever its direction, and the time since, (n, k)."""
-    lengths, since = _last(view)
+    lengths, since = _kept(view)
     for way in SATURATING_M:
         yield view.windows_zeroed([-np.expm1(-own / way) for own in lengths])
     yield _rested(view, since, np.geomspace(*SINCE_S, STEPS))
@@ -34,7 +34,7 @@ def steps_at_rest(view: View) -> Iterator[tuple[float, FloatArray]]:
     That is no decay: creep, which wide windows make alike, must be ahead of it. A step that no rest after a move is
     long enough for would be one at each run's first move.
     """
-    _, since = _last(view)
+    _, since = _kept(view)
     longest = max((float(own[np.isfinite(own)].max(initial=0.0)) for own in since), default=0.0)
     times = np.geomspace(*AFTER_S, FINER_STEPS)
     times = times[times <= longest]
@@ -42,6 +42,11 @@ def steps_at_rest(view: View) -> Iterator[tuple[float, FloatArray]]:
     for k, time in enumerate(times.tolist()):
         if k == 0 or np.ptp(steps[:, k] - steps[:, k - 1]) > 0.0:  # rows may be too far apart to tell them
             yield time, steps[:, [k]]
+
+
+def _kept(view: View) -> tuple[list[FloatArray], list[FloatArray]]:
+    """Return what `_last` does, made once."""
+    return view.once(("the last move",), lambda: _last(view), ())
 
 
 def _last(view: View) -> tuple[list[FloatArray], list[FloatArray]]:
