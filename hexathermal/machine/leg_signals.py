@@ -7,11 +7,12 @@ blocks or all at once give the same values.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
+import numpy.typing as npt
 
 from hexathermal.errors import ArgumentError
 from hexathermal.poses import FloatArray
@@ -119,14 +120,21 @@ class Memory:
     """What a term remembers from the rows before.
 
     A new memory belongs to the beginning of a run.
+
+    Parameters
+    ----------
+    begins : sequence of int
+        Where rows of several runs come at once, one run behind the other: the rows at which the second and later ones
+        begin, each with a new memory.
     """
 
-    def __init__(self) -> None:
+    def __init__(self, begins: Sequence[int] | npt.NDArray[np.int64] = ()) -> None:
         self._kept: dict[str, Any] = {}
+        self._begins = np.asarray(begins, dtype=np.int64)
 
     def copy(self) -> Memory:
         """Return a memory that goes its own way from here; what is kept is replaced, never changed."""
-        other = Memory()
+        other = Memory(self._begins)
         other._kept = dict(self._kept)
         return other
 
@@ -150,7 +158,7 @@ class Memory:
         u = values if values.ndim == 2 else values[:, None]
         before = self._kept.get(key)
         t0, u0, y0 = (time[0], u[0], u[0]) if before is None else before
-        step = _since(time, t0) / time_constant
+        step = self._since(time, t0) / time_constant
         decay = np.exp(-step)
         if held:
             gained = u * (1.0 - decay)[:, None]
@@ -158,18 +166,21 @@ class Memory:
             carried = _carried(step, decay)
             gained = u * carried[:, None]
             gained += np.concatenate([u0[None], u[:-1]]) * (1.0 - decay - carried)[:, None]
-        y = _accumulated(decay, gained, y0)
+        gained[self._begins] = u[self._begins]
+        y = self._accumulated(decay, gained, y0)
         self._kept[key] = (time[-1], u[-1].copy(), y[-1].copy())
         return y if values.ndim == 2 else y[:, 0]
 
     def speed(self, time: FloatArray, q: FloatArray) -> FloatArray:
         """Return the mean speed since the row before, unsigned; asked once more at that row's time, its own [m/s]."""
         t0, q0, v0 = self._kept.get("speed", (time[0], q[0], 0.0))
-        dt, dq = _since(time, t0), _since(q, q0)
+        dt, dq = self._since(time, t0), self._since(q, q0)
         found = np.where(
             dt > 0.0, np.abs(np.where(np.abs(dq) > SMALLEST_MOVE, dq, 0.0)) / np.where(dt > 0, dt, 1.0), 0.0
         )
-        last = np.maximum.accumulate(np.where(dt > 0.0, np.arange(1, len(dt) + 1), 0))
+        known = dt > 0.0
+        known[self._begins] = True
+        last = np.maximum.accumulate(np.where(known, np.arange(1, len(dt) + 1), 0))
         found = np.concatenate([[v0], found])[last]  # rows at the time of the one before have its speed
         self._kept["speed"] = (time[-1], q[-1], found[-1])
         return found
@@ -185,7 +196,9 @@ class Memory:
         return np.stack(heats, axis=1), np.stack(rates, axis=1)
 
     def first(self, key: str, values: FloatArray) -> Any:
-        """Return what the values were in the run's first row."""
+        """Return what the values were in the run's first row; of several runs in each of all rows."""
+        if len(self._begins):
+            return np.repeat(values[[0, *self._begins]], np.diff([0, *self._begins, len(values)]), axis=0)
         return self._kept.setdefault(key, values[0].copy() if values.ndim > 1 else float(values[0]))
 
     def stages(self, time: FloatArray, values: FloatArray, time_constants: Iterable[float]) -> FloatArray:
@@ -198,7 +211,7 @@ class Memory:
         """Return by how much the rod moved since the row before, signed, 0 where it rested [m]."""
         before = self._kept.get("moves", q[0])
         self._kept["moves"] = q[-1]
-        step = _since(q, before)
+        step = self._since(q, before)
         return np.where(np.abs(step) > SMALLEST_MOVE, step, 0.0)
 
     def lengths(self, q: FloatArray) -> FloatArray:
@@ -219,9 +232,10 @@ class Memory:
 
     def direction(self, q: FloatArray, before: float = 0.0) -> FloatArray:
         """Return the direction of the last move, +1 or -1; `before` until the first one."""
-        sign = np.sign(self.moves(q))
-        held = np.concatenate([[self._kept.get("direction", before)], sign])
-        last = np.maximum.accumulate(np.where(held != 0.0, np.arange(len(held)), 0))
+        held = np.concatenate([[self._kept.get("direction", before)], np.sign(self.moves(q))])
+        known = held != 0.0
+        held[1 + self._begins], known[1 + self._begins] = before, True
+        last = np.maximum.accumulate(np.where(known, np.arange(len(held)), 0))
         found = held[last][1:]
         self._kept["direction"] = found[-1]
         return np.asarray(found)
@@ -239,8 +253,10 @@ class Memory:
         start : float
             Where it sits at first; by default in the middle.
         """
+        if len(self._begins):
+            return np.concatenate([Memory().play(own, width, start) for own in np.split(q, self._begins)])
         before, place = self._kept.get("play", (float(q[0]), start))
-        steps = _since(q, before) / width
+        steps = self._since(q, before) / width
         place = min(max(float(place), -0.5), 0.5)
         moving, places = np.flatnonzero(steps), [place]
         for step in steps[moving].tolist():
@@ -272,12 +288,12 @@ class Memory:
         """
         key = f"relaxing {name}"
         t0, y0, size, length = self._kept.get(key, (time[0], np.zeros(1), 0.0, 0.0))
-        step = _since(time, t0) / time_constant
+        step = self._since(time, t0) / time_constant
         before = np.concatenate([[size], sizes[:-1]])
         gone = np.concatenate([[length], lengths[:-1]])
         anew = np.minimum(np.abs(lengths - gone) / WHOLE_ROW, 1.0)
         kicks = sizes - np.where(lengths * gone > 0.0, before * (1.0 + anew * np.expm1(-step)), 0.0)
-        y = _accumulated(np.exp(-step), kicks[:, None], y0)
+        y = self._accumulated(np.exp(-step), kicks[:, None], y0)
         self._kept[key] = (time[-1], y[-1].copy(), sizes[-1], lengths[-1])
         return np.asarray(y[:, 0])
 
@@ -309,17 +325,35 @@ class Memory:
         begun = np.where(lengths * gone > 0.0, gone, 0.0)  # a move the other way begins at 0
         way = np.where(lengths != 0.0, np.abs(lengths - begun), 0.0)
         kept = np.exp(-way / slid)
-        y = _accumulated(np.exp(-_since(time, t0) / time_constant) * kept, (whole * (1.0 - kept))[:, None], y0)
+        decay = np.exp(-self._since(time, t0) / time_constant)
+        y = self._accumulated(decay * kept, (whole * (1.0 - kept))[:, None], y0)
         self._kept[key] = (time[-1], y[-1].copy(), lengths[-1])
         return np.asarray(y[:, 0])
 
+    def _since(self, values: FloatArray, before: float) -> FloatArray:
+        """Return each value less the one before it, 0 where a run begins, shape (n,)."""
+        found = np.empty(len(values))
+        found[0] = values[0] - before
+        np.subtract(values[1:], values[:-1], out=found[1:])
+        found[self._begins] = 0.0
+        return found
 
-def _since(values: FloatArray, before: float) -> FloatArray:
-    """Return each value less the one before it, shape (n,)."""
-    found = np.empty(len(values))
-    found[0] = values[0] - before
-    np.subtract(values[1:], values[:-1], out=found[1:])
-    return found
+    def _accumulated(self, decay: FloatArray, gained: FloatArray, start: FloatArray) -> FloatArray:
+        """Return ``y_i = decay_i y_(i-1) + gained_i``, shape (n, k), ``gained_i`` alone where a run begins.
+
+        That is a triangular system with two diagonals. Both arrays are overwritten.
+        """
+        gained[0] += decay[0] * start
+        if len(gained) == 1:
+            return gained
+        from scipy.linalg.blas import dtbsv
+
+        decay[self._begins] = 0.0
+        band = np.ones((2, len(gained)), order="F")
+        np.negative(decay[1:], out=band[1, :-1])
+        if gained.shape[1] == 1:
+            return np.asarray(dtbsv(1, band, gained[:, 0], lower=1, diag=1, overwrite_x=1))[:, None]
+        return np.stack([dtbsv(1, band, column, lower=1, diag=1) for column in gained.T], axis=1)
 
 
 SMALL_STEP = 1e-4
@@ -335,18 +369,3 @@ def _carried(step: FloatArray, decay: FloatArray) -> FloatArray:
     small = np.flatnonzero(step <= SMALL_STEP)
     found[small] = step[small] / 2.0 - step[small] ** 2 / 6.0
     return np.asarray(found)
-
-
-def _accumulated(decay: FloatArray, gained: FloatArray, start: FloatArray) -> FloatArray:
-    """Return ``y_i = decay_i y_(i-1) + gained_i``, shape (n, k): a triangular system with two diagonals."""
-    y = gained.copy()
-    y[0] += decay[0] * start
-    if len(y) == 1:
-        return y
-    from scipy.linalg.blas import dtbsv
-
-    band = np.ones((2, len(y)), order="F")
-    np.negative(decay[1:], out=band[1, :-1])
-    if y.shape[1] == 1:
-        return np.asarray(dtbsv(1, band, y[:, 0], lower=1, diag=1, overwrite_x=1))[:, None]
-    return np.stack([dtbsv(1, band, column, lower=1, diag=1) for column in y.T], axis=1)

@@ -67,8 +67,8 @@ class Pooled:
         Where windows begin among them.
     rows : array, shape (w,)
         Rows of each window.
-    zeros : array of int, shape (u,)
-        The first usable row, among these, of the run of each.
+    zeros : array of int, shape (w,)
+        The first usable row, among these, of the run of each window.
     """
 
     used: npt.NDArray[np.int64]
@@ -76,14 +76,15 @@ class Pooled:
     rows: FloatArray
     zeros: npt.NDArray[np.int64]
 
-    def usable(self, values: Iterable[FloatArray]) -> FloatArray:
-        """Return the usable rows of values of each run, shape (n,) or (n, k), run after run, shape (u, k)."""
-        found = np.concatenate(list(values))[self.used]
+    def usable(self, rows: FloatArray) -> FloatArray:
+        """Return the usable ones of values in all rows, shape (n,) or (n, k), run after run, shape (u, k)."""
+        found = rows[self.used]
         return np.asarray(found if found.ndim == 2 else found[:, None])
 
     def means(self, usable: FloatArray, *, zeroed: bool = False) -> FloatArray:
         """Return the means of usable rows over windows, shape (w, k); where `zeroed`, less those of each run's zero."""
-        return _means(usable - usable[self.zeros] if zeroed else usable, self.edges, self.rows)
+        means = _means(usable, self.edges, self.rows)
+        return means - usable[self.zeros] if zeroed else means
 
 
 def pooled(pieces: Sequence[Pieces], rows: Sequence[int]) -> Pooled:
@@ -94,7 +95,7 @@ def pooled(pieces: Sequence[Pieces], rows: Sequence[int]) -> Pooled:
         np.concatenate([piece.used + start for piece, start in zip(pieces, before, strict=True)]),
         np.concatenate([piece.edges + start for piece, start in zip(pieces, begins, strict=True)]),
         np.concatenate([piece.rows for piece in pieces]),
-        np.repeat(begins, counts),
+        np.repeat(begins, [len(piece.edges) for piece in pieces]),
     )
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Hashable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Hashable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Any, TypeVar, cast
@@ -11,10 +11,10 @@ import numpy as np
 
 from hexathermal.learn.diagnosis.channels import Channel
 from hexathermal.learn.diagnosis.pieces import Pieces, Pooled, going_on, mean_signals, pieces_of, pooled
+from hexathermal.learn.diagnosis.run_after_run import RunAfterRun
 from hexathermal.learn.diagnosis.smoothing import noise_left, smoothed
 from hexathermal.learn.signals import RunRows, follows_on
 from hexathermal.machine.leg_signals import LegSignals, Memory
-from hexathermal.machine.leg_terms import term_columns
 from hexathermal.poses import FloatArray
 
 UNMOVED = ("pieces", "pooled", "channel", "time", "q", "goes_on", "travelled")
@@ -154,11 +154,15 @@ class View:
 
     def windows(self, values: Iterable[FloatArray]) -> FloatArray:
         """Return means over windows of rows' values, run after run, shape (n, k)."""
-        return self.pooled.means(self.pooled.usable(values))
+        return self.pooled.means(self.pooled.usable(np.concatenate(list(values))))
 
     def windows_zeroed(self, values: Iterable[FloatArray]) -> FloatArray:
         """Return means over windows of rows' values, run after run, less those of the zero, shape (n, k)."""
-        return self.pooled.means(self.pooled.usable(values), zeroed=self.zeroed_by_run)
+        return self._zeroed(np.concatenate(list(values)))
+
+    def _zeroed(self, rows: FloatArray) -> FloatArray:
+        """Return means over windows of values in all rows, less those of the zero, shape (n, k)."""
+        return self.pooled.means(self.pooled.usable(rows), zeroed=self.zeroed_by_run)
 
     def columns(self, shape: str, parameters: Mapping[str, Any]) -> FloatArray:
         """Return a shape's columns in windows, less their value at each run's zero, shape (n, k).
@@ -166,7 +170,7 @@ class View:
         Where runs follow one another on the campaign's clock, what the shape remembers goes on.
         """
         if "ratio" not in parameters:
-            return self._kept("rows", shape, parameters, lambda *own: self.windows_zeroed(self._rows(*own)))
+            return self._kept("rows", shape, parameters, lambda *own: self._zeroed(self.rows.columns(*own)))
         # a shape with a ratio is a length times what knows no ratio, and every stage of a diagnosis has its own ratio
         both = self._kept("lengths", shape, {**parameters, "ratio": 0.0}, self._lengths)
         k = both.shape[1] // 2
@@ -210,17 +214,10 @@ class View:
         found.flags.writeable = False
         return found
 
-    def _rows(self, shape: str, parameters: Mapping[str, Any]) -> Iterator[FloatArray]:
-        """Give a shape's columns in all rows, run after run."""
-        for signals, memory in zip(self.signals, self._memories(), strict=True):
-            yield term_columns(shape, signals, parameters, memory)
-
-    def _memories(self) -> Iterator[Memory]:
-        """Give what a shape remembers in each run: a new memory, or that of the run before where it goes on."""
-        memory = Memory()
-        for goes_on in self.goes_on:
-            memory = memory if goes_on else Memory()
-            yield memory
+    @cached_property
+    def rows(self) -> RunAfterRun:
+        """Signals of all runs."""
+        return RunAfterRun(self.signals, self.goes_on)
 
     def starts(self, time_constant: float) -> FloatArray:
         """Return what stays of a state that had not come to rest before a run: ``exp(-t / tau)`` less that at the zero.
@@ -228,7 +225,7 @@ class View:
         One column for each run that begins anew, shape (n, r).
         """
         rows = []
-        for signals, goes_on, memory in zip(self.signals, self.goes_on, self._memories(), strict=True):
+        for signals, goes_on, memory in zip(self.signals, self.goes_on, self.rows.memories(), strict=True):
             apart = np.zeros(len(signals.time))
             apart[0] = not goes_on
             late = memory.low_pass("apart", signals.time, apart, time_constant)
@@ -238,14 +235,14 @@ class View:
 
     def _lengths(self, shape: str, parameters: Mapping[str, Any]) -> FloatArray:
         """Return a shape's columns for the retracted length, then for the displacement, shape (n, 2 k)."""
-        usable = self.pooled.usable(self._rows(shape, parameters))
+        usable = self.pooled.usable(self.rows.columns(shape, parameters))
         both = np.concatenate([usable, usable * self._stroke], axis=1)
         return self.pooled.means(both, zeroed=self.zeroed_by_run)
 
     @cached_property
     def _stroke(self) -> FloatArray:
         """The displacement of usable rows over the retracted length, shape (u, 1)."""
-        return self.pooled.usable(one.q / one.retracted_length for one in self.signals)
+        return self.pooled.usable(np.concatenate([one.q / one.retracted_length for one in self.signals]))
 
     @cached_property
     def travelled(self) -> tuple[FloatArray, FloatArray]:
@@ -264,7 +261,7 @@ class View:
             Time constants; 0 for at once.
         """
         found = []
-        for rows, signals, memory in zip(self.runs, self.signals, self._memories(), strict=True):
+        for rows, signals, memory in zip(self.runs, self.signals, self.rows.memories(), strict=True):
             if rows.weather is None or np.isnan(rows.weather[:, column]).any():
                 return None
             values = smoothed(signals.time, rows.weather[:, [column]])[:, 0]
@@ -280,9 +277,11 @@ class View:
 
     def _quick_columns(self, shape: str, parameters: Mapping[str, Any]) -> FloatArray:
         """Return a shape's columns, made of windows."""
-        runs = zip(self._from_zero, self._memories(), strict=True)
-        found = [term_columns(shape, signals, parameters, memory) for signals, memory in runs]
-        return np.concatenate([columns[1:] - columns[0] for columns in found] if self.zeroed_by_run else found)
+        found = self._from_zero.columns(shape, parameters)
+        if not self.zeroed_by_run:
+            return found
+        zeros = self._from_zero.firsts
+        return np.asarray(np.delete(found, zeros, axis=0) - found[zeros][self.channel.run])
 
     @cached_property
     def windowed(self) -> tuple[LegSignals, ...]:
@@ -290,10 +289,10 @@ class View:
         return tuple(mean_signals(signals, piece) for signals, piece in zip(self.signals, self.pieces, strict=True))
 
     @cached_property
-    def _from_zero(self) -> tuple[LegSignals, ...]:
+    def _from_zero(self) -> RunAfterRun:
         """The same, behind the row of the zero where each run has its own."""
         runs = zip(self.signals, self.pieces, strict=True)
-        return tuple(mean_signals(*own, zeroed=self.zeroed_by_run) for own in runs)
+        return RunAfterRun(tuple(mean_signals(*own, zeroed=self.zeroed_by_run) for own in runs), self.goes_on)
 
     @cached_property
     def time(self) -> FloatArray:
