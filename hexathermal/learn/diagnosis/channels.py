@@ -9,7 +9,7 @@ rows, so does it: ``offset_run = -slow(0) - noise of that row``. A Kalman filter
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import TypeVar
@@ -154,9 +154,20 @@ class Channel:
         table = np.ascontiguousarray(columns, dtype=np.float64)
         out = np.empty_like(table)
         white, landing = self.alone(levels), levels.landing**2
-        logdet = whiten(table, self.start, self.fresh, self.step, self.wander, white, landing, levels.slow**2,
-                        levels.slow_time, levels.offset**2, self.walks, out)  # fmt: skip
+        logdet = whiten(table, self.start, self.fresh, self._decay(levels.slow_time), self.wander, white, landing,
+                        levels.slow**2, levels.offset**2, self.walks, out)  # fmt: skip
         return out, float(logdet)
+
+    def _decay(self, slow_time: float) -> FloatArray:
+        """Return what stays of the slow process since the window before, shape (n,); it is made once."""
+        if slow_time not in self._decays:
+            self._decays[slow_time] = np.exp(-self.step / slow_time)
+        return self._decays[slow_time]
+
+    @cached_property
+    def _decays(self) -> dict[float, FloatArray]:
+        """What `_decay` keeps."""
+        return {}
 
     def spread(self, G: FloatArray, levels: Levels) -> FloatArray:
         """Return ``G' V G`` of columns G, shape (n, m): the covariance of sums over windows that G weighs, (m, m)."""
@@ -199,15 +210,20 @@ class Channel:
 
     def evidence(self, X: FloatArray, sd: FloatArray, levels: Levels) -> float:
         """Return log p(y) with coefficients of columns X integrated over N(0, sd^2), constants left out."""
-        return self._evidence(_sized(self.y, X, sd), levels)
+        return self.evidences(X, sd, [levels])[0]
+
+    def evidences(self, X: FloatArray, sd: FloatArray, pool: Iterable[Levels]) -> list[float]:
+        """Return `evidence` at several levels."""
+        table = _sized(self.y, X, sd)
+        return [self._evidence(table, levels) for levels in pool]
 
     def _evidence(self, table: FloatArray, levels: Levels) -> float:
         """Return `evidence` of a table as `_sized` gives it."""
         from hexathermal.learn.diagnosis.whitening_loops import log_evidence
 
         white, landing = self.alone(levels), levels.landing**2
-        value = log_evidence(table, self.start, self.fresh, self.step, self.wander, white, landing,
-                             levels.slow**2, levels.slow_time, levels.offset**2, self.walks)  # fmt: skip
+        value = log_evidence(table, self.start, self.fresh, self._decay(levels.slow_time), self.wander, white, landing,
+                             levels.slow**2, levels.offset**2, self.walks)  # fmt: skip
         return float(value) + self.prior(levels)
 
     def solved(self, X: FloatArray, sd: FloatArray, levels: Levels) -> tuple[float, FloatArray]:
@@ -306,15 +322,14 @@ class Channel:
         """Return the best levels near a start for one slow time; `table` as `_sized` gives it."""
         from hexathermal.learn.diagnosis.whitening_loops import log_posterior
 
-        share, whole = 1.0 / self.rows, np.array(theta)
+        decay, share, whole = self._decay(slow_time), 1.0 / self.rows, np.array(theta)
         free = np.flatnonzero([True, self.has_landings, True, True])
 
         def objective(point: FloatArray) -> float:
             whole[free] = point
             try:
-                value = log_posterior(whole, slow_time, table, self.start, self.fresh, self.step, self.wander, share,
-                                      self._least, self.scale, self.has_landings, self.tied_offsets,
-                                      self.walks)  # fmt: skip
+                value = log_posterior(whole, table, self.start, self.fresh, decay, self.wander, share, self._least,
+                                      self.scale, self.has_landings, self.tied_offsets, self.walks)  # fmt: skip
             except np.linalg.LinAlgError:  # so little noise beside such columns is lost in rounding
                 return math.inf
             return -float(value)

@@ -350,9 +350,7 @@ def _over(channel: Channel, system: System, item: Ranked, first: Ranked) -> Rank
     own = system(item.best)
     both = own.extended(first.best.trial.columns, first.best.size)
     noises = first.levels, item.levels
-    alone, together = (
-        max(channel.evidence(base.X, base.sd, levels) for levels in noises) for base in (system(first.best), both)
-    )
+    alone, together = (max(channel.evidences(base.X, base.sd, noises)) for base in (system(first.best), both))
     lead = together - alone - first.gated - SHAPE_ERROR * first.value
     # what other witnesses say for the first one, no misfit of the drift does
     value = first.value - max(first.besides, 0.0) + lead + item.besides

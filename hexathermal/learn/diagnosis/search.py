@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Hashable
+from collections.abc import Callable, Hashable, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 
@@ -142,7 +142,7 @@ class Search:
                 fits[name] = [witnessed, *at_rest(witnessed, scored), *self._told_otherwise(witnessed, scored)]
                 pool += [self._fit(item, levels)[0] for item in fits[name]]
             # every noise is open to the null and to every leader
-            nulls = [self.channel.evidence(self.base.X, self.base.sd, item) for item in pool]
+            nulls = self.channel.evidences(self.base.X, self.base.sd, pool)
             better = int(np.argmax(nulls))
             believing = self._all_believed(pool)
             for name, (value, best) in families.items():
@@ -175,7 +175,7 @@ class Search:
         believing: Callable[[Scored], float], scored: list[Scored],
     ) -> Ranked:  # fmt: skip
         """Return a trial as it stands beside the null, every noise open to both."""
-        own, at = max(((self._at(best, item), item) for item in pool), key=lambda pair: pair[0])
+        own, at = max(zip(self._at(best, pool), pool, strict=True), key=lambda pair: pair[0])
         drift = min(own - max(nulls), believing(best)) + grid - np.log(len(RHO)) * bool(best.rho)
         joining = self._doubted(as_joined(best, scored), pool, max(nulls))
         joining = self.less_feigned(joining, at, pool[int(np.argmax(nulls))])
@@ -196,11 +196,11 @@ class Search:
             return lambda _scored: math.inf
         base = self.base.believing
         noises = [*pool, self.channel.fitted(base.X, base.sd, pool[0], 40)[0]]
-        null = max(self.channel.evidence(base.X, base.sd, item) for item in noises)
+        null = max(self.channel.evidences(base.X, base.sd, noises))
 
         def evidence(scored: Scored) -> float:
             own = self.system(scored).believing
-            return max(self.channel.evidence(own.X, own.sd, item) for item in noises) - null
+            return max(self.channel.evidences(own.X, own.sd, noises)) - null
 
         return evidence
 
@@ -246,7 +246,7 @@ class Search:
 
     def _on_mended(self, item: Scored, levels: Levels, null: float) -> Scored:
         """Return a trial that mends data with its evidence on data that are mended, where that is more."""
-        value = min(self._at(item, levels) - null, item.trial.most) + item.trial.advantage
+        value = min(self._at(item, [levels])[0] - null, item.trial.most) + item.trial.advantage
         return replace(item, value=max(item.value, value))
 
     def system(self, scored: Scored) -> Base:
@@ -268,14 +268,16 @@ class Search:
         base = self.system(scored)
         return self.channel.fitted(base.X, base.sd, begin, 40)
 
-    def _at(self, scored: Scored, levels: Levels) -> float:
+    def _at(self, scored: Scored, pool: Sequence[Levels]) -> list[float]:
+        """Return the evidence of the base with a trial in it at each of some levels."""
         base = self.system(scored)
-        value = self.channel.evidence(base.X, base.sd, levels)
+        values = self.channel.evidences(base.X, base.sd, pool)
         if scored.trial.unlate is None:
-            return value
+            return values
         other = self._mended(scored.trial.unlate) if self.repaired else changed_base(self.base, scored.trial.unlate)
-        null, unlate = (self.channel.evidence(one.X, one.sd, levels) for one in (self.base, other))
-        return value - steadied_price(value - null, unlate - null)
+        nulls, unlate = (self.channel.evidences(one.X, one.sd, pool) for one in (self.base, other))
+        each = zip(values, nulls, unlate, strict=True)
+        return [value - steadied_price(value - null, own - null) for value, null, own in each]
 
     def _doubted(self, scored: Scored, pool: list[Levels], null: float) -> Scored:
         """Return a trial that counts against nothing only as far as what a law carries of it does.
@@ -287,7 +289,7 @@ class Search:
         if not trial.starts:
             return scored
         before = self.base.extended(trial.columns[:, first:], scored.size[first:])
-        alone = max(self.channel.evidence(before.X, before.sd, levels) for levels in pool)
+        alone = max(self.channel.evidences(before.X, before.sd, pool))
         return replace(scored, trial=replace(trial, doubt=max(alone - null, 0.0) + FREE))
 
     def _unsure(self, scored: Scored, drift: float, levels: Levels) -> Scored:

@@ -28,10 +28,11 @@ LOGARITHM_EVERY = 8
 
 
 @loop
-def whiten(C, start, fresh, step, wander, white, landing, slow, tau, offset, walks, out):
+def whiten(C, start, fresh, decay, wander, white, landing, slow, offset, walks, out):
     """Whiten the columns C (n, m) into out; return log det V.
 
-    `start` marks the first window of a run, `fresh` that of a landing; `step` is the time since the window before.
+    `start` marks the first window of a run, `fresh` that of a landing; `decay` (n,) is what stays of the slow process
+    since the window before.
     `white` (n,) are variances of windows, `landing` that of landings; `slow` and `offset` variances of a run, of which
     a window shows `wander` (n,) times the deviation. Of what `walks` from each run's first row on, the offset takes
     away what the slow process is there.
@@ -39,18 +40,16 @@ def whiten(C, start, fresh, step, wander, white, landing, slow, tau, offset, wal
     n, m = C.shape
     x = np.zeros((3, m))
     p00 = p01 = p02 = p11 = p12 = p22 = 0.0
-    total, product, last, a = 0.0, 1.0, -1.0, 1.0
+    total, product, a = 0.0, 1.0, 1.0
     for i in range(n):
         if start[i]:
             p00, p11, p22 = slow, landing, offset
             p01 = p12 = 0.0
             p02 = -min(slow, offset) if walks else 0.0
             x[:, :] = 0.0
-            a, last = 1.0, -1.0
+            a = 1.0
         else:
-            if step[i] != last:  # windows are alike
-                last = step[i]
-                a = np.exp(-last / tau)
+            a = decay[i]
             p00 = a * a * p00 + slow * (1.0 - a * a)
             p01 *= a
             p02 *= a
@@ -108,13 +107,13 @@ def integrated(G):
 
 
 @loop
-def log_evidence(C, start, fresh, step, wander, white, landing, slow, tau, offset, walks):
+def log_evidence(C, start, fresh, decay, wander, white, landing, slow, offset, walks):
     """Return ``log p(y) + n/2 log 2 pi`` of a channel with the coefficients of columns `integrated`.
 
     C (n, 1 + m) holds y and the columns times the sizes of their priors; the noise is that of `whiten`.
     """
     out = np.empty_like(C)
-    logdet = whiten(C, start, fresh, step, wander, white, landing, slow, tau, offset, walks, out)
+    logdet = whiten(C, start, fresh, decay, wander, white, landing, slow, offset, walks, out)
     value, _L, _z = integrated(out.T @ out)
     return value - 0.5 * logdet
 
@@ -156,12 +155,12 @@ def log_prior(white, landing, slow, offset, scale, has_landings, tied, walks):
 
 
 @loop
-def log_posterior(theta, tau, C, start, fresh, step, wander, share, least, scale, has_landings, tied, walks):
+def log_posterior(theta, C, start, fresh, decay, wander, share, least, scale, has_landings, tied, walks):
     """Return `log_evidence` and `log_prior` at the levels of logarithms.
 
     `share` (n,) is 1 / rows of windows, `least` (n,) the variance that each has at least.
     """
     white, landing, slow, offset = levels_at(theta, scale, has_landings, walks)
     variances = white**2 * share + least, landing**2, slow**2
-    evidence = log_evidence(C, start, fresh, step, wander, *variances, tau, offset**2, walks)
+    evidence = log_evidence(C, start, fresh, decay, wander, *variances, offset**2, walks)
     return evidence + log_prior(white, landing, slow, offset, scale, has_landings, tied, walks)
