@@ -122,9 +122,6 @@ def shape_named(name: str) -> Shape:
 MOTION, BY_MOTION = "motion", "lead-by-motion"
 """The source of heat that no input records, and the shape that reads a thermometer and changes with it alone."""
 
-OF_ZERO = frozenset({"reference_degC", "middle_degC", "reference_index"})
-"""Parameters of shapes that ask what the zero itself was: of rows of several runs at once each has its own."""
-
 WEIGHED = ("temperature", "square")
 """Shapes that may take, by ``weights``, what several sensors tell for what one does."""
 

@@ -8,8 +8,8 @@ from typing import TypeVar
 
 import numpy as np
 
-from hexathermal.learn.diagnosis.evidence import visible
 from hexathermal.learn.diagnosis.result import Candidate, Effect
+from hexathermal.learn.diagnosis.spans import visible
 from hexathermal.poses import FloatArray
 
 Told = TypeVar("Told")

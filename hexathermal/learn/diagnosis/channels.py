@@ -16,7 +16,7 @@ from typing import TypeVar
 
 import numpy as np
 import numpy.typing as npt
-from scipy import linalg, optimize
+from scipy import linalg
 
 from hexathermal.poses import FloatArray
 
@@ -320,26 +320,13 @@ class Channel:
         self, table: FloatArray, theta: Sequence[float], slow_time: float, most: int, spread: float
     ) -> tuple[Levels, float]:
         """Return the best levels near a start for one slow time; `table` as `_sized` gives it."""
-        from hexathermal.learn.diagnosis.whitening_loops import log_posterior
+        from hexathermal.learn.diagnosis.whitening_loops import likeliest
 
-        decay, share, whole = self._decay(slow_time), 1.0 / self.rows, np.array(theta)
-        free = np.flatnonzero([True, self.has_landings, True, True])
-
-        def objective(point: FloatArray) -> float:
-            whole[free] = point
-            try:
-                value = log_posterior(whole, table, self.start, self.fresh, decay, self.wander, share, self._least,
-                                      self.scale, self.has_landings, self.tied_offsets, self.walks)  # fmt: skip
-            except np.linalg.LinAlgError:  # so little noise beside such columns is lost in rounding
-                return math.inf
-            return -float(value)
-
-        start = whole[free]
-        simplex = np.vstack([start, start + spread * np.eye(len(free))])
-        options = {"maxfev": most, "xatol": 0.02, "fatol": 0.02, "initial_simplex": simplex}
-        found = optimize.minimize(objective, start, method="Nelder-Mead", options=options)
-        whole[free] = found.x
-        return self.levels(whole.tolist(), slow_time), -float(found.fun)
+        found = np.array(theta)
+        value = likeliest(found, spread, most, table, self.start, self.fresh, self._decay(slow_time), self.wander,
+                          1.0 / self.rows, self._least, self.scale, self.has_landings, self.tied_offsets,
+                          self.walks)  # fmt: skip
+        return self.levels(found.tolist(), slow_time), float(value)
 
 
 def sums_without(parts: Sequence[FloatArray]) -> FloatArray:

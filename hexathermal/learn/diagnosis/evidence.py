@@ -18,10 +18,10 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
-import numpy.typing as npt
 from scipy import linalg
 
 from hexathermal.learn.diagnosis.channels import Channel, Levels, expected
+from hexathermal.learn.diagnosis.spans import orthonormal, products, products_beside, sizes_beside
 from hexathermal.learn.diagnosis.steadied import steadied_price
 from hexathermal.learn.diagnosis.trials import Trial
 from hexathermal.poses import FloatArray
@@ -35,8 +35,8 @@ LEAST = 4.5
 START = 0.7
 """What had not come to rest before the runs, over what they themselves do: both are of one room."""
 
-FEW, TABLE = 2, 500_000
-"""Up to so many columns of each, products of many trials are sums over rows, all at once; numbers of such a table."""
+TABLE = 500_000
+"""Numbers of a table of trials' columns."""
 
 TOLERATED = 0.05
 """Misfit that the null tolerates in any shape, RMS over the noise: no model is exact, and many rows would tell."""
@@ -140,33 +140,6 @@ def relevance(shown: float, noise: float, feigned: float) -> float:
     return 0.5 * (shown / tolerance(noise, feigned)) ** 2
 
 
-def visible(columns: FloatArray, base: FloatArray) -> FloatArray:
-    """Return the RMS of what stays of columns after the base is refitted, shape (m,)."""
-    return np.asarray(np.sqrt(_squares(beside(columns, base)) / len(columns)))
-
-
-def beside(columns: FloatArray, base: FloatArray) -> FloatArray:
-    """Return what stays of columns after the base is refitted, shape (n, m)."""
-    Q, keep = _orthonormal(base)
-    return _without(columns, Q[:, keep])
-
-
-def _orthonormal(base: FloatArray) -> tuple[FloatArray, npt.NDArray[np.bool_]]:
-    """Return orthonormal columns, those of the first k a basis of the first k of the base, and which to keep."""
-    Q, R = linalg.qr(base / (np.sqrt((base**2).mean(axis=0)) + 1e-30), mode="economic")
-    return Q, np.abs(np.diag(R)) > 1e-9 * np.abs(np.diag(R)).max()
-
-
-def _without(columns: FloatArray, Q: FloatArray) -> FloatArray:
-    """Return columns less their parts along orthonormal ones."""
-    return np.asarray(columns - Q @ (Q.T @ columns))
-
-
-def _squares(columns: FloatArray) -> FloatArray:
-    """Return the sum of squares of each column, shape (m,)."""
-    return np.asarray(np.einsum("nm,nm->m", columns, columns))
-
-
 @dataclass(frozen=True, eq=False)
 class Terms:
     """Trials that add equally many columns each to the law, as every noise meets them.
@@ -203,7 +176,7 @@ class Terms:
 
 def terms_of(base: Base, trials: Iterable[Trial]) -> list[Terms]:
     """Return those of some trials that add columns, in tables that a processor keeps at hand."""
-    Q, keep = _orthonormal(base.hiding)
+    Q, keep = orthonormal(base.hiding)
     plain, Q = int(keep[: base.plain].sum()), np.ascontiguousarray(Q[:, keep])
     groups: dict[tuple[int, int, float], list[Trial]] = {}
     for trial in trials:
@@ -217,20 +190,11 @@ def terms_of(base: Base, trials: Iterable[Trial]) -> list[Terms]:
         for first in range(0, len(group), most):
             own = tuple(group[first : first + most])
             columns = stacked_columns(len(base.X), own)
-            rms, left = (size.reshape(-1, count) for size in _sizes(columns, Q))
-            shown = _products(_without(columns, Q[:, :plain]), count) / len(columns)
+            along = Q.T @ columns
+            rms, left = (size.reshape(-1, count) for size in sizes_beside(columns, Q, along))
+            shown = products_beside(columns, Q[:, :plain], along[:plain], count) / len(columns)
             found.append(Terms(own, columns, rms, left, shown, shares))
     return found
-
-
-def _sizes(columns: FloatArray, Q: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Return the RMS of columns, and of what stays of them beside Q."""
-    whole = _squares(columns)
-    left = whole - _squares(Q.T @ columns)
-    # a difference of two numbers nearly alike would be one of their rounding
-    little = left < 1e-4 * whole
-    left[little] = _squares(_without(columns[:, little], Q))
-    return np.sqrt(whole / len(columns)), np.sqrt(left / len(columns))
 
 
 @dataclass(frozen=True, eq=False)
@@ -258,7 +222,7 @@ class Null:
 
     def information(self, Z: FloatArray, count: int) -> FloatArray:
         """Return ``S = Z' P Z`` of each `count` of whitened columns, shape (t, count, count)."""
-        return _products(Z, count) - _products(self._half @ Z, count)
+        return products(Z, count) - products(self._half @ Z, count)
 
     @cached_property
     def _half(self) -> FloatArray:
@@ -273,18 +237,6 @@ def null_of(channel: Channel, base: Base, levels: Levels) -> Null:
     Xs = X * base.sd
     factor, _lower = linalg.cho_factor(Xs.T @ Xs + np.eye(len(base.sd)), lower=True)
     return Null(r, X, Xs, factor)
-
-
-def _products(table: FloatArray, count: int) -> FloatArray:
-    """Return the products of each `count` columns of a table with themselves, shape (t, count, count)."""
-    if count > FEW:
-        parts = table.reshape(len(table), -1, count)
-        return np.asarray(parts.transpose(1, 2, 0) @ parts.transpose(1, 0, 2))
-    S = np.empty((table.shape[1] // count, count, count))
-    for i in range(count):
-        for j in range(i + 1):
-            S[:, i, j] = S[:, j, i] = np.einsum("nt,nt->t", table[:, i::count], table[:, j::count])
-    return S
 
 
 def stacked_columns(n: int, trials: Sequence[Trial]) -> FloatArray:

@@ -8,9 +8,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from hexathermal.learn.diagnosis.deciding import Decision
-from hexathermal.learn.diagnosis.evidence import Scored, beside, screened, stacked_columns
+from hexathermal.learn.diagnosis.evidence import Scored, screened, stacked_columns
 from hexathermal.learn.diagnosis.foresight import LEAST_SHARE, part_saved
 from hexathermal.learn.diagnosis.ranking import Ranked
+from hexathermal.learn.diagnosis.spans import beside
 from hexathermal.learn.diagnosis.stage import Stage
 from hexathermal.learn.diagnosis.trials import Trial
 from hexathermal.poses import FloatArray

@@ -9,8 +9,9 @@ import numpy as np
 from scipy import linalg
 
 from hexathermal.learn.diagnosis.channels import Levels
-from hexathermal.learn.diagnosis.evidence import changed_base, tolerance, visible
+from hexathermal.learn.diagnosis.evidence import changed_base, tolerance
 from hexathermal.learn.diagnosis.result import Confusion, Limit
+from hexathermal.learn.diagnosis.spans import visible
 from hexathermal.learn.diagnosis.stage import Stage
 from hexathermal.learn.diagnosis.trials import Trial, evenly
 from hexathermal.poses import FloatArray

@@ -23,10 +23,9 @@ def read_later(view: View, tables: Sequence[FloatArray], offset: float, gains: f
     gains : float [s/h]
         By how much more with each hour of a run.
     """
-    later = []
-    for rows, table in zip(view.runs, tables, strict=True):
+    later, zeros = [], view.once(("zero rows",), lambda: [zero_row(rows.signals.dT) for rows in view.runs])
+    for rows, table, zero in zip(view.runs, tables, zeros, strict=True):
         moved = _at(rows.signals.time, table, offset + gains * rows.signals.time / 3600.0)
-        zero = zero_row(rows.signals.dT)
         # as the repair has it: a zero that is a row of this run is read later too
         later.append(moved if zero is None or view.zeroed_by_run else moved - (moved[zero] - table[zero]))
     return view.windows_zeroed(later)

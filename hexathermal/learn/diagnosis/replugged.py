@@ -28,10 +28,10 @@ from scipy import linalg
 from hexathermal.learn.diagnosis.beforehand import Beforehand
 from hexathermal.learn.diagnosis.causes.swapped_sensors import CAUSE
 from hexathermal.learn.diagnosis.deciding import SOUND
-from hexathermal.learn.diagnosis.evidence import visible
 from hexathermal.learn.diagnosis.mending import mended_view
 from hexathermal.learn.diagnosis.order import UNSURE, Order
 from hexathermal.learn.diagnosis.result import Effect
+from hexathermal.learn.diagnosis.spans import visible
 from hexathermal.learn.diagnosis.view import View
 from hexathermal.learn.diagnosis.words import UM, two_digits
 from hexathermal.machine.leg_repairs import SensorRepair

@@ -9,8 +9,9 @@ import numpy as np
 
 from hexathermal.learn.diagnosis.causes import catalogue
 from hexathermal.learn.diagnosis.channels import Channel
-from hexathermal.learn.diagnosis.evidence import LEAST, Base, Scored, beside, relevance
+from hexathermal.learn.diagnosis.evidence import LEAST, Base, Scored, relevance
 from hexathermal.learn.diagnosis.ranking import SURE_WITNESS, Ranked
+from hexathermal.learn.diagnosis.spans import beside
 from hexathermal.machine.leg_terms import BY_MOTION
 from hexathermal.poses import FloatArray
 

@@ -10,8 +10,11 @@ from typing import Any
 import numpy as np
 
 from hexathermal.machine.leg_signals import LegSignals, Memory
-from hexathermal.machine.leg_terms import OF_ZERO, term_columns
+from hexathermal.machine.leg_terms import term_columns
 from hexathermal.poses import FloatArray
+
+OF_ZERO = frozenset({"reference_degC", "middle_degC", "calibration_degC", "reference_index"})
+"""Parameters of shapes that ask what the zero itself was: each run has its own."""
 
 
 @dataclass(frozen=True, eq=False)

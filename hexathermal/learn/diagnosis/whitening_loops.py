@@ -3,7 +3,8 @@
 The noise of a window is ``wander (offset_run + slow(t)) + landing + white``; the filter's innovations over their
 standard deviations are white, and the sum of the logarithms of those is half of log det V.  Linear in the number of
 windows.
-The evidence of a channel at one noise, which fits of the noise ask thousands of times, is made in one call.
+The evidence of a channel at one noise, which fits of the noise ask thousands of times, is made in one call, and so is
+each fit: from outside, its simplex takes as long between the evidences as these do.
 
 The module is imported on first use: it needs the compiler.
 """
@@ -25,6 +26,10 @@ OFFSET_SPREAD = 0.3
 
 LOGARITHM_EVERY = 8
 """Variances that are multiplied before their logarithm is taken: a logarithm takes as long as a window's algebra."""
+
+
+CLOSE = 0.02
+"""A fit ends where logarithms of levels, and their log posteriors, differ by less."""
 
 
 @loop
@@ -164,3 +169,77 @@ def log_posterior(theta, C, start, fresh, decay, wander, share, least, scale, ha
     variances = white**2 * share + least, landing**2, slow**2
     evidence = log_evidence(C, start, fresh, decay, wander, *variances, offset**2, walks)
     return evidence + log_prior(white, landing, slow, offset, scale, has_landings, tied, walks)
+
+
+@loop
+def lost(point, axes, theta, C, start, fresh, decay, wander, share, least, scale, has_landings, tied, walks):
+    """Return what `log_posterior` lacks with some axes of theta at a point; all where rounding leaves no noise."""
+    for k in range(len(axes)):
+        theta[axes[k]] = point[k]
+    try:
+        return -log_posterior(theta, C, start, fresh, decay, wander, share, least, scale, has_landings, tied, walks)
+    except Exception:  # a matrix that is not positive: the compiler knows no kinds of errors
+        return np.inf
+
+
+@loop
+def sort(losses, places):
+    """Sort losses, shape (m,), and places, shape (m, n), the least lost first."""
+    for k in range(1, len(losses)):
+        for i in range(k, 0, -1):
+            if losses[i] < losses[i - 1]:
+                losses[i], losses[i - 1] = losses[i - 1], losses[i]
+                for c in range(places.shape[1]):
+                    places[i, c], places[i - 1, c] = places[i - 1, c], places[i, c]
+
+
+@loop
+def likeliest(theta, spread, most, C, start, fresh, decay, wander, share, least, scale, has_landings, tied, walks):
+    """Move theta (4,), logarithms of levels, to the largest `log_posterior` nearby; return that.
+
+    By the simplex of Nelder and Mead (Computer Journal 7 (1965) 308), as scipy.optimize has it, from theta and from
+    there by `spread` along each axis, in so many evaluations and a few. Landings that do not scatter have no axis.
+    """
+    axes = np.array([0, 1, 2, 3]) if has_landings else np.array([0, 2, 3])
+    own = C, start, fresh, decay, wander, share, least, scale, has_landings, tied, walks
+    n, asked, unknown = len(axes), 0, 0
+    places, losses, tried, mirrored = np.empty((n + 1, n)), np.empty(n + 1), np.empty(n), np.empty(n)
+    for k in range(n + 1):
+        for c in range(n):
+            places[k, c] = theta[axes[c]] + spread * (c == k - 1)
+    while True:
+        for k in range(unknown, n + 1):
+            losses[k] = lost(places[k], axes, theta, *own)
+        asked += n + 1 - unknown
+        sort(losses, places)
+        apart = 0.0
+        for k in range(1, n + 1):
+            for c in range(n):
+                apart = max(apart, abs(places[k, c] - places[0, c]))
+        if asked >= most or (apart <= CLOSE and losses[n] - losses[0] <= CLOSE):
+            break
+        # the worst is mirrored; farther where that is best, half the way on this side or the other where it is bad
+        way, loss, found = 1.0, np.inf, np.inf
+        for again in range(2):
+            for c in range(n):
+                middle = places[:n, c].sum() / n
+                tried[c] = (1.0 + way) * middle - way * places[n, c]
+            found = lost(tried, axes, theta, *own)
+            asked += 1
+            if again or losses[0] <= found < losses[n - 1]:
+                break
+            mirrored[:], loss = tried, found
+            way = 2.0 if found < losses[0] else (0.5 if found < losses[n] else -0.5)
+        unknown = n + 1
+        if way == 2.0 and found >= loss:
+            places[n], losses[n] = mirrored, loss
+        elif found <= min(loss, losses[n]) and (way > 0.0 or found < losses[n]):
+            places[n], losses[n] = tried, found
+        else:
+            unknown = 1
+            for k in range(1, n + 1):
+                for c in range(n):
+                    places[k, c] = 0.5 * (places[0, c] + places[k, c])
+    for c in range(n):
+        theta[axes[c]] = places[0, c]
+    return -losses[0]

@@ -8,11 +8,11 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from scipy import integrate
+from scipy import integrate, optimize
 from scipy.linalg import solve_triangular
 from scipy.stats import multivariate_normal
 
-from hexathermal.learn.diagnosis import channels
+from hexathermal.learn.diagnosis import channels, whitening_loops
 from hexathermal.learn.diagnosis.channels import Channel, Levels, marginal
 from tests.learn.diagnosis.campaigns import viewed
 from tests.learn.diagnosis.noises import LEVELS, channel_like, dense, noisy
@@ -266,3 +266,46 @@ def test_a_fit_beside_many_columns_leaves_out_only_what_says_nothing(
     monkeypatch.setattr(channels, "MANY", 1000)
     assert value > channel.fitted(X, sd, begin, 200)[1] - 0.1
     assert near > channel.fitted(X, sd)[1] - 0.1
+
+
+@pytest.mark.parametrize(("landings", "tied", "walks"), [(True, True, True), (False, True, True), (True, False, False)])
+def test_the_simplex_ends_where_that_of_scipy_does(
+    landings: bool, tied: bool, walks: bool, rng: np.random.Generator
+) -> None:
+    """From the same places, without a limit: levels and log posterior are those of the library's Nelder and Mead.
+
+    With a limit it ends soon after so many evaluations, no worse than it began.
+    """
+    drawn = noisy(channel_like(rng, shows=True, tied_offsets=tied, walks=walks), LEVELS, rng)
+    channel = replace(drawn, has_landings=landings)
+    begin, spread, axes = np.log([0.7, 0.7, 0.4, 1.0]), 0.8, np.array([0, *[1] * landings, 2, 3])
+    table = np.column_stack([channel.y, rng.standard_normal((len(channel), 3))])
+    own = (table, channel.start, channel.fresh, np.exp(-channel.step / 2400.0), channel.wander, 1.0 / channel.rows,
+           channel._least, channel.scale, landings, tied, walks)  # fmt: skip
+
+    def lost(point: np.ndarray) -> float:
+        theta = begin.copy()
+        theta[axes] = point
+        return -float(whitening_loops.log_posterior(theta, *own))
+
+    simplex = np.vstack([begin[axes], begin[axes] + spread * np.eye(len(axes))])
+    options = {"maxfev": 10_000, "xatol": whitening_loops.CLOSE, "fatol": whitening_loops.CLOSE,
+               "initial_simplex": simplex}  # fmt: skip
+    wanted = optimize.minimize(lost, begin[axes], method="Nelder-Mead", options=options)
+    theta = begin.copy()
+    value = whitening_loops.likeliest(theta, spread, 10_000, *own)
+    np.testing.assert_allclose(theta[axes], wanted.x, atol=1e-8)
+    assert value == pytest.approx(-wanted.fun, abs=1e-8)
+    assert landings or theta[1] == begin[1]
+    short = begin.copy()
+    value = whitening_loops.likeliest(short, spread, 12, *own)
+    assert -lost(begin[axes]) <= value == pytest.approx(-lost(short[axes]))
+    assert value < -wanted.fun
+
+
+def test_a_noise_that_rounding_loses_is_not_the_likeliest(rng: np.random.Generator) -> None:
+    """Columns of a size beyond all sense beside little noise: no error, and levels that are finite."""
+    channel = noisy(channel_like(rng), LEVELS, rng)
+    X = np.repeat(rng.standard_normal((len(channel), 1)), 4, axis=1)
+    levels, value = channel.fitted(X, np.full(4, 1e12))
+    assert np.isfinite([levels.white, levels.slow, levels.offset, value]).all()

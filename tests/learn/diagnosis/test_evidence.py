@@ -15,20 +15,11 @@ from hexathermal.learn.diagnosis.chance import FALSE_ALARMS, chance_threshold
 from hexathermal.learn.diagnosis.channels import Channel, Levels
 from hexathermal.learn.diagnosis.course import _mopped_up
 from hexathermal.learn.diagnosis.deciding import SOUND, Decision, decided
-from hexathermal.learn.diagnosis.evidence import (
-    LEAST,
-    RHO,
-    TOLERATED,
-    Base,
-    Scored,
-    mean_log,
-    relevance,
-    screened,
-    visible,
-)
+from hexathermal.learn.diagnosis.evidence import LEAST, RHO, TOLERATED, Base, Scored, mean_log, relevance, screened
 from hexathermal.learn.diagnosis.joining import Found
 from hexathermal.learn.diagnosis.ranking import NONE, SURE_WITNESS, Ranked, Step
 from hexathermal.learn.diagnosis.search import Search
+from hexathermal.learn.diagnosis.spans import visible
 from hexathermal.learn.diagnosis.trials import Trial
 from hexathermal.poses import FloatArray
 from tests.learn.diagnosis.noises import LEVELS, channel_like, dense, noisy

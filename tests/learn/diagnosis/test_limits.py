@@ -14,10 +14,11 @@ import pytest
 from hexathermal.learn.diagnosis.chance import chance_threshold
 from hexathermal.learn.diagnosis.course import Course
 from hexathermal.learn.diagnosis.deciding import Decision, decided
-from hexathermal.learn.diagnosis.evidence import LEAST, visible
+from hexathermal.learn.diagnosis.evidence import LEAST
 from hexathermal.learn.diagnosis.limits import _confused, _shapes_of, at_most_named, limits_of
 from hexathermal.learn.diagnosis.next_experiments import next_experiments
 from hexathermal.learn.diagnosis.result import Candidate, Confusion, Limit
+from hexathermal.learn.diagnosis.spans import visible
 from hexathermal.learn.diagnosis.stage import Stage
 from hexathermal.learn.diagnosis.trials import PREFIX, Workbench
 from hexathermal.learn.diagnosis.unexplained import flexible_trials

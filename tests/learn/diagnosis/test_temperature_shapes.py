@@ -9,8 +9,9 @@ import pytest
 
 from hexathermal.learn.diagnosis import witnesses
 from hexathermal.learn.diagnosis.deciding import decided
-from hexathermal.learn.diagnosis.evidence import LEAST, beside
+from hexathermal.learn.diagnosis.evidence import LEAST
 from hexathermal.learn.diagnosis.rivals import FORETOLD
+from hexathermal.learn.diagnosis.spans import beside
 from hexathermal.learn.diagnosis.stage import Stage
 from hexathermal.simulate.hidden.drawing import campaign_of
 from tests.learn.diagnosis.campaigns import nothing_shared, viewed
