@@ -294,7 +294,7 @@ class Stage:
         if trial.lessened is None:
             return told
         ask = self.search.witnesses
-        sizes = (ask.error(scored, self.levels), ask.error_beside_the_law(trial))
+        sizes = (ask.error(scored, self.levels), ask.beside_the_law.error(trial))
         repairs = [trial.lessened(size) for size in sizes]
         stages = [self._repaired(repair) for k, repair in enumerate(repairs) if repair not in repairs[:k]]
         lessened = min(stages, key=lambda stage: stage.kinder_left)

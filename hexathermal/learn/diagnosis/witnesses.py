@@ -8,9 +8,10 @@ from functools import cached_property
 
 import numpy as np
 
+from hexathermal.learn.diagnosis.beside_the_law import BesideTheLaw
 from hexathermal.learn.diagnosis.channels import Channel, Levels
 from hexathermal.learn.diagnosis.evidence import Base, Scored
-from hexathermal.learn.diagnosis.ranking import Ranked
+from hexathermal.learn.diagnosis.ranking import SURE_WITNESS, Ranked
 from hexathermal.learn.diagnosis.sensor_model import MOST_SHARE, SensorModel, Shown, part_of
 from hexathermal.learn.diagnosis.trials import Trial, Workbench
 
@@ -70,6 +71,12 @@ class Witnesses:
     channel: Channel
     base: Base
     system: Callable[[Scored], Base]
+
+    @cached_property
+    def beside_the_law(self) -> BesideTheLaw:
+        """Faults in the drift beside the law, and what joined it, alone."""
+        first = slice(self.base.plain)
+        return BesideTheLaw(self.channel, self.base.X[:, first], self.base.sd[first], self.bench.view.base)
 
     def spoken(self, item: Scored) -> float:
         """Return what the parity says for a trial, as far as it counts; of a fault that need show there, all of it."""
@@ -140,7 +147,10 @@ class Witnesses:
             whole = self._own(ranked.best, ranked.levels) if trial.tight and parity > LEAST_WITNESS else 0.0
             drift = min(drift, max(FOLLOWED * max(parity - LEAST_WITNESS, 0.0), whole * drift))
         besides = trial.advantage + parity
-        return replace(ranked, value=drift + besides, besides=besides, witness=sure, agreed=agreed,
+        best = ranked.best
+        if trial.fault and sure > SURE_WITNESS:
+            best = replace(best, visible=max(best.visible, self.beside_the_law.visible(trial)))
+        return replace(ranked, best=best, value=drift + besides, besides=besides, witness=sure, agreed=agreed,
                        both=min(drift, sure) * trial.fault, seconded=self._seconded(trial),
                        withheld=most - drift)  # fmt: skip
 
@@ -324,32 +334,12 @@ class Witnesses:
         """
         if trial.base is not None:  # no amplitude: the reading is replaced as it is
             return 1.0
-        A, fault, spread = self._beside_the_law(trial)
+        A, fault, spread = self.beside_the_law.amplitude(trial)
         shown, whole = fault * np.sign(A) + spread, abs(A)
         if trial.ratio and (own := self.shown(trial)) is not None:
             part = float(np.clip(own.amplitude, 0.0, MOST_SHARE))
             whole *= part / (1.0 - part)
         return float(np.clip(shown / max(IN_DRIFT * whole, np.finfo(float).tiny), 0.0, 1.0))
-
-    def error_beside_the_law(self, trial: Trial) -> float:
-        """Return the size of a thermometer's error as `error` does, no doubt of any thermometer taking part of it."""
-        A, fault, _spread = self._beside_the_law(trial)
-        return fault / A if A else 0.0
-
-    def _beside_the_law(self, trial: Trial) -> tuple[float, float, float]:
-        """Return A of a fault's sensor, the amplitude of its last column beside the law alone, and its uncertainty."""
-        plain = self.base.plain
-        X = np.column_stack([self.base.X[:, :plain], trial.columns])
-        sd = np.concatenate([self.base.sd[:plain], np.full(trial.columns.shape[1], self.base.sd[:plain].max())])
-        mean, covariance = self.channel.estimated(X, sd, self._levels)
-        A = mean[self.bench.view.base.index(str(trial.target))]
-        return float(A), float(mean[-1]), float(np.sqrt(covariance[-1, -1]))
-
-    @cached_property
-    def _levels(self) -> Levels:
-        """Noise of the drift beside the law and what joined it."""
-        plain = self.base.plain
-        return self.channel.fitted(self.base.X[:, :plain], self.base.sd[:plain])[0]
 
     def _others(self, trial: Trial) -> list[Shown]:
         """Return what the parities of bystanders show of a fault."""

@@ -12,13 +12,13 @@ import pytest
 
 from hexathermal.learn.campaign_files import load_campaign
 from hexathermal.learn.diagnosis import Diagnosis, diagnose
+from hexathermal.learn.diagnosis.beside_the_law import BesideTheLaw
 from hexathermal.learn.diagnosis.causes import sensor_detached
 from hexathermal.learn.diagnosis.ranking import Ranked
 from hexathermal.learn.diagnosis.rivals import ORDERED, SURELY, never_on_its_part
 from hexathermal.learn.diagnosis.stage import Stage, view_of
 from hexathermal.learn.diagnosis.trials import Trial
 from hexathermal.learn.diagnosis.view import View
-from hexathermal.learn.diagnosis.witnesses import Witnesses
 from hexathermal.learn.signals import campaign_rows
 from hexathermal.simulate.hidden.drawing import campaign_of
 from hexathermal.simulate.hidden.effects import named
@@ -184,7 +184,7 @@ def test_no_row_of_all_runs_is_left_out_of_what_it_reads() -> None:
 
 def test_a_reading_that_is_replaced_as_it_is_has_no_size_to_be_seen(monkeypatch: pytest.MonkeyPatch) -> None:
     """Whatever the law's last coefficient is, against the first too: what the parity says counts wholly."""
-    monkeypatch.setattr(Witnesses, "_beside_the_law", lambda _own, _trial: (1.0, -1.0, 0.0))
+    monkeypatch.setattr(BesideTheLaw, "amplitude", lambda _own, _trial: (1.0, -1.0, 0.0))
     view = loosened("finite_volume", 1)
     stage = Stage(view)
     for trial in [one for one in begun(view) if one.base is not None]:
