@@ -33,6 +33,9 @@ ALL_LOST_M, FASTEST_M_S, MOST_GROWN_M = 50e-6, 0.2e-6, 1e-3
 is no expansion: all beams lost count, the rest is useless. A metre of steel that is warmed by a kelvin a minute grows
 by 0.2 um/s, and by a millimetre at 90 K; rows of movement, which are left out, may last for hours of warming up."""
 
+STRAIN = 1e-3
+"""Of a part whose drift is measured where its slide stands, what a metre of way may bring: steel grows so at 90 K."""
+
 LOST = (
     f"the drift jumped by more than {ALL_LOST_M * 1e6:g} um, and {FASTEST_M_S * 1e6:g} um for each second "
     f"({MOST_GROWN_M * 1e3:g} mm at most) from one row to the next"
@@ -125,7 +128,9 @@ class BeamRules:
             self.ledger.mark("drift", time[own][spikes[own]], drift[own][spikes[own]])
             level = filled(np.where(spikes, np.nan, drift)[:, None])[:, 0]
             self._note_jumps(level, rest, time, own)
-            jump, grown = _jumped(drift, time, ~spikes)
+            # a part is measured where it stands, a leg beside what its scale reads
+            way = STRAIN * sheet.q[:, 0] if sheet.q.size and not sheet.beams.shape[1] else np.zeros(len(drift))
+            jump, grown = _jumped(drift, time, way, ~spikes)
             jump[: own.start] = False
             gone = np.logical_or.accumulate(jump) | self.lost
             name, sensor = ("beams", "beams") if len(self.scales.noise) else ("count", "the displacement sensor")
@@ -160,10 +165,14 @@ class BeamRules:
         self.ledger.note("drift step", "row", NOTED, reason, sharp[own], time[own])
 
 
-def _jumped(drift: FloatArray, time: FloatArray, sound: Flags) -> tuple[Flags, Flags]:
-    """Return the rows whose drift is farther from the sound row before than anything expands meanwhile; or may be."""
+def _jumped(drift: FloatArray, time: FloatArray, way: FloatArray, sound: Flags) -> tuple[Flags, Flags]:
+    """Return the rows whose drift is farther from the sound row before than anything expands meanwhile; or may be.
+
+    `way` is what expansion may bring on the way of a slide [m], and counts against the jump.
+    """
     rows = np.flatnonzero(sound)
     jump, allowed = np.abs(np.diff(drift[rows])), np.minimum(FASTEST_M_S * np.diff(time[rows]), MOST_GROWN_M)
+    jump = jump - np.abs(np.diff(way[rows]))
     lost, grown = np.zeros((2, len(drift)), dtype=bool)
     lost[rows[1:]] = jump > ALL_LOST_M + allowed
     grown[rows[1:]] = (jump > ALL_LOST_M) & ~lost[rows[1:]]

@@ -232,6 +232,31 @@ def test_a_part_without_beams_is_told_of_none(tmp_path: Path) -> None:
     assert not any("beam" in f"{step.step} {step.reason}" for step in record.steps)
 
 
+@pytest.mark.parametrize(("way_mm", "lost"), [(200.0, False), (50.0, True), (None, True)])
+def test_what_a_slide_is_measured_at_may_differ_from_place_to_place(
+    tmp_path: Path, way_mm: float | None, lost: bool
+) -> None:
+    """A warm part is off by 150 um more at the other end of 200 mm; of 50 mm of way, or of none, count was lost."""
+    folder = component_campaign(tmp_path)
+    file = folder / "runs" / "a.csv"
+    head, *rows = file.read_text(encoding="utf-8").splitlines()
+    cut, moved = len(rows) // 2, []
+    for k, row in enumerate(rows):
+        *known, drift = row.split(",")
+        place = [] if way_mm is None else [str(way_mm * (k >= cut))]
+        moved.append(",".join([*known, *place, str(float(drift) + 150.0 * (k >= cut))]))
+    *names, last = head.split(",")
+    names += [] if way_mm is None else ["q_mm"]
+    file.write_text("\n".join([",".join([*names, last]), *moved]) + "\n", encoding="utf-8")
+    if way_mm is not None:
+        other = folder / "runs" / "b.csv"
+        first, *rest = other.read_text(encoding="utf-8").splitlines()
+        placed = [f"{row.rpartition(',')[0]},0.0,{row.rpartition(',')[2]}" for row in rest]
+        other.write_text("\n".join([f"{first.rpartition(',')[0]},q_mm,{last}", *placed]) + "\n", encoding="utf-8")
+    _, record = used_run(load_campaign(folder), "a")
+    assert (record.count("count lost") > 0) == lost
+
+
 def test_beams_that_count_from_each_run_do_not_fit_a_campaign_that_counts_from_the_first(tmp_path: Path) -> None:
     """zero = "campaign" with beams that start at 0 in a run at another q would be a drift of millimetres: refused."""
 
