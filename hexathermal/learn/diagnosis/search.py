@@ -10,6 +10,7 @@ from functools import cached_property
 import numpy as np
 
 from hexathermal.learn.diagnosis.borne_out import TRIFLE, borne_out
+from hexathermal.learn.diagnosis.cancelled import not_cancelled
 from hexathermal.learn.diagnosis.channels import Channel, Levels
 from hexathermal.learn.diagnosis.evidence import (
     RHO,
@@ -157,7 +158,8 @@ class Search:
             levels, null = pool[better], nulls[better]
             if gained < TRIFLE:
                 break
-        order = tuple(sorted(self._weighed(list(ranked.values())), key=lambda item: -item.value))
+        sized = not_cancelled(self.channel, self.base, levels, list(ranked.values()))
+        order = tuple(sorted(self._weighed(sized), key=lambda item: -item.value))
         return Step(order, levels, null)
 
     def _weighed(self, ranked: list[Ranked]) -> list[Ranked]:

@@ -96,3 +96,22 @@ def test_few_runs_are_not_asked() -> None:
         assert (len(list(zero_drift.trials(bench))) > 1) == (count >= FEWEST_RATES)
         assert (own_rates(view) is not None) == (count >= FEWEST_RATES)
         assert all(np.isfinite(trial.columns).all() for trial in begun)
+
+
+def test_an_instrument_warms_up_beside_a_part_that_never_moves(rng: np.random.Generator) -> None:
+    """What comes to rest alike in each run is a drift of the zero; nothing of such a part was clamped or moved."""
+    leg, _ = viewed("quiet", 2, (), 1.0)
+    runs = []
+    for rows in leg.runs:
+        signals = replace(rows.signals, q=np.zeros(len(rows.signals)), retracted_length=1.0)
+        noise = 0.3e-6 * rng.standard_normal(len(signals))
+        warming = -0.5e-6 * np.expm1(-(signals.time - signals.time[0]) / 2800.0)
+        drift = 1e-6 * signals.temperature(leg.base[0]) + noise + warming
+        runs.append(replace(rows, signals=signals, drift=drift - drift[0]))
+    part = replace(leg, kind="component", runs=tuple(runs), base=leg.base[:1])
+    assert not part.moves
+    stage = Stage(part)
+    assert not list(creep.trials(stage.bench))
+    leader = stage.step.ranking[0]
+    assert leader.cause == "zero-drift"
+    assert leader.best.trial.parameters["time_constant_s"] == 3000.0

@@ -105,8 +105,13 @@ def _from_the_beginning(bench: Workbench) -> Iterator[Trial]:
 
 
 def begins_anew(view: View) -> bool:
+    """Return whether what gives way from the beginning of each run on may be told; what never moves is not clamped."""
+    return (view.kind == "leg" or view.moves) and often_begun(view)
+
+
+def often_begun(view: View) -> bool:
     """Return whether enough runs begin anew to tell what goes alike from the beginning of each."""
-    return (view.kind == "leg" or view.moves) and view.goes_on.count(False) >= FEWEST_BEGUN
+    return view.goes_on.count(False) >= FEWEST_BEGUN
 
 
 def _saturations(view: View) -> list[float]:
