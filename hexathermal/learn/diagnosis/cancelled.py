@@ -17,8 +17,8 @@ from hexathermal.learn.diagnosis.evidence import Base
 from hexathermal.learn.diagnosis.ranking import Ranked
 
 CANCELLED = 1.75
-"""Times what the law alone leaves, RMS, from which on so large an effect is one half of what cancels: of 60 true ones
-of four generators the largest has 1.2, of clocks and exchanged plugs, whose data are mended, 2.2."""
+"""Times what the law alone leaves, RMS, from which on so large an effect is one half of what cancels: of 105 true ones
+of four generators the largest has 1.07; of clocks and exchanged plugs, whose data are mended, 2.2."""
 
 
 def not_cancelled(channel: Channel, base: Base, levels: Levels, ranked: Sequence[Ranked]) -> list[Ranked]:
