@@ -343,6 +343,16 @@ ADVICE = {
 }
 """What to look for, by what the name of something unexplained holds."""
 
+OUT_AND_WARM, EACH_PLACE = (
+    "displacement and temperature",
+    (
+        " The law of a part knows no displacement: one that is measured where its slide stands, as a screw is at its nut, "
+        "expands by more the farther out that is, and its law here is that of a middle place. Take the runs, or the rows, "
+        "of one place for a campaign of its own, and compare the laws of several places."
+    ),
+)
+"""The same for a part whose expansion goes with its stroke."""
+
 
 def unexplained_words(found: Diagnosis) -> str:
     """Return what to do where something real has no name."""
@@ -353,6 +363,7 @@ def unexplained_words(found: Diagnosis) -> str:
         "catalogue explains that. Look at the pictures of that signal, and at what changes with it on the bench: it is "
         "real, and it is not noise. The law was left as it is."
         + "".join(advice for shape, advice in ADVICE.items() if shape in (found.follows or ""))
+        + EACH_PLACE * (found.law.kind == "component" and OUT_AND_WARM in (found.follows or ""))
     )
 
 
