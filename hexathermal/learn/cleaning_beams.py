@@ -40,6 +40,7 @@ LOST = (
     f"the drift jumped by more than {ALL_LOST_M * 1e6:g} um, and {FASTEST_M_S * 1e6:g} um for each second "
     f"({MOST_GROWN_M * 1e3:g} mm at most) from one row to the next"
 )
+BY_WAY = f", and {STRAIN * 1e3:g} mm for each metre of way"
 GROWN = (
     f"the drift jumps by more than {ALL_LOST_M * 1e6:g} um while no row may be used: the part warmed up meanwhile, or "
     "count was lost; nothing is changed"
@@ -134,7 +135,7 @@ class BeamRules:
             jump[: own.start] = False
             gone = np.logical_or.accumulate(jump) | self.lost
             name, sensor = ("beams", "beams") if len(self.scales.noise) else ("count", "the displacement sensor")
-            reason = f"{LOST}: {sensor} lost count"
+            reason = f"{LOST}{BY_WAY if way.any() else ''}: {sensor} lost count"
             self.ledger.note(f"{name} lost", "row", ROW, reason, (gone & ~spikes)[own], time[own])
             self.ledger.note("drift step", "row", NOTED, GROWN, (grown & ~gone)[own], time[own])
             self.lost = bool(gone[own][-1])

@@ -124,8 +124,8 @@ class Memory:
     Parameters
     ----------
     begins : sequence of int
-        Where rows of several runs come at once, one run behind the other: the rows at which the second and later ones
-        begin, each with a new memory.
+        Where all rows of several runs come in one call, one run behind the other: the rows at which the second and
+        later ones begin, each with a new memory. Such a memory is for that call alone.
     """
 
     def __init__(self, begins: Sequence[int] | npt.NDArray[np.int64] = ()) -> None:
@@ -196,7 +196,7 @@ class Memory:
         return np.stack(heats, axis=1), np.stack(rates, axis=1)
 
     def first(self, key: str, values: FloatArray) -> Any:
-        """Return what the values were in the run's first row; of several runs in each of all rows."""
+        """Return what values (n,) or (n, k) were in the first row of their run; of several runs, of each in its rows."""
         if len(self._begins):
             return np.repeat(values[[0, *self._begins]], np.diff([0, *self._begins, len(values)]), axis=0)
         return self._kept.setdefault(key, values[0].copy() if values.ndim > 1 else float(values[0]))
@@ -341,7 +341,7 @@ class Memory:
     def _accumulated(self, decay: FloatArray, gained: FloatArray, start: FloatArray) -> FloatArray:
         """Return ``y_i = decay_i y_(i-1) + gained_i``, shape (n, k), ``gained_i`` alone where a run begins.
 
-        That is a triangular system with two diagonals. Both arrays are overwritten.
+        That is a triangular system with two diagonals. `decay` (n,) and `gained` (n, k) are overwritten; `start` (k,).
         """
         gained[0] += decay[0] * start
         if len(gained) == 1:

@@ -343,13 +343,11 @@ ADVICE = {
 }
 """What to look for, by what the name of something unexplained holds."""
 
-OUT_AND_WARM, EACH_PLACE = (
-    "displacement and temperature",
-    (
-        " The law of a part knows no displacement: one that is measured where its slide stands, as a screw is at its nut, "
-        "expands by more the farther out that is, and its law here is that of a middle place. Take the runs, or the rows, "
-        "of one place for a campaign of its own, and compare the laws of several places."
-    ),
+OUT_AND_WARM = "displacement and temperature"
+EACH_PLACE = (
+    " The law of a part knows no displacement: one that is measured where its slide stands, as a screw is at its nut, "
+    "expands by more the farther out that is, and its law here is that of a middle place. Take the runs, or the rows, "
+    "of one place for a campaign of its own, and compare the laws of several places."
 )
 """The same for a part whose expansion goes with its stroke."""
 

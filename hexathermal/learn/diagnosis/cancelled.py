@@ -13,16 +13,15 @@ from dataclasses import replace
 import numpy as np
 
 from hexathermal.learn.diagnosis.channels import Channel, Levels
-from hexathermal.learn.diagnosis.evidence import Base
-from hexathermal.learn.diagnosis.ranking import Ranked
+from hexathermal.learn.diagnosis.evidence import Base, Scored
 
 CANCELLED = 1.75
 """Times what the law alone leaves, RMS, from which on so large an effect is one half of what cancels: of 105 true ones
 of four generators the largest has 1.07; of clocks and exchanged plugs, whose data are mended, 2.2."""
 
 
-def not_cancelled(channel: Channel, base: Base, levels: Levels, ranked: Sequence[Ranked]) -> list[Ranked]:
-    """Return causes as they stand; columns that are larger than `CANCELLED` times what the law leaves say nothing.
+def not_cancelled(channel: Channel, base: Base, levels: Levels, scored: Sequence[Scored]) -> list[Scored]:
+    """Return trials as the drift speaks for them: not for columns larger than `CANCELLED` times what the law leaves.
 
     Parameters
     ----------
@@ -32,12 +31,10 @@ def not_cancelled(channel: Channel, base: Base, levels: Levels, ranked: Sequence
         Of which the law, and what joined it, are the first columns.
     levels : Levels
         Noise of the drift.
-    ranked : sequence of Ranked
+    scored : sequence of Scored
     """
     first = slice(base.plain)
     _, mean = channel.solved(base.X[:, first], base.sd[first], channel.plain(levels))
     most = CANCELLED * float(np.sqrt(((channel.y - base.X[:, first] @ mean) ** 2).mean()))
-    return [
-        replace(item, value=min(item.value, 0.0)) if item.best.visible > most and item.best.trial.base is None else item
-        for item in ranked
-    ]
+    return [replace(item, value=min(item.value, 0.0)) if item.visible > most and item.trial.base is None else item
+            for item in scored]  # fmt: skip

@@ -67,8 +67,8 @@ class Pooled:
         Where windows begin among them.
     rows : array, shape (w,)
         Rows of each window.
-    zeros : array of int, shape (w,)
-        The first usable row, among these, of the run of each window.
+    zeros : array of int, shape (u,)
+        The first usable row, among these, of the run of each.
     """
 
     used: npt.NDArray[np.int64]
@@ -83,8 +83,8 @@ class Pooled:
 
     def means(self, usable: FloatArray, *, zeroed: bool = False) -> FloatArray:
         """Return the means of usable rows over windows, shape (w, k); where `zeroed`, less those of each run's zero."""
-        means = _means(usable, self.edges, self.rows)
-        return means - usable[self.zeros] if zeroed else means
+        # what never changes is 0 to the last bit: a mean less the zero would be rounding, and rounding a signal
+        return _means(usable - usable[self.zeros] if zeroed else usable, self.edges, self.rows)
 
 
 def pooled(pieces: Sequence[Pieces], rows: Sequence[int]) -> Pooled:
@@ -95,7 +95,7 @@ def pooled(pieces: Sequence[Pieces], rows: Sequence[int]) -> Pooled:
         np.concatenate([piece.used + start for piece, start in zip(pieces, before, strict=True)]),
         np.concatenate([piece.edges + start for piece, start in zip(pieces, begins, strict=True)]),
         np.concatenate([piece.rows for piece in pieces]),
-        np.repeat(begins, [len(piece.edges) for piece in pieces]),
+        np.repeat(begins, counts),
     )
 
 

@@ -123,7 +123,8 @@ class Search:
     def scored(self, levels: Levels, trials: list[Trial], terms: list[Terms] | None = None) -> list[Scored]:
         """Return trials with their evidence at one noise; `terms` are those of them, where they were made before."""
         found = screened(self.channel, self.base, levels, trials, self.largest, terms)
-        return borne_out(self.channel, self.base, levels, found, self.largest)
+        found = borne_out(self.channel, self.base, levels, found, self.largest)
+        return not_cancelled(self.channel, self.base, levels, found)
 
     def step(self, trials: list[Trial]) -> Step:
         """Return the ranking of trials over the present base."""
@@ -158,8 +159,7 @@ class Search:
             levels, null = pool[better], nulls[better]
             if gained < TRIFLE:
                 break
-        sized = not_cancelled(self.channel, self.base, levels, list(ranked.values()))
-        order = tuple(sorted(self._weighed(sized), key=lambda item: -item.value))
+        order = tuple(sorted(self._weighed(list(ranked.values())), key=lambda item: -item.value))
         return Step(order, levels, null)
 
     def _weighed(self, ranked: list[Ranked]) -> list[Ranked]:

@@ -33,17 +33,17 @@ def orthonormal(base: FloatArray) -> tuple[FloatArray, npt.NDArray[np.bool_]]:
 
 
 def without(columns: FloatArray, Q: FloatArray) -> FloatArray:
-    """Return columns less their parts along orthonormal ones."""
+    """Return columns (n, m) less their parts along orthonormal ones (n, p)."""
     return np.asarray(columns - Q @ (Q.T @ columns))
 
 
 def squares(columns: FloatArray) -> FloatArray:
-    """Return the sum of squares of each column, shape (m,)."""
+    """Return the sum of squares of each of columns (n, m), shape (m,)."""
     return np.asarray(np.einsum("nm,nm->m", columns, columns))
 
 
 def sizes_beside(columns: FloatArray, Q: FloatArray, along: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Return the RMS of columns, and of what stays of them beside Q; `along` is ``Q' columns``."""
+    """Return the RMS of columns (n, m), and of what stays of them beside Q (n, p); `along` (p, m) is ``Q' columns``."""
     whole = squares(columns)
     left = whole - squares(along)
     little = left < LOST * whole
@@ -52,7 +52,10 @@ def sizes_beside(columns: FloatArray, Q: FloatArray, along: FloatArray) -> tuple
 
 
 def products_beside(columns: FloatArray, Q: FloatArray, along: FloatArray, count: int) -> FloatArray:
-    """Return `products` of what stays of columns beside Q; `along` is ``Q' columns``."""
+    """Return `products` of what stays of columns (n, m) beside Q (n, p); `along` (p, m) is ``Q' columns``.
+
+    Each is right to `LOST` of itself, so that the smallest eigenvalue may be a little below 0.
+    """
     whole = products(columns, count)
     left = whole - products(along, count)
     stays, before = (np.diagonal(own, axis1=1, axis2=2) for own in (left, whole))
@@ -64,7 +67,7 @@ def products_beside(columns: FloatArray, Q: FloatArray, along: FloatArray, count
 def products(table: FloatArray, count: int) -> FloatArray:
     """Return the products of each `count` columns of a table with themselves, shape (t, count, count)."""
     if count > FEW:
-        parts = table.reshape(len(table), -1, count)
+        parts = table.reshape(len(table), table.shape[1] // count, count)
         return np.asarray(parts.transpose(1, 2, 0) @ parts.transpose(1, 0, 2))
     S = np.empty((table.shape[1] // count, count, count))
     for i in range(count):
