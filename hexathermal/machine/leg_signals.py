@@ -196,7 +196,7 @@ class Memory:
         return np.stack(heats, axis=1), np.stack(rates, axis=1)
 
     def first(self, key: str, values: FloatArray) -> Any:
-        """Return what values (n,) or (n, k) were in the first row of their run; of several runs, of each in its rows."""
+        """Return what values (n,) or (n, k) were in their run's first row; of several runs that of each in its rows."""
         if len(self._begins):
             return np.repeat(values[[0, *self._begins]], np.diff([0, *self._begins, len(values)]), axis=0)
         return self._kept.setdefault(key, values[0].copy() if values.ndim > 1 else float(values[0]))

@@ -7,7 +7,6 @@ as large a disbelief of what it and the others read apart.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -20,8 +19,8 @@ CANCELLED = 1.75
 of four generators the largest has 1.07; of clocks and exchanged plugs, whose data are mended, 2.2."""
 
 
-def not_cancelled(channel: Channel, base: Base, levels: Levels, scored: Sequence[Scored]) -> list[Scored]:
-    """Return trials as the drift speaks for them: not for columns larger than `CANCELLED` times what the law leaves.
+def most_visible(channel: Channel, base: Base, levels: Levels) -> float:
+    """Return `CANCELLED` times what the law alone leaves of the drift, RMS [m].
 
     Parameters
     ----------
@@ -31,10 +30,18 @@ def not_cancelled(channel: Channel, base: Base, levels: Levels, scored: Sequence
         Of which the law, and what joined it, are the first columns.
     levels : Levels
         Noise of the drift.
-    scored : sequence of Scored
     """
     first = slice(base.plain)
     _, mean = channel.solved(base.X[:, first], base.sd[first], channel.plain(levels))
-    most = CANCELLED * float(np.sqrt(((channel.y - base.X[:, first] @ mean) ** 2).mean()))
-    return [replace(item, value=min(item.value, 0.0)) if item.visible > most and item.trial.base is None else item
+    return CANCELLED * float(np.sqrt(((channel.y - base.X[:, first] @ mean) ** 2).mean()))
+
+
+def not_cancelled(scored: Scored, value: float, most: float) -> float:
+    """Return what the drift says for a trial: nothing where columns of it show more than `most` [m]."""
+    return min(value, 0.0) if scored.visible > most and scored.trial.base is None else value
+
+
+def all_not_cancelled(scored: list[Scored], most: float) -> list[Scored]:
+    """Return trials as the drift speaks for them, see `not_cancelled`."""
+    return [replace(item, value=not_cancelled(item, item.value, most)) if item.visible > most else item
             for item in scored]  # fmt: skip

@@ -10,7 +10,7 @@ from functools import cached_property
 import numpy as np
 
 from hexathermal.learn.diagnosis.borne_out import TRIFLE, borne_out
-from hexathermal.learn.diagnosis.cancelled import not_cancelled
+from hexathermal.learn.diagnosis.cancelled import all_not_cancelled, most_visible, not_cancelled
 from hexathermal.learn.diagnosis.channels import Channel, Levels
 from hexathermal.learn.diagnosis.evidence import (
     RHO,
@@ -111,6 +111,12 @@ class Search:
         return Witnesses(self.bench, self.channel, self.base, self.system)
 
     @cached_property
+    def _most_visible(self) -> float:
+        """The most that an effect may show [m]: of more, a part cancels with errors of thermometers."""
+        levels, _null = self.null or self.channel.fitted(self.base.X, self.base.sd)
+        return most_visible(self.channel, self.base, levels)
+
+    @cached_property
     def _timed(self) -> bool:
         """Whether motion knows when the temperatures were read."""
         return max((abs(trial.advantage) for trial in self.trials if trial.cause in CLIMBED), default=0.0) > TIMED
@@ -124,7 +130,7 @@ class Search:
         """Return trials with their evidence at one noise; `terms` are those of them, where they were made before."""
         found = screened(self.channel, self.base, levels, trials, self.largest, terms)
         found = borne_out(self.channel, self.base, levels, found, self.largest)
-        return not_cancelled(self.channel, self.base, levels, found)
+        return all_not_cancelled(found, self._most_visible)
 
     def step(self, trials: list[Trial]) -> Step:
         """Return the ranking of trials over the present base."""
@@ -179,6 +185,7 @@ class Search:
         """Return a trial as it stands beside the null, every noise open to both."""
         own, at = max(zip(self._at(best, pool), pool, strict=True), key=lambda pair: pair[0])
         drift = min(own - max(nulls), believing(best)) + grid - np.log(len(RHO)) * bool(best.rho)
+        drift = not_cancelled(best, drift, self._most_visible)
         joining = self._doubted(as_joined(best, scored), pool, max(nulls))
         joining = self.less_feigned(joining, at, pool[int(np.argmax(nulls))])
         return self.witnesses.heard(Ranked(best.trial.cause, drift, self._unsure(joining, drift, at), at))
