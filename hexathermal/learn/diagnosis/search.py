@@ -185,10 +185,13 @@ class Search:
         """Return a trial as it stands beside the null, every noise open to both."""
         own, at = max(zip(self._at(best, pool), pool, strict=True), key=lambda pair: pair[0])
         drift = min(own - max(nulls), believing(best)) + grid - np.log(len(RHO)) * bool(best.rho)
-        drift = not_cancelled(best, drift, self._most_visible)
+        most = self._most_visible
+        drift = not_cancelled(best, drift, most)
         joining = self._doubted(as_joined(best, scored), pool, max(nulls))
         joining = self.less_feigned(joining, at, pool[int(np.argmax(nulls))])
-        return self.witnesses.heard(Ranked(best.trial.cause, drift, self._unsure(joining, drift, at), at))
+        ranked = self.witnesses.heard(Ranked(best.trial.cause, drift, self._unsure(joining, drift, at), at))
+        # a fault of a thermometer may be there all the same; of what is late the drift must say something
+        return ranked if best.trial.fault else replace(ranked, value=not_cancelled(ranked.best, ranked.value, most))
 
     def less_feigned(self, scored: Scored, beside: Levels, null: Levels) -> Scored:
         """Return a trial of which thermometers feign the less, the less wanders beside it, in untied offsets too."""
