@@ -1,7 +1,7 @@
 """A cause that errors of the thermometers must take back again is none: what is left of the law would be larger.
 
-What is visible of an effect stands, with the noise and those errors, in what the law alone leaves. An effect several
-times as large as that is one half of a pair that cancels: a thermometer that is late by more than all of it, say, and
+What is visible of an effect stands, with the noise and those errors, in what the law alone leaves. An effect that is
+much larger is one half of a pair that cancels: a thermometer that is late by more than all of it, say, and
 as large a disbelief of what it and the others read apart.
 """
 
