@@ -36,12 +36,11 @@ def most_visible(channel: Channel, base: Base, levels: Levels) -> float:
     return CANCELLED * float(np.sqrt(((channel.y - base.X[:, first] @ mean) ** 2).mean()))
 
 
-def not_cancelled(scored: Scored, value: float, most: float) -> float:
-    """Return what the drift says for a trial: nothing where columns of it show more than `most` [m]."""
-    return min(value, 0.0) if scored.visible > most and scored.trial.base is None else value
+def cancels(scored: Scored, most: float) -> bool:
+    """Return whether columns of a trial show more than `most` [m]: the drift says nothing for it then."""
+    return scored.visible > most and scored.trial.base is None
 
 
 def all_not_cancelled(scored: list[Scored], most: float) -> list[Scored]:
-    """Return trials as the drift speaks for them, see `not_cancelled`."""
-    return [replace(item, value=not_cancelled(item, item.value, most)) if item.visible > most else item
-            for item in scored]  # fmt: skip
+    """Return trials as the drift speaks for them, see `cancels`."""
+    return [replace(item, value=min(item.value, 0.0)) if cancels(item, most) else item for item in scored]

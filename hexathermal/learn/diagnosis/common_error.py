@@ -128,12 +128,12 @@ class CommonError:
     @cached_property
     def _causes(self) -> list[FloatArray]:
         """What warms them in all rows of each run, less its first value, each column over its RMS, shape (n, k)."""
-        view, memory, begun = self.view, Memory(), 0.0
+        view, begun = self.view, 0.0
         beginnings = np.cumsum([not goes_on for goes_on in view.goes_on]) - 1
         found = []
-        for signals, goes_on, own in zip(view.signals, view.goes_on, beginnings.tolist(), strict=True):
-            if not goes_on:
-                memory, begun = Memory(), float(signals.time[0])
+        runs = zip(view.signals, view.goes_on, view.rows.memories(), beginnings.tolist(), strict=True)
+        for signals, goes_on, memory, own in runs:
+            begun = begun if goes_on else float(signals.time[0])
             columns = list(_warmed(signals, memory, airy=view.airs is not None))
             decays = np.zeros((len(signals), len(RESTING_S) * (int(beginnings[-1]) + 1)))
             for k, tau in enumerate(RESTING_S):

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 from typing import TypeGuard
@@ -19,7 +19,6 @@ from hexathermal.learn.diagnosis.trials import Delay
 from hexathermal.learn.diagnosis.view import View, read_by
 from hexathermal.learn.signals import RunRows
 from hexathermal.machine.leg_repairs import SensorRepair, repaired
-from hexathermal.machine.leg_signals import Memory
 from hexathermal.poses import FloatArray
 
 
@@ -131,21 +130,13 @@ def _delayed(
     if sensor not in delay.sensors:
         return view.windows_zeroed(rows())
     if not delay.late:
-        return view.windows_zeroed(_behind(view, rows(), delay.stages))
+        return view.windows_zeroed(view.rows.behind(rows(), delay.stages))
     factors = np.ones(1)
     for tau in delay.stages:
         factors = np.convolve(factors, [1.0, tau])
     key = ("rates", sensor, len(delay.stages), delay.smooths, delay.by_motion, alone)
     rates = view.once(key, lambda: _rates(view, rows(), delay), [sensor] if alone else None)
     return np.asarray(np.tensordot(factors, rates, 1))
-
-
-def _behind(view: View, rows: Sequence[FloatArray], stages: tuple[float, ...]) -> Iterator[FloatArray]:
-    """Give rows' values of each run behind low passes, one behind the other, shape (n, k)."""
-    memory = Memory()
-    for signals, goes_on, values in zip(view.signals, view.goes_on, rows, strict=True):
-        memory = memory if goes_on else Memory()
-        yield memory.stages(signals.time, values, stages)
 
 
 def _rates(view: View, rows: Sequence[FloatArray], delay: Delay) -> FloatArray:

@@ -38,6 +38,11 @@ class RunAfterRun:
             memory = memory if goes_on else Memory()
             yield memory
 
+    def behind(self, values: Sequence[FloatArray], time_constants: tuple[float, ...]) -> list[FloatArray]:
+        """Return values in all rows of each run, shape (n, k), behind low passes [s], one behind the other."""
+        runs = zip(self.runs, self.memories(), values, strict=True)
+        return [memory.stages(signals.time, own, time_constants) for signals, memory, own in runs]
+
     def columns(self, shape: str, parameters: Mapping[str, Any]) -> FloatArray:
         """Return a shape's columns in all rows, run after run, shape (n, k)."""
         if self._joined is not None and not OF_ZERO & parameters.keys():

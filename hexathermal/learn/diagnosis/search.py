@@ -10,7 +10,7 @@ from functools import cached_property
 import numpy as np
 
 from hexathermal.learn.diagnosis.borne_out import TRIFLE, borne_out
-from hexathermal.learn.diagnosis.cancelled import all_not_cancelled, most_visible, not_cancelled
+from hexathermal.learn.diagnosis.cancelled import all_not_cancelled, cancels, most_visible
 from hexathermal.learn.diagnosis.channels import Channel, Levels
 from hexathermal.learn.diagnosis.evidence import (
     RHO,
@@ -185,13 +185,13 @@ class Search:
         """Return a trial as it stands beside the null, every noise open to both."""
         own, at = max(zip(self._at(best, pool), pool, strict=True), key=lambda pair: pair[0])
         drift = min(own - max(nulls), believing(best)) + grid - np.log(len(RHO)) * bool(best.rho)
-        most = self._most_visible
-        drift = not_cancelled(best, drift, most)
+        drift = min(drift, 0.0) if cancels(best, self._most_visible) else drift
         joining = self._doubted(as_joined(best, scored), pool, max(nulls))
         joining = self.less_feigned(joining, at, pool[int(np.argmax(nulls))])
         ranked = self.witnesses.heard(Ranked(best.trial.cause, drift, self._unsure(joining, drift, at), at))
         # a fault of a thermometer may be there all the same; of what is late the drift must say something
-        return ranked if best.trial.fault else replace(ranked, value=not_cancelled(ranked.best, ranked.value, most))
+        alone = not best.trial.fault and cancels(ranked.best, self._most_visible)
+        return replace(ranked, value=min(ranked.value, 0.0)) if alone else ranked
 
     def less_feigned(self, scored: Scored, beside: Levels, null: Levels) -> Scored:
         """Return a trial of which thermometers feign the less, the less wanders beside it, in untied offsets too."""

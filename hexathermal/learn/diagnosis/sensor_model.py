@@ -18,7 +18,6 @@ from hexathermal.learn.diagnosis.channels import Channel, Levels
 from hexathermal.learn.diagnosis.parity_windows import PARITY_WINDOW_S, parity_windows
 from hexathermal.learn.diagnosis.smoothing import leading_profiles, smoothed
 from hexathermal.learn.diagnosis.view import View
-from hexathermal.machine.leg_signals import Memory
 from hexathermal.poses import FloatArray
 
 FEWEST_OTHERS = 4
@@ -228,11 +227,7 @@ class SensorModel:
 
     def behind(self, late: tuple[float, ...]) -> list[FloatArray]:
         """Return the profiles in all rows of each run behind low passes of these time constants [s]."""
-        found, memory = list[FloatArray](), Memory()
-        for signals, goes_on, profiles in zip(self.view.signals, self.view.goes_on, self.profiles, strict=True):
-            memory = memory if goes_on else Memory()
-            found.append(memory.stages(signals.time, profiles, late))
-        return found
+        return self.view.rows.behind(self.profiles, late)
 
     @cached_property
     def _products(self) -> list[tuple[FloatArray, FloatArray]]:

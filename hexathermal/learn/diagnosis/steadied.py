@@ -21,7 +21,6 @@ from scipy import linalg
 
 from hexathermal.learn.diagnosis.smoothing import smoothed
 from hexathermal.learn.diagnosis.view import View
-from hexathermal.machine.leg_signals import Memory
 from hexathermal.poses import FloatArray
 
 TIMES_S = (60.0, 120.0, 240.0, 480.0, 960.0, 1920.0, 3840.0, 7680.0)
@@ -83,9 +82,8 @@ class Motion:
     @cached_property
     def _columns(self) -> list[FloatArray]:
         """1, heat of motion behind its low passes, and the air behind its own, in all rows of each run."""
-        found, memory, airs = list[FloatArray](), Memory(), self.view.as_recorded.airs
-        for run, goes_on in zip(self.view.runs, self.view.goes_on, strict=True):
-            memory = memory if goes_on else Memory()
+        found, airs = list[FloatArray](), self.view.as_recorded.airs
+        for run, memory in zip(self.view.runs, self.view.rows.memories(), strict=True):
             signals = run.signals
             heats, _rates = memory.heats(signals.time, signals.q, TIMES_S)
             columns = [np.ones(len(signals.time)), *heats.T]
