@@ -25,7 +25,8 @@ from hexathermal.learn.validation import Validation, validate
 from hexathermal.learn.validation_rows import RowsPredictor
 from hexathermal.poses import FloatArray
 
-KINDS = {"leg": "a leg (drift = A q0 dT + B q dT)", "component": "a component (drift = C dT)"}
+KINDS = {"leg": "a leg (drift = A q0 dT + B q dT)",
+         "component": "a component (drift = C dT, or C dT + D q dT)"}  # fmt: skip
 """Kinds of laws in words."""
 
 

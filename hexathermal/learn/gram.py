@@ -41,10 +41,11 @@ class Columns:
     ----------
     sensors : tuple of str
     stroke : bool
-        Whether there is a displacement q, and with it a coefficient B for each sensor.
+        Whether the law reads a displacement q, and with it has a second coefficient for each sensor.
     centre : float [m]
         Displacement that is subtracted from q, which keeps the columns apart; coefficients do not depend on it.
     retracted_length : float [m]
+        1 for a part that is no leg.
     """
 
     sensors: tuple[str, ...]
@@ -192,7 +193,7 @@ def _checked(block: Block, columns: Columns) -> None:
             f"rows of run {block.run.name} have shape {block.dT.shape}; expected {len(columns.sensors)} sensors"
         )
     if columns.stroke and block.q is None:
-        raise DataError(f"run {block.run.name} has no displacement q (column q_mm), which a leg's law needs")
+        raise DataError(f"run {block.run.name} has no displacement q (column q_mm), which the law needs")
 
 
 def _add_chunk(run: _RunSum, block: Block, part: slice, columns: Columns, buffer: FloatArray) -> None:
@@ -261,7 +262,7 @@ def _chosen(runs: dict[str, _RunSum], columns: Columns) -> Grams:
 
 
 def columns_for(sensors: Sequence[str], leg: LegDimensions | None) -> Columns:
-    """Return the columns of a leg, or of a part without a stroke where `leg` is None."""
+    """Return the columns of a leg, or of a part whose law does not read q where `leg` is None."""
     if leg is None:
         return Columns(tuple(sensors), False)
     return Columns(tuple(sensors), True, 0.5 * (leg.stroke[0] + leg.stroke[1]), leg.retracted_length)

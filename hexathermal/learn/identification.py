@@ -19,10 +19,12 @@ from hexathermal.learn.gram import MOST_MISSING, Columns, Grams, Rows, columns_f
 from hexathermal.learn.law import IdentifiedLaw, Origin, Validity
 from hexathermal.learn.materials import PhysicalCheck, physical_check, profile_warning
 from hexathermal.learn.row_fingerprints import RowFingerprints
-from hexathermal.learn.selection import RankedSets, rank_sets
+from hexathermal.learn.selection import RankedSets, fit_sets, rank_sets
 from hexathermal.learn.sensor_errors import SensorErrors, sensor_errors
+from hexathermal.learn.stroke_choice import LEAST_STROKE, reads_place
 from hexathermal.learn.windows import WindowCollector, WindowSet
 from hexathermal.machine.shown import Shown
+from hexathermal.poses import FloatArray
 
 AUTO = "auto"
 Passing = Callable[[int, int, str], None]
@@ -103,7 +105,7 @@ def identify(
     sensors : sequence of str
         Names of the columns of ``Block.dT``.
     leg : LegDimensions, optional
-        None: a component, ``drift = sum_s C_s dT_s``.
+        None: a component, ``drift = sum_s C_s dT_s``, or ``sum_s C_s dT_s + D_s q dT_s`` where runs left out say so.
     wanted : ``"auto"`` or sequence of str
         Sensors of the law.
     sizes : sequence of int
@@ -129,15 +131,25 @@ def identify(
         No such sensor or material.
     """
     columns, marks = columns_for(sensors, leg), RowFingerprints()
-    wanted_names = None if isinstance(wanted, str) and wanted == AUTO else _names(wanted, columns)
-    grams, windows, ranked = _searched(rows, columns, sizes, marks, progress or (lambda _done, _total, _label: None))
-    choice = _choice(ranked, grams, wanted_names, lacking := _lacking(grams, why))
-    errors = sensor_errors(made := windows.made(), grams.kept_mask, zero == "run")
+    names = None if isinstance(wanted, str) and wanted == AUTO else _names(wanted, columns)
+    say = progress or (lambda _done, _total, _label: None)
+    grams, windows, ranked = _searched(rows, columns, sizes, marks, say)
+    choice, made = _choice(ranked, grams, names, lacking := _lacking(grams, why)), windows.made()
+    placed: tuple[str, ...] = ()
+    if leg is None and windows.placed and made.highest_q - made.lowest_q > LEAST_STROKE:
+        columns = replace(columns, stroke=True, centre=0.5 * (made.lowest_q + made.highest_q))
+        other = _searched(rows, columns, sizes, RowFingerprints(), say)
+        chosen = _choice(other[2], other[0], names, lacking)
+        errors_by_run = _left_out(grams, choice), _left_out(other[0], chosen)
+        if reads_place(*errors_by_run):
+            (grams, windows, ranked), choice, made = other, chosen, other[1].made()
+            placed = (_placed_words(*errors_by_run, grams),)
+    errors = sensor_errors(made, grams.kept_mask, zero == "run")
     fit = _fitted(made, [sensors.index(name) for name in choice.sensors], errors)
     law = _law(made, fit, choice, leg, zero, _origin(origin or Origin(), made, marks), degC)
     check = physical_check(law, material)
-    notes = _notes(grams, lacking, fit, [name for k, name in enumerate(columns.sensors) if k in errors.local])
-    warnings = _warnings(fit, ranked, choice, grams, made) + (check.warnings if check else ())
+    notes = placed + _notes(grams, lacking, fit, [name for k, name in enumerate(columns.sensors) if k in errors.local])
+    warnings = _warnings(fit, ranked, choice, grams, made, leg) + (check.warnings if check else ())
     return Identification(law, fit, ranked, choice, grams, check, notes, warnings + _profile(made, positions))
 
 
@@ -153,6 +165,21 @@ def _searched(
     )
     say(0, 0, "fitting the law")
     return grams, windows, ranked
+
+
+def _left_out(grams: Grams, choice: Choice) -> FloatArray:
+    """Return the mean square errors of a choice on each run left out, shape (R,) [m^2]."""
+    places = np.array([[grams.columns.sensors.index(name) for name in choice.sensors]])
+    return fit_sets(grams, places).left_out[:, 0]
+
+
+def _placed_words(without: FloatArray, with_q: FloatArray, grams: Grams) -> str:
+    """Return that the law of a part reads q, and what that is worth."""
+    one, two = (float(np.sqrt(np.average(errors, weights=grams.rows))) * 1e6 for errors in (without, with_q))
+    return (
+        f"the law reads the displacement, C dT + D q dT: on runs left out it leaves an RMSE of {two:.3f} um, "
+        f"C dT alone {one:.3f} um"
+    )
 
 
 def _fitted(windows: WindowSet, chosen: Sequence[int], errors: SensorErrors) -> LawFit:
@@ -209,7 +236,7 @@ def _law(
     """Return the law as it is kept."""
     chosen = list(fit.sensors)
     dT = np.column_stack([windows.lowest_dT[chosen], windows.highest_dT[chosen]])
-    q = None if leg is None else (windows.lowest_q, windows.highest_q)
+    q = (windows.lowest_q, windows.highest_q) if windows.columns.stroke else None
     return IdentifiedLaw(
         "component" if leg is None else "leg", choice.sensors, fit.coefficients, fit.covariance,
         None if leg is None else leg.retracted_length, None if leg is None else leg.stroke, zero,
@@ -251,14 +278,17 @@ def _notes(grams: Grams, lacking: dict[str, str], fit: LawFit, local: Sequence[s
     return tuple(notes)
 
 
-def _warnings(fit: LawFit, ranked: RankedSets, choice: Choice, grams: Grams, windows: WindowSet) -> tuple[str, ...]:
+def _warnings(
+    fit: LawFit, ranked: RankedSets, choice: Choice, grams: Grams, windows: WindowSet, leg: LegDimensions | None
+) -> tuple[str, ...]:  # fmt: skip
     """Return what a reader must know before trusting the law."""
     warnings = []
     names = [set(one) for one in ranked.names]
     if set(choice.sensors) in names:
         k = names.index(set(choice.sensors))
         if ranked.vif[k] > COLLINEAR_VIF or ranked.condition[k] > COLLINEAR_CONDITION:
-            alike = " + ".join(choice.sensors) if len(choice.sensors) > 1 else f"A and B of {choice.sensors[0]}"
+            both = "C and D" if leg is None else "A and B"
+            alike = " + ".join(choice.sensors) if len(choice.sensors) > 1 else f"{both} of {choice.sensors[0]}"
             warnings.append(
                 f"{alike} show nearly the same (condition number {ranked.condition[k]:.0f}, "
                 f"variance inflation {ranked.vif[k]:.0f}): single coefficients are badly known, predictions are not"

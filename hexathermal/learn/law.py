@@ -72,16 +72,17 @@ class Origin:
 
 @dataclass(frozen=True, eq=False)
 class IdentifiedLaw(Shown):
-    """The law of a leg, ``drift = sum_s A_s q0 dT_s + B_s q dT_s`` (paper, eq. 4), or of a part without a stroke,
-    ``drift = sum_s C_s dT_s``. Terms add ``sum_k a_k shape_k`` (`hexathermal.machine.leg_terms`).
+    """The law of a leg, ``drift = sum_s A_s q0 dT_s + B_s q dT_s`` (paper, eq. 4), or of another part,
+    ``drift = sum_s C_s dT_s``, ``sum_s C_s dT_s + D_s q dT_s`` where what expands goes with its displacement q.
+    Terms add ``sum_k a_k shape_k`` (`hexathermal.machine.leg_terms`).
 
     Attributes
     ----------
     kind : str
-        ``"leg"`` (A and B) or ``"component"`` (C).
+        ``"leg"`` (A and B) or ``"component"`` (C, or C and D).
     sensors : tuple of str
-    coefficients : array, shape (2 k,) [1/K] or (k,) [m/K]
-        ``[A_1 .. A_k, B_1 .. B_k]``, or ``[C_1 .. C_k]``.
+    coefficients : array, shape (2 k,) or (k,)
+        ``[A_1 .. A_k, B_1 .. B_k]`` [1/K], ``[C_1 .. C_k]`` [m/K], or ``[C_1 .. C_k, D_1 .. D_k]`` [m/K, 1/K].
     covariance : array, shape (p, p)
     retracted_length : float or None [m]
     stroke : (float, float) or None [m]
@@ -119,11 +120,12 @@ class IdentifiedLaw(Shown):
     joint_covariance: FloatArray | None = None
 
     def __post_init__(self) -> None:
-        p = len(self.sensors) * (2 if self.kind == "leg" else 1)
-        if self.coefficients.shape != (p,) or self.covariance.shape != (p, p):
+        k, p = len(self.sensors), len(self.coefficients)
+        allowed = (2 * k,) if self.kind == "leg" else (k, 2 * k)
+        if self.coefficients.ndim != 1 or p not in allowed or self.covariance.shape != (p, p):
             raise ArgumentError(
-                f"a law of kind {self.kind!r} with {len(self.sensors)} sensors has {p} coefficients; found "
-                f"{self.coefficients.shape} and covariance {self.covariance.shape}"
+                f"a law of kind {self.kind!r} with {k} sensors has {' or '.join(map(str, allowed))} coefficients; "
+                f"found {self.coefficients.shape} and covariance {self.covariance.shape}"
             )
         if self.kind == "leg" and self.retracted_length is None:
             raise ArgumentError("a leg's law needs the retracted length q0")
@@ -141,13 +143,23 @@ class IdentifiedLaw(Shown):
             object.__setattr__(self, "joint_covariance", frozen(self.joint_covariance))
 
     @property
+    def stroked(self) -> bool:
+        """Whether the law reads the displacement q: each sensor has two coefficients."""
+        return len(self.coefficients) > len(self.sensors)
+
+    @property
+    def length(self) -> float:
+        """What the first coefficients multiply beside the temperature: q0 of a leg [m], 1 of a component."""
+        return 1.0 if self.retracted_length is None else self.retracted_length
+
+    @property
     def A(self) -> FloatArray:
         """Coefficients of the retracted length [1/K]; of a component, C [m/K]."""
         return self.coefficients[: len(self.sensors)]
 
     @property
     def B(self) -> FloatArray:
-        """Coefficients of the stroke [1/K]; empty for a component."""
+        """Coefficients of the stroke [1/K], D of a component; empty where the law does not read q."""
         return self.coefficients[len(self.sensors) :]
 
     @property
@@ -156,12 +168,15 @@ class IdentifiedLaw(Shown):
         return np.sqrt(np.diagonal(self.covariance))
 
     def columns(self, dT: FloatArray, q: FloatArray | None) -> FloatArray:
-        """Return the columns ``q0 dT_s, q dT_s`` (or ``dT_s``) that the coefficients multiply, shape (n, p)."""
-        if self.kind != "leg":
+        """Return the columns that the coefficients multiply, shape (n, p).
+
+        They are ``q0 dT_s, q dT_s`` of a leg, ``dT_s`` or ``dT_s, q dT_s`` of a component.
+        """
+        if not self.stroked:
             return dT
         if q is None:
-            raise ArgumentError("a leg's law needs the displacement q")
-        return np.concatenate([dT * float(self.retracted_length or 0.0), dT * q[:, None]], axis=1)
+            raise ArgumentError(f"this law of a {self.kind} needs the displacement q")
+        return np.concatenate([dT * self.length, dT * q[:, None]], axis=1)
 
     def predict(self, dT: FloatArray | LegSignals, q: FloatArray | None = None) -> FloatArray:
         """Return the predicted drift [m] of rows.
@@ -171,7 +186,7 @@ class IdentifiedLaw(Shown):
         dT : array, shape (n, k) [K], or LegSignals
             Of the law's sensors, in their order; or all rows of a run, which a law with terms or repairs needs.
         q : array, shape (n,) [m]
-            Displacement of the rod, beside an array; None for a component.
+            Displacement, beside an array; None for a law that does not read it.
 
         Returns
         -------
@@ -217,7 +232,7 @@ class IdentifiedLaw(Shown):
     def base_columns(self, signals: LegSignals) -> FloatArray:
         """Return the columns that the coefficients multiply in rows that are repaired, shape (n, p)."""
         dT = np.column_stack([signals.temperature(name) for name in self.sensors])
-        return self.columns(dT, signals.q if self.kind == "leg" else None)
+        return self.columns(dT, signals.q)
 
     def predict_signals(
         self, signals: LegSignals, memory: LegMemory | None = None, run: str | None = None,
@@ -265,7 +280,7 @@ class IdentifiedLaw(Shown):
         added = right.counted(terms_columns(self.terms, right, before))
         X = np.concatenate([self.base_columns(right), added], axis=1)
         own = np.einsum("np,pq,nq->n", X, self.whole_covariance, X)
-        return self._in_rows(own, right.q if self.kind == "leg" else None, right.time)
+        return self._in_rows(own, right.q, right.time)
 
     @property
     def whole_covariance(self) -> FloatArray:
@@ -311,13 +326,13 @@ class IdentifiedLaw(Shown):
             )
         law = self if bench else replace(self, terms=of_leg(self.terms), joint_covariance=None)
         return LegController(law.predict_signals, law.read_sensors, law.terms, law.repairs,
-                             law.retracted_length or 1.0, reference_degC)  # fmt: skip
+                             law.length, reference_degC)  # fmt: skip
 
     def slopes(self, q: FloatArray | None, count: int) -> FloatArray:
-        """Return each sensor's ``A q0 + B q`` in rows, shape (n, k) [m/K]."""
-        if self.kind != "leg" or q is None:
-            return np.broadcast_to(self.A, (count, len(self.sensors)))
-        return np.asarray(self.A * float(self.retracted_length or 0.0) + self.B * q[:, None])
+        """Return each sensor's ``A q0 + B q`` (``C``, ``C + D q``) in rows, shape (n, k) [m/K]."""
+        if not self.stroked or q is None:
+            return np.broadcast_to(self.A * self.length, (count, len(self.sensors)))
+        return np.asarray(self.A * self.length + self.B * q[:, None])
 
     def variance(self, dT: FloatArray, q: FloatArray | None, time: FloatArray) -> FloatArray:
         """Return the variance of ``measured - predicted`` in rows of a new run [m^2].

@@ -38,8 +38,8 @@ TABLES: dict[str, dict[str, str]] = {
          "thermometers": "table!", "origin": "table!", "terms": "tables", "repairs": "tables"},
     "law.leg": {"sensors": "texts!", "A_per_K": "number+!", "B_per_K": "number+!", "covariance_per_K2": "matrix!",
                 "q0_mm": "mm!", "stroke_mm": "mm(2)", "joint_covariance": "matrix"},
-    "law.component": {"sensors": "texts!", "C_um_per_K": "number+!", "covariance_um2_per_K2": "matrix!",
-                      "joint_covariance": "matrix"},
+    "law.component": {"sensors": "texts!", "C_um_per_K": "number+!", "D_um_per_m_K": "number+",
+                      "covariance_um2_per_K2": "matrix!", "joint_covariance": "matrix"},
     "range": {"lowest_dT_K": "number+!", "highest_dT_K": "number+!", "q_mm": "mm(2)", "temperature_degC": "number(2)"},
     "residual": {"row_um": "number!", "landing_um": "number!", "slow_um": "number!", "slow_time_s": "number!",
                  "offset_um": "number!", "interval_factor": "number!"},
@@ -94,9 +94,13 @@ def _document(law: IdentifiedLaw) -> dict[str, Any]:
             table["stroke_mm"] = [_mm(value) for value in law.stroke]
     else:
         table["C_um_per_K"] = _um(law.A)
+        if law.stroked:
+            table["D_um_per_m_K"] = _um(law.B)
         table["covariance_um2_per_K2"] = _um(law.covariance, 2)
     if law.joint_covariance is not None:
-        table["joint_covariance"] = joint_table(law.joint_covariance, _powers(law.kind, len(law.A), law.terms))
+        table["joint_covariance"] = joint_table(
+            law.joint_covariance, _powers(law.kind, len(law.coefficients), law.terms)
+        )
     valid: dict[str, Any] = {
         "lowest_dT_K": law.validity.dT[:, 0].tolist(),
         "highest_dT_K": law.validity.dT[:, 1].tolist(),
@@ -137,9 +141,9 @@ def _document(law: IdentifiedLaw) -> dict[str, Any]:
     }
 
 
-def _powers(kind: str, sensors: int, terms: Sequence[LegTerm]) -> list[int]:
+def _powers(kind: str, count: int, terms: Sequence[LegTerm]) -> list[int]:
     """Return which coefficients and amplitudes are told in millionths (1), and which as they are (0)."""
-    own = [0] * (2 * sensors) if kind == "leg" else [1] * sensors
+    own = [0 if kind == "leg" else 1] * count
     return [*own, *(power_of(term.shape) for term in terms for _amplitude in term.amplitudes)]
 
 
@@ -172,7 +176,7 @@ def read_leg_law(path: str | Path) -> IdentifiedLaw:
     repairs = read_repairs(form, top.get("repairs", ()), ("repairs",))
     _sizes(form, kind, parts)
     form.finish()
-    powers = _powers(kind, len(parts["law"]["sensors"]), terms)
+    powers = _powers(kind, len(parts["law"]["sensors"]) * _each(parts["law"]), terms)
     if "joint_covariance" in parts["law"]:
         check_covariance(form, parts["law"]["joint_covariance"], len(powers), ("law", "joint_covariance"))
         form.finish()
@@ -182,11 +186,17 @@ def read_leg_law(path: str | Path) -> IdentifiedLaw:
     return law
 
 
+def _each(law: dict[str, Any]) -> int:
+    """Return how many coefficients each sensor of a law has."""
+    return 1 if "C_um_per_K" in law and "D_um_per_m_K" not in law else 2
+
+
 def _sizes(form: Form, kind: str, parts: dict[str, dict[str, Any]]) -> None:
     """Complain where lists do not have a value for each sensor, or a matrix is no covariance."""
     sensors = parts["law"]["sensors"]
     k = len(sensors)
-    lists = [("law", key) for key in (("A_per_K", "B_per_K") if kind == "leg" else ("C_um_per_K",))]
+    own: tuple[str, ...] = ("A_per_K", "B_per_K", "C_um_per_K", "D_um_per_m_K")
+    lists = [("law", key) for key in own if key in parts["law"]]
     lists += [("range", "lowest_dT_K"), ("range", "highest_dT_K")]
     lists += [("thermometers", "noise_K"), ("thermometers", "slow_K")]
     for where in lists:
@@ -198,8 +208,11 @@ def _sizes(form: Form, kind: str, parts: dict[str, dict[str, Any]]) -> None:
         elif where[1] in ("A_per_K", "B_per_K"):
             small = np.abs(parts["law"][where[1]]) <= LARGEST_EXPANSION_PER_K
             form.check(where, small, f"within +-{LARGEST_EXPANSION_PER_K:g} /K (1/K is meant)")
+        elif where[1] == "D_um_per_m_K":
+            small = np.abs(parts["law"][where[1]]) <= LARGEST_EXPANSION_PER_K * 1e6
+            form.check(where, small, f"within +-{LARGEST_EXPANSION_PER_K * 1e6:g} um/m/K")
     name = "covariance_per_K2" if kind == "leg" else "covariance_um2_per_K2"
-    matrix, p = parts["law"][name], 2 * k if kind == "leg" else k
+    matrix, p = parts["law"][name], _each(parts["law"]) * k
     if matrix.shape != (p, p):
         form.complain(("law", name), f"law.{name} has shape {matrix.shape}; expected ({p}, {p})")
     elif not np.allclose(matrix, matrix.T, rtol=1e-9, atol=0.0):
@@ -242,11 +255,12 @@ def _law(
         coefficients = np.concatenate([np.atleast_1d(law["A_per_K"]), np.atleast_1d(law["B_per_K"])])
         covariance, q0 = law["covariance_per_K2"], float(law["q0_mm"])
     else:
-        coefficients = np.atleast_1d(_from_um(raw["law"]["C_um_per_K"]))
+        told = [raw["law"][key] for key in ("C_um_per_K", "D_um_per_m_K") if key in raw["law"]]
+        coefficients = np.concatenate([np.atleast_1d(_from_um(values)) for values in told])
         covariance, q0 = _from_um(raw["law"]["covariance_um2_per_K2"], 2), None
     joint = None
     if "joint_covariance" in law:
-        joint = joint_matrix(raw["law"]["joint_covariance"], _powers(kind, len(law["sensors"]), terms))
+        joint = joint_matrix(raw["law"]["joint_covariance"], _powers(kind, len(coefficients), terms))
     dT = np.column_stack([np.atleast_1d(valid["lowest_dT_K"]), np.atleast_1d(valid["highest_dT_K"])])
     um = {key: _from_um(raw["residual"][f"{key}_um"]) for key in ("row", "landing", "slow", "offset")}
     return IdentifiedLaw(

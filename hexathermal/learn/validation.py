@@ -206,7 +206,7 @@ class _Run:
     def drawn(self, name: str, law: IdentifiedLaw) -> RunCurves:
         """Return what the run's figure shows."""
         table = np.concatenate(self.curves)
-        q = table[:, 1] if law.kind == "leg" else None
+        q = table[:, 1] if law.stroked else None
         return RunCurves(name, table[:, 0], q, table[:, 5:], table[:, 2], table[:, 3], table[:, 4])
 
 
@@ -271,7 +271,7 @@ def validate(
     ArgumentError
         A law with terms has no `predictor`.
     DataError
-        There are no rows, or a leg's law meets a part without q.
+        There are no rows, or a law that reads q meets a run without it.
     """
     return _summary(law, *_gathered(law, blocks, sensors, predictor))
 
@@ -298,8 +298,8 @@ def _gathered(
     runs: dict[str, _Run] = {}
     marks, lost = RowFingerprints(), 0
     for block in marks.passing(blocks):
-        if law.kind == "leg" and block.q is None:
-            raise DataError(f"run {block.run.name} has no displacement q_mm, which a leg's law needs")
+        if law.stroked and block.q is None:
+            raise DataError(f"run {block.run.name} has no displacement q_mm, which the law of this {law.kind} needs")
         good = _readable(law, block, sensors) & np.isfinite(block.drift)
         if block.q is not None:
             good &= np.isfinite(block.q)
@@ -329,7 +329,7 @@ def _summary(law: IdentifiedLaw, runs: dict[str, _Run], fitted: dict[str, str], 
     whole = np.array([sums[name] for name in judged]).sum(axis=0)
     outside = np.array([run.outside for run in judged.values()]).sum(axis=0) / whole[0]
     beyond = {"dT": float(outside[0]), "q": float(outside[1])}
-    motion = motion_groups(run.motion for run in judged.values()) if law.kind == "leg" else ()
+    motion = motion_groups(run.motion for run in judged.values()) if law.stroked else ()
     halves = {name: float(row[8] / row[0]) for name, row in sums.items()}
     notes = (*_notes(each, beyond, halves), *_doubts(law, runs, fitted, lost))
     notes += tuple(

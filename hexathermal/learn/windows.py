@@ -94,10 +94,15 @@ class WindowCollector:
     columns : Columns
     kept : array of bool, shape (s,)
         Sensors that must have a value in a row that is used; the others count as zero.
+
+    Attributes
+    ----------
+    placed : bool
+        Whether all blocks so far told the displacement.
     """
 
     def __init__(self, columns: Columns, kept: npt.NDArray[np.bool_]) -> None:
-        self.columns, self.kept = columns, kept
+        self.columns, self.kept, self.placed = columns, kept, True
         self._runs: dict[str, MergedSums] = {}
         self._last: dict[str, int] = {}
         self._open: tuple[str, int, float, int] = ("", -1, 0.0, -1)
@@ -115,6 +120,7 @@ class WindowCollector:
         """Add the rows of a block."""
         dT = block.dT if self.kept.all() else np.where(self.kept, block.dT, 0.0)
         q = np.zeros(len(block)) if block.q is None else block.q
+        self.placed &= block.q is not None
         good = np.isfinite(block.drift) & np.isfinite(dT).all(axis=1) & np.isfinite(q)
         if not good.any():
             return

@@ -68,7 +68,8 @@ class Shown:
 def parameter(name: str, quantity: Quantity, kind: str = "leg") -> Shown:
     """Return a parameter in a unit that people measure in.
 
-    A part without a stroke has no length that a temperature acts on: its coefficients are lengths for a kelvin.
+    A part that is no leg has no length that a temperature acts on: its coefficients are lengths for a kelvin, but for
+    those that multiply its displacement.
 
     Examples
     --------
@@ -78,10 +79,10 @@ def parameter(name: str, quantity: Quantity, kind: str = "leg") -> Shown:
     >>> parameter("time_constant_s", Quantity(240.0, 180.0, "s")).cells  # never below zero
     ('4.0', '3.0', 'below 9.9')
     """
-    from hexathermal.learn.diagnosis.words import POSITIVE, workshop
+    from hexathermal.learn.diagnosis.words import ALONG, POSITIVE, workshop
 
     unit, factor = workshop(quantity)
-    if kind != "leg":
+    if kind != "leg" and name != ALONG:
         unit = unit.replace("/m/K", "/K")
     if unit.startswith(("um per ", "um/m per ")) and abs(quantity.value * factor) < 1e-3:
         unit, factor = unit.replace("um", "pm", 1), factor * 1e6
@@ -343,14 +344,6 @@ ADVICE = {
 }
 """What to look for, by what the name of something unexplained holds."""
 
-OUT_AND_WARM = "displacement and temperature"
-EACH_PLACE = (
-    " The law of a part knows no displacement: one that is measured where its slide stands, as a screw is at its nut, "
-    "expands by more the farther out that is, and its law here is that of a middle place. Take the runs, or the rows, "
-    "of one place for a campaign of its own, and compare the laws of several places."
-)
-"""The same for a part whose expansion goes with its stroke."""
-
 
 def unexplained_words(found: Diagnosis) -> str:
     """Return what to do where something real has no name."""
@@ -361,7 +354,6 @@ def unexplained_words(found: Diagnosis) -> str:
         "catalogue explains that. Look at the pictures of that signal, and at what changes with it on the bench: it is "
         "real, and it is not noise. The law was left as it is."
         + "".join(advice for shape, advice in ADVICE.items() if shape in (found.follows or ""))
-        + EACH_PLACE * (found.law.kind == "component" and OUT_AND_WARM in (found.follows or ""))
     )
 
 

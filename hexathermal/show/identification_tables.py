@@ -40,11 +40,17 @@ def _part(value: float) -> str:
 
 def coefficient_rows(law: IdentifiedLaw) -> list[tuple[str, float, float, str]]:
     """Return name, value, standard uncertainty and unit of each coefficient."""
-    unit = "um/m/K" if law.kind == "leg" else "um/K"
-    symbols = ("A", "B") if law.kind == "leg" else ("C",)
-    names = [f"{symbol} {sensor}" for symbol in symbols for sensor in law.sensors]
+    each = (("A", "um/m/K"), ("B", "um/m/K")) if law.kind == "leg" else (("C", "um/K"), ("D", "um/m/K"))
+    names = [(f"{symbol} {sensor}", unit) for symbol, unit in each[: 1 + law.stroked] for sensor in law.sensors]
     values, u = law.coefficients * 1e6, law.standard_uncertainty * 1e6
-    return [(name, float(v), float(s), unit) for name, v, s in zip(names, values, u, strict=True)]
+    return [(name, float(v), float(s), unit) for (name, unit), v, s in zip(names, values, u, strict=True)]
+
+
+def law_formula(law: IdentifiedLaw) -> str:
+    """Return what the coefficients multiply, to be summed over sensors."""
+    if law.kind == "leg":
+        return "A q0 dT + B q dT"
+    return "C dT + D q dT" if law.stroked else "C dT"
 
 
 def law_table(found: Identification, pretty: bool) -> Table:

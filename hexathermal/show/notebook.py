@@ -38,7 +38,14 @@ from hexathermal.show.budget_tables import bias_table, contributions_table
 from hexathermal.show.extension_tables import term_cells, term_facts
 from hexathermal.show.hexapod_tables import hexapod_laws_table, hexapod_validation_table, kinds_table, unit_of
 from hexathermal.show.html_tables import from_table
-from hexathermal.show.identification_tables import coefficient_rows, gain_table, law_table, sets_table, validation_table
+from hexathermal.show.identification_tables import (
+    coefficient_rows,
+    gain_table,
+    law_formula,
+    law_table,
+    sets_table,
+    validation_table,
+)
 from hexathermal.show.notebook_drawing import machine_drawing
 from hexathermal.show.tables import law_tables, leg_facts, machine_facts, thermal_facts, thermal_tables
 from hexathermal.show.tables import machine_tables as tables_of_machine
@@ -141,7 +148,7 @@ def _leg_law(law: LegLaw) -> list[str]:
 
 def _identified_law(law: IdentifiedLaw) -> list[str]:
     """Return a law with its uncertainty, and where it holds."""
-    form = "sum of A q0 dT + B q dT" if law.kind == "leg" else "sum of C dT"
+    form = f"sum of {law_formula(law)}"
     rows = [(name, f"{value:.4f}", f"{u:.4f}", f"{value - TWO_SIDED * u:.4f} to {value + TWO_SIDED * u:.4f}", unit)
             for name, value, u, unit in coefficient_rows(law)]  # fmt: skip
     parts = [

@@ -235,7 +235,7 @@ def _sensors(found: Identification) -> Section:
 
 def _law(law: IdentifiedLaw, found: Identification | None, given: bool) -> Section:
     """Return the law with its uncertainty."""
-    form = "Σ A q0 ΔT + B q ΔT" if law.kind == "leg" else "Σ C ΔT"
+    form = f"Σ {identification_tables.law_formula(law)}".replace("dT", "ΔT")
     source = law.origin.title or "a campaign without a title"
     whose = (
         f"The law that was given, identified from {source}" if given else "The law that the runs of this campaign give"

@@ -111,7 +111,7 @@ def base_law(
     if sensors is not None:
         return identify_campaign(campaign, tuple(sensors), read=read).law
     chosen = identify_campaign(campaign, "auto", read=read).law
-    likelier = likelier_sensors(view_of(campaign, rows, chosen.sensors))
+    likelier = likelier_sensors(view_of(campaign, rows, chosen.sensors, placed=chosen.stroked))
     return chosen if likelier == chosen.sensors else identify_campaign(campaign, likelier, read=read).law
 
 
@@ -132,7 +132,7 @@ def searched(
     repairs : tuple of SensorRepair
     """
     said = progress if progress is not None else (lambda _done, _total, _label: None)
-    first = stage = _first(view_of(campaign, rows, law.sensors), repairs)
+    first = stage = _first(view_of(campaign, rows, law.sensors, placed=law.stroked), repairs)
     said(1, MOST_EFFECTS + 2, "trying causes")
     threshold = _threshold(first)
     stage = tolerant(stage, threshold)

@@ -97,7 +97,7 @@ def _diagnosed(
     base = base_law(campaign, rows, sensors, law)
     refuse_silent(rows, base.sensors)
     judged = campaign_rows(campaign, "validation")
-    plain = view_of(campaign, (*rows, *judged_runs(judged, (base,))[0]), base.sensors)
+    plain = view_of(campaign, (*rows, *judged_runs(judged, (base,))[0]), base.sensors, placed=base.stroked)
     plugs = exchanges_between_runs(plain)
     repairs = tuple(one.repair for one in plugs)
     sound = [reduce(mended, repairs, one) for one in rows]
@@ -126,7 +126,7 @@ def _diagnosed(
     )  # fmt: skip
     return Diagnosis(
         verdict, probability, effects, follows, candidates, base, extended, gained(base, extended, seen, read),
-        reachable(campaign, last, held, base.sensors), last.channel.counted(last.levels), course.threshold, limits,
+        reachable(campaign, last, held, base), last.channel.counted(last.levels), course.threshold, limits,
         confusions, next_experiments(course, limits, confusions, _candidates(course, ())),
         run_residuals(campaign, rows, held, base, extended), campaign.title, notes, whiteness(course),
         None if law is None else Given(law, gained(law, base, seen, read)), doubtful,

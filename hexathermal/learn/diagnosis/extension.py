@@ -91,7 +91,7 @@ def _with_values(blocks: Iterable[Block], sensors: Sequence[int]) -> Iterator[Bl
                           inputs=block.inputs[good], air=block.air[good])  # fmt: skip
 
 
-def reachable(campaign: Campaign, last: Stage, rows: Sequence[RunRows], base: tuple[str, ...]) -> float | None:
+def reachable(campaign: Campaign, last: Stage, rows: Sequence[RunRows], law: IdentifiedLaw) -> float | None:
     """Return the RMSE [m] on validation runs of a free fit: all other temperatures and flexible columns, shrunk.
 
     It is fitted on the runs for identification by ridge regression whose strength is chosen on runs left out. What it
@@ -101,7 +101,7 @@ def reachable(campaign: Campaign, last: Stage, rows: Sequence[RunRows], base: tu
         return None
     for repair in last.repairs:
         rows = [mended(one, repair) for one in rows]
-    fresh = Stage(view_of(campaign, rows, base))
+    fresh = Stage(view_of(campaign, rows, law.sensors, placed=law.stroked))
     if fresh.view.sensors != last.view.sensors:
         return None
     train, held = _free_columns(last), _free_columns(fresh)

@@ -12,11 +12,12 @@ import numpy as np
 from hexathermal.learn.diagnosis.common_error import doubted_alike, outside
 from hexathermal.learn.diagnosis.evidence import Scored
 from hexathermal.learn.diagnosis.read_later import read_later
+from hexathermal.learn.diagnosis.run_after_run import read_by
 from hexathermal.learn.diagnosis.sensor_model import FEWEST_DOUBTING, SensorModel, sensor_model
 from hexathermal.learn.diagnosis.smoothing import smoothed
 from hexathermal.learn.diagnosis.steadied import motion_of
 from hexathermal.learn.diagnosis.trials import Delay
-from hexathermal.learn.diagnosis.view import View, read_by
+from hexathermal.learn.diagnosis.view import View
 from hexathermal.learn.signals import RunRows
 from hexathermal.machine.leg_repairs import SensorRepair, repaired
 from hexathermal.poses import FloatArray

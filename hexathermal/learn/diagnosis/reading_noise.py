@@ -13,7 +13,7 @@ import numpy as np
 
 from hexathermal.learn.diagnosis.recorded import reading
 from hexathermal.learn.diagnosis.smoothing import SMOOTHED_S
-from hexathermal.learn.diagnosis.trials import STEEPEST
+from hexathermal.learn.diagnosis.steepest import believed
 from hexathermal.learn.diagnosis.view import View
 
 
@@ -29,8 +29,8 @@ def with_reading_noise(view: View) -> View:
     sizes = channel.loose(law)
     levels = channel.fitted(law, sizes)[0]
     mean = channel.solved(law, sizes, levels)[1]
-    A, B = mean.reshape(2, -1) if view.kind == "leg" else (mean, np.zeros(len(mean)))
-    B = np.clip(B, -STEEPEST * np.abs(A), STEEPEST * np.abs(A))
+    A, B = mean.reshape(2, -1) if view.stroked else (mean, np.zeros(len(mean)))
+    B = believed(view, A, B)
     total = 0.0
     for name, a, b in zip(view.base, A, B, strict=True):
         _step, noise = view.once(("reading", name), partial(reading, view.runs, name), [name])

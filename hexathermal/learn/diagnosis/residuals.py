@@ -68,7 +68,7 @@ def run_residuals(
     found = []
     for runs in (rows, held):
         if runs:
-            view = view_of(campaign, runs, law.sensors)
+            view = view_of(campaign, runs, law.sensors, placed=law.stroked)
             found += [_residual(view, k, law, extended, past[runs[k].run.name]) for k in range(len(runs))]
     return tuple(found)
 

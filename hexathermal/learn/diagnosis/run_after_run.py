@@ -89,3 +89,9 @@ def _all(values: Sequence[FloatArray | None]) -> FloatArray | None:
     """Return the rows of all runs; None where one has none."""
     known = [own for own in values if own is not None]
     return np.concatenate(known) if len(known) == len(values) else None
+
+
+def read_by(parameters: Mapping[str, Any]) -> frozenset[str]:
+    """Return the thermometers that a shape with such parameters reads."""
+    own = [parameters["sensor"]] if "sensor" in parameters else []
+    return frozenset(own) | frozenset(parameters.get("weights", ()))

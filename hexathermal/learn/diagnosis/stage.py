@@ -51,18 +51,21 @@ MOST_OWN, LARGE_SHARE = 0.5, 0.9
 is divided by what it has of its part."""
 
 
-def view_of(campaign: Campaign, runs: Sequence[RunRows], base: tuple[str, ...]) -> View:
-    """Return runs, as they were made, as the diagnosis sees them: what has no values in one of them is left out."""
+def view_of(campaign: Campaign, runs: Sequence[RunRows], base: tuple[str, ...], *, placed: bool = False) -> View:
+    """Return runs, as they were made, as the diagnosis sees them: what has no values in one of them is left out.
+
+    `base` are the law's thermometers; `placed` says that the law of a component reads the displacement.
+    """
     order = [run.name for run in campaign.runs]
     runs = sorted(runs, key=lambda rows: order.index(rows.run.name))
     silent, inputs = silent_sensors(runs), silent_inputs(runs)
     sensors = tuple(name for name in campaign.sensors if name not in silent)
-    placed = [item for item in campaign.thermocouples if item.position is not None]
+    places = [item for item in campaign.thermocouples if item.position is not None]
     return View(
         tuple(without_inputs(rows, inputs) for rows in runs), sensors, base, campaign.kind, campaign.zero == "run",
         campaign.beams.dead_path if campaign.beams is not None else 0.0,
-        {item.name: float(item.position or 0.0) for item in placed},
-        tuple(order),
+        {item.name: float(item.position or 0.0) for item in places},
+        tuple(order), placed=placed,
     )  # fmt: skip
 
 

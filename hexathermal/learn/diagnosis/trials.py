@@ -12,6 +12,7 @@ import numpy as np
 from hexathermal.learn.diagnosis.channels import Levels
 from hexathermal.learn.diagnosis.recorded import noisy_sensors, reading
 from hexathermal.learn.diagnosis.sensor_model import Parity, SensorModel, sensor_model
+from hexathermal.learn.diagnosis.steepest import believed
 from hexathermal.learn.diagnosis.view import View
 from hexathermal.poses import FloatArray
 
@@ -32,9 +33,6 @@ USUAL_BIAS_K = 0.05
 
 ASKED = 5
 """Thermometers outside the law that are asked for their bias."""
-
-STEEPEST = 1.5
-"""Largest B over A that is believed: a scale that is off makes B look as large as it likes."""
 
 DRAWN_OUT = 0.5
 """Travels of the rod that are out already where it is farthest in, of a screw that is warm as far as it is out."""
@@ -263,7 +261,7 @@ class Workbench:
     ----------
     view : View
     ratios : dict of str to float
-        B / A of each sensor of the law; 0 for a component.
+        B / A of each sensor of the law (D / C [1/m]); 0 where it reads no place.
     slopes : dict of str to float
         A of each sensor [1/K] (C [m/K]).
     noise : float [m]
@@ -281,10 +279,10 @@ class Workbench:
         self.view, self.noise, self.slow = view, noise, noise if slow is None else slow
         k = len(view.base)
         A = coefficients[:k]
-        B = coefficients[k : 2 * k] if view.kind == "leg" else np.zeros(k)
+        B = coefficients[k : 2 * k] if view.stroked else np.zeros(k)
         self.slopes = dict(zip(view.base, A.tolist(), strict=True))
         safe = np.where(np.abs(A) > 1e-12, A, 1e-12)
-        self.ratios = dict(zip(view.base, np.clip(B / safe, -STEEPEST, STEEPEST).tolist(), strict=True))
+        self.ratios = dict(zip(view.base, (believed(view, safe, B) / safe).tolist(), strict=True))
         self._models = {} if models is None else models
 
     def model(self, sensor: str) -> SensorModel | None:
@@ -300,7 +298,7 @@ class Workbench:
     @cached_property
     def main(self) -> str:
         """The sensor of the law with the largest share of the drift."""
-        size = [abs(self.slopes[name]) * self.view.temperatures(name).std() for name in self.view.base]
+        size = [abs(self.moved_by(name)) * self.view.temperatures(name).std() for name in self.view.base]
         return self.view.base[int(np.argmax(size))]
 
     @cached_property

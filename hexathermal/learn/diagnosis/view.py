@@ -11,7 +11,7 @@ import numpy as np
 
 from hexathermal.learn.diagnosis.channels import Channel
 from hexathermal.learn.diagnosis.pieces import Pieces, Pooled, going_on, mean_signals, pieces_of, pooled
-from hexathermal.learn.diagnosis.run_after_run import RunAfterRun
+from hexathermal.learn.diagnosis.run_after_run import RunAfterRun, read_by
 from hexathermal.learn.diagnosis.smoothing import noise_left, smoothed
 from hexathermal.learn.signals import RunRows, follows_on
 from hexathermal.machine.leg_signals import LegSignals, Memory
@@ -52,6 +52,8 @@ class View:
         ``[A .. B ..]`` of the law's thermometers whose slow errors are what wanders in the drift, as their length does.
     floor : array, shape (n,), optional [m]
         Least noise of each window; by default none.
+    placed : bool
+        Whether the law of a component reads the displacement, as a leg's does.
     """
 
     runs: tuple[RunRows, ...]
@@ -65,6 +67,12 @@ class View:
     smooths: bool = True
     erring: FloatArray | None = None
     floor: FloatArray | None = None
+    placed: bool = False
+
+    @property
+    def stroked(self) -> bool:
+        """Whether the law has two coefficients a sensor, that of a length and that of the displacement."""
+        return self.kind == "leg" or self.placed
 
     @cached_property
     def as_recorded(self) -> View:
@@ -338,12 +346,12 @@ class View:
         return self.windows_zeroed([rows.signals.dT[sensor] for rows in self.runs])[:, 0]
 
     def span(self, ratio: float) -> FloatArray:
-        """Return ``q0 + ratio q`` in windows [m]; 1 for a component."""
+        """Return ``q0 + ratio q`` in windows [m]; q0 is 1 for a component."""
         return np.asarray(self.length + ratio * self.q)
 
     @cached_property
     def base_columns(self) -> FloatArray:
-        """``q0 dT_s`` and ``q dT_s`` of the law's sensors (``dT_s`` of a component's), shape (n, p)."""
+        """``q0 dT_s`` and ``q dT_s`` of the law's sensors (``dT_s`` where it reads no place), shape (n, p)."""
         return self.base_of([self.temperatures(name) for name in self.base])
 
     def quick(self, sensor: str) -> FloatArray:
@@ -387,12 +395,6 @@ class View:
     def base_of(self, temperatures: Sequence[FloatArray]) -> FloatArray:
         """Return the law's columns of temperatures in windows."""
         table = np.column_stack(temperatures)
-        if self.kind != "leg":
+        if not self.stroked:
             return table
         return np.concatenate([self.length * table, self.q[:, None] * table], axis=1)
-
-
-def read_by(parameters: Mapping[str, Any]) -> frozenset[str]:
-    """Return the thermometers that a shape with such parameters reads."""
-    own = [parameters["sensor"]] if "sensor" in parameters else []
-    return frozenset(own) | frozenset(parameters.get("weights", ()))

@@ -10,7 +10,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from hexathermal.learn.diagnosis.trials import STEEPEST
+from hexathermal.learn.diagnosis.steepest import believed
 from hexathermal.learn.diagnosis.view import View
 
 LIKELIER = 1.0
@@ -27,7 +27,7 @@ def with_wandering(view: View) -> View:
     ----------
     view : View
     """
-    if view.kind != "leg" or not view.moves:
+    if not view.stroked or not view.moves:
         return view
     law, channel = view.base_columns, view.channel
     place = 2.0 * (view.q - view.q.min()) / np.ptp(view.q) - 1.0
@@ -35,6 +35,6 @@ def with_wandering(view: View) -> View:
     sizes = channel.loose(columns)
     levels, alone = channel.fitted(columns, sizes)
     A, B = channel.solved(columns, sizes, levels)[1][: law.shape[1]].reshape(2, -1)
-    other = replace(view, erring=np.concatenate([A, np.clip(B, -STEEPEST * np.abs(A), STEEPEST * np.abs(A))]))
+    other = replace(view, erring=np.concatenate([A, believed(view, A, B)]))
     _, told = other.channel.fitted(columns, sizes, levels)
     return other if told > alone + LIKELIER else view

@@ -71,8 +71,11 @@ POSITIVE = ("time_constant_s", "source_time_constant_s", "pitch_m", "play_m", "s
 AIR = "air-refraction"
 """The cause whose share below none has a sense of its own."""
 
+ALONG = "B_per_K"
+"""The coefficient that multiplies the displacement, of whatever part."""
+
 PER_KELVIN = ("1/K", "1/K^2", "1/K^3")
-"""Units of a leg's expansion; of a part without a stroke it is a length."""
+"""Units of a leg's expansion; of another part it is a length."""
 
 RATE_ERROR = 0.15
 """What rates that motion tells may be wrong by: 330 and 131 s of lateness were 378 and 114."""
@@ -118,13 +121,11 @@ def effect_of(found: Found, stage: Stage, final: Stage, covariance: FloatArray, 
     amplitudes, spread = _amplitudes(found, final, mean, covariance)
     if trial.shape:
         names, unit, factor = amplitudes_of(trial.shape, len(amplitudes))
-        if stage.view.kind != "leg" and unit in PER_KELVIN:
-            # a part without a stroke: lengths for a kelvin
-            unit, factor = unit.replace("1/", "um/"), UM
         if "source" in trial.parameters:
             unit = of_source(trial.parameters)
         for name, value, std in zip(names, amplitudes, spread, strict=True):
-            parameters[name] = Quantity(float(value * factor), float(std * factor), unit)
+            own, times = (unit, factor) if stage.view.kind == "leg" else of_part(name, unit, factor)
+            parameters[name] = Quantity(float(value * times), float(std * times), own)
         if trial.shape == BY_MOTION:  # a rate knows no time: its amplitude over the law's, as it was found, does
             late = trial.parameters["time_constant_s"] / stage.bench.slopes[str(trial.target)]
             said, error = late * found.amplitudes[0], abs(late) * found.spread[0]
@@ -151,6 +152,17 @@ def effect_of(found: Found, stage: Stage, final: Stage, covariance: FloatArray, 
     sentence = sentence.removesuffix(".") + _doubts(found, amplitudes, spread) + "."
     return Effect(trial.cause, trial.target, parameters, settings, found.decision.probability,
                   found.decision.equivalent, visible, sentence, found.joined)  # fmt: skip
+
+
+def of_part(name: str, unit: str, factor: float) -> tuple[str, float]:
+    """Return unit and factor of an amplitude of a part that is no leg: the length that it acts on is 1 m.
+
+    >>> of_part("A_per_K", "1/K", 1.0), of_part("B_per_K", "1/K", 1.0), of_part("amplitude", "1 per rpm", 1.0)
+    (('um/K', 1000000.0), ('1/K', 1.0), ('m per rpm', 1.0))
+    """
+    if unit in PER_KELVIN and name != ALONG:
+        return unit.replace("1/", "um/"), UM
+    return unit.replace("1 per", "m per"), factor
 
 
 def of_source(parameters: Mapping[str, Any]) -> str:

@@ -48,12 +48,12 @@ def trials(bench: Workbench) -> Iterator[Trial]:
     That of motion may warm the screw alone, behind the nut: it acts on what is out of it.
     """
     view = bench.view
-    lengths: tuple[dict[str, Any], ...] = ({},) if view.kind != "leg" else ({}, {"ratio": bench.ratios[bench.main]})
+    lengths: tuple[dict[str, Any], ...] = ({},) if not view.stroked else ({}, {"ratio": bench.ratios[bench.main]})
     sources = [("motion", 1), ("motion", 2)] if view.moves else []
     sources += [(name, power) for name in view.runs[0].signals.inputs for power in (1, 2)]
     for source, power in sources:
         for tau in TIMES_S:
-            if view.kind == "leg" and source == "motion":
+            if view.stroked and source == "motion":
                 yield bench.term(CAUSE.name, "stored-heat", source, source=source, time_constant_s=tau, power=power,
                                  ratio=bench.along_screw)  # fmt: skip
             rubbed = {"source_time_constant_s": tau / STAGES}

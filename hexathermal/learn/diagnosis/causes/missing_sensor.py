@@ -33,8 +33,8 @@ slow bias would else hide what it stands for, where another thermometer of the l
 def trials(bench: Workbench) -> Iterator[Trial]:
     """Give each other thermometer, acting on the retracted length, as the law's own, or with its own A and B."""
     view = bench.view
-    ratios = sorted({0.0, bench.ratios[bench.main]} if view.kind == "leg" else {0.0})
-    ratios += [bench.along_screw] if view.kind == "leg" and view.moves else []
+    ratios = sorted({0.0, bench.ratios[bench.main]} if view.stroked else {0.0})
+    ratios += [bench.along_screw] if view.stroked and view.moves else []
     asked = [sensor for sensor in view.sensors if sensor not in view.base and sensor not in bench.noisy]
     terms = []
     for sensor in asked:
@@ -47,7 +47,7 @@ def trials(bench: Workbench) -> Iterator[Trial]:
         for ratio in ratios:
             raw = view.span(ratio) * view.recorded(sensor)
             yield Trial(CAUSE.name, raw[:, None], sensor, "temperature", {"sensor": sensor, "ratio": ratio})
-        if view.kind == "leg" and view.moves:
+        if view.stroked and view.moves:
             yield bench.term(CAUSE.name, "expansion", sensor, quick=True, sensor=sensor)
     if asked and view.kind != "leg" and view.moves:
         yield from _warmed(bench, asked, terms)

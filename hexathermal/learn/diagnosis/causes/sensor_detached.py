@@ -110,7 +110,7 @@ def trials(bench: Workbench) -> Iterator[Trial]:
             lost = off * (told - own)
             asked = loss in promising
             # of a thermometer that never sat on the part the law's own B over A says nothing
-            apart = loss.begun and view.kind == "leg" and view.moves
+            apart = loss.begun and view.stroked and view.moves
             columns = np.column_stack([view.q, np.full(len(lost), view.length)]) if apart else span[:, None]
             price = math.log(KINDS * SCANNED / len(even))
             whole = Trial(CAUSE.name, columns * lost[:, None], sensor, "", _where(model, loss), partly=True,
