@@ -1,9 +1,9 @@
 """Rows of a run that may be used: cleaned, zeroed, numbered by rest, as a stream in constant memory.
 
 The order of the steps: clock; missing values, missing codes, stuck channels and spikes of each channel; beams that lose
-count while the rod moves; rows that are not settled; beams that spike or lose count; the index of air; the zero. Each
-leaves a reason and a count in a `CleaningRecord`. A value that is left out is NaN in `Block.dT`; a row without a drift
-is left out. Tables are never altered, and what comes out does not depend on the size of the blocks.
+count while the rod moves; rows that are not settled, or move; beams that spike or lose count; the index of air; the
+zero. Each leaves a reason and a count in a `CleaningRecord`. A value that is left out is NaN in `Block.dT`; a row
+without a drift is left out. Tables are never altered, and what comes out does not depend on the size of the blocks.
 """
 
 from __future__ import annotations
@@ -23,6 +23,7 @@ from hexathermal.learn.cleaning_beam_scales import beam_scales, measured, restin
 from hexathermal.learn.cleaning_beams import BeamRules, without_missing
 from hexathermal.learn.cleaning_channels import (
     SMALLEST_MOVE_M,
+    UNSETTLED,
     ChannelRules,
     displaced,
     in_order,
@@ -31,6 +32,7 @@ from hexathermal.learn.cleaning_channels import (
 )
 from hexathermal.learn.cleaning_moving_steps import without_moving_steps
 from hexathermal.learn.cleaning_record import NOTED, ROW, CleaningRecord, Ledger
+from hexathermal.learn.cleaning_rests import MOVES, with_rests
 from hexathermal.learn.cleaning_rules import noise_of
 from hexathermal.learn.cleaning_sheets import Sheet, sheets_of
 from hexathermal.learn.interferometer import corrected_beams, index_along_run
@@ -130,7 +132,8 @@ class UsableBlocks(Iterator[Block]):
         rules = ChannelRules(self.campaign, study[0], self._ledger)
         sheets = without_moving_steps(displaced(rules.cleaned(sheets), self._ledger), self._ledger)
         whole = self._watched(self._aired(sheets, table))
-        good = without_missing(settled_rows(whole, self._ledger), self._ledger)
+        why = UNSETTLED if any(column.part == "settled" for column in table.columns) else MOVES
+        good = without_missing(settled_rows(with_rests(whole), self._ledger, why), self._ledger)
         first, rest = studied(good)
         if not first:
             return

@@ -27,6 +27,8 @@ from hexathermal.learn.cleaning_stuck import STUCK_RULE, Scales, scales_of, stuc
 from hexathermal.machine.leg_signals import SMALLEST_MOVE
 from hexathermal.poses import FloatArray
 
+UNSETTLED = "settled is not 1: the part moves or still vibrates"
+
 PIECE_ROWS = 8192
 """Rows that are cleaned at a time."""
 
@@ -242,7 +244,7 @@ def _off_beams(sheet: Sheet) -> Flags:
     return np.asarray(off & ((q > around.max(axis=1) + DISPLACED_M) | (q < around.min(axis=1) - DISPLACED_M)))
 
 
-def settled_rows(sheets: Iterator[Sheet], ledger: Ledger) -> Iterator[Sheet]:
+def settled_rows(sheets: Iterator[Sheet], ledger: Ledger, why: str = UNSETTLED) -> Iterator[Sheet]:
     """Leave out rows that are not settled, or without a displacement; mark the rows behind them as fresh."""
     count, last = 0, 0
     for sheet in sheets:
@@ -251,7 +253,7 @@ def settled_rows(sheets: Iterator[Sheet], ledger: Ledger) -> Iterator[Sheet]:
         if sheet.settled.shape[1]:
             value = sheet.settled[:, 0]
             unknown, moving = np.isnan(value), value == 0.0
-            ledger.note("not settled", "row", ROW, "settled is not 1: the part moves or still vibrates", moving, time)
+            ledger.note("not settled", "row", ROW, why, moving, time)
             ledger.note("not settled", "row", ROW, "settled holds no number", unknown, time)
             keep &= value == 1.0
         breaks = count + np.cumsum(sheet.fresh[:, 0].astype(bool) | ~keep)

@@ -84,5 +84,7 @@ def _warmed(bench: Workbench, sensors: Sequence[str], terms: Sequence[Trial]) ->
     for part in TOLD:
         mixed = [part * foretold + (1.0 - part) * read for foretold, read in zip(warmed, own, strict=True)]
         columns = view.windows_zeroed(mixed)
-        for k, term in enumerate(terms):
-            yield Trial(CAUSE.name, columns[:, [k]], sensors[k], "", {"sensor": sensors[k]}, term=term)
+        for term in terms:
+            k, ratio = sensors.index(str(term.target)), term.parameters["ratio"]
+            column = view.span(ratio) * columns[:, k]
+            yield Trial(CAUSE.name, column[:, None], sensors[k], "", {"sensor": sensors[k]}, term=term)
