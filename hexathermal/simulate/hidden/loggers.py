@@ -44,9 +44,5 @@ def with_errors(truth: CampaignTruth, errors: Sequence[FloatArray]) -> CampaignT
 def _feigned(truth: CampaignTruth, run: RunTruth, errors: FloatArray) -> FloatArray:
     """Return the drift that errors of the law's thermometers feign on settled rows, counted from its mean [m]."""
     own = errors[run.settled][:, [truth.sensors.index(name) for name in truth.base]]
-    slopes = truth.coefficients
-    if truth.kind == "leg":
-        A, B = np.split(slopes, 2)
-        slopes = A * truth.retracted_length + run.q[run.settled][:, None] * B
-    wrong = (own * slopes).sum(axis=1)
+    wrong = (own * truth.slopes(run.q[run.settled])).sum(axis=1)
     return np.asarray(wrong - wrong.mean())

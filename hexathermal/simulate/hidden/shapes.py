@@ -42,11 +42,7 @@ def misread(truth: CampaignTruth, sensor: str, reading: Callable[[int, RunTruth]
 
 def slopes(truth: CampaignTruth, run: RunTruth) -> FloatArray:
     """Return what the law makes of a kelvin of each base sensor, shape (n, k) [m/K]."""
-    count = len(truth.base)
-    fixed, moved = truth.coefficients[:count], truth.coefficients[count:]
-    if truth.kind != "leg":
-        return np.broadcast_to(fixed, (run.time.size, count))
-    return np.asarray(truth.retracted_length * fixed + run.q[:, None] * moved)
+    return truth.slopes(run.q)
 
 
 def share_of_length(truth: CampaignTruth, run: RunTruth) -> FloatArray:

@@ -47,7 +47,7 @@ def from_zero(truth: CampaignTruth, values: Sequence[FloatArray]) -> list[FloatA
 
 
 def law_columns(truth: CampaignTruth, readings: Sequence[FloatArray] | None = None) -> list[FloatArray]:
-    """Return the base law's columns of each run, shape (n, p): ``q0 dT``, ``q dT``; of a component ``dT``.
+    """Return the base law's columns of each run, shape (n, p): ``q0 dT``, ``q dT``; of a component ``dT``, or both.
 
     Parameters
     ----------
@@ -58,11 +58,10 @@ def law_columns(truth: CampaignTruth, readings: Sequence[FloatArray] | None = No
     base = [truth.sensors.index(name) for name in truth.base]
     read = [recorded(run) for run in truth.runs] if readings is None else list(readings)
     rises = from_zero(truth, [item[:, base] for item in read])
-    if truth.kind != "leg":
+    if not truth.along:
         return rises
-    return [
-        np.hstack([truth.retracted_length * dT, run.q[:, None] * dT]) for run, dT in zip(truth.runs, rises, strict=True)
-    ]
+    length = truth.retracted_length if truth.kind == "leg" else 1.0
+    return [np.hstack([length * dT, run.q[:, None] * dT]) for run, dT in zip(truth.runs, rises, strict=True)]
 
 
 def without_noise(truth: CampaignTruth) -> CampaignTruth:

@@ -84,7 +84,8 @@ class CampaignTruth:
     base : tuple of str
         Sensors of the law.
     coefficients : array
-        ``[A_1 .. A_k, B_1 .. B_k]`` [1/K] of a leg, ``[C_1 .. C_k]`` [m/K] of a component.
+        ``[A_1 .. A_k, B_1 .. B_k]`` [1/K] of a leg; ``[C_1 .. C_k]`` [m/K] of a component, ``[C .. D ..]`` of one
+        whose expansion goes with its stroke, D in 1/K.
     retracted_length : float [m]
     stroke : (float, float) [m]
     dead_path : float [m]
@@ -111,6 +112,18 @@ class CampaignTruth:
     input_names: tuple[str, ...] = ()
     zero: str = "run"
     notes: Mapping[str, object] = field(default_factory=dict)
+
+    @property
+    def along(self) -> bool:
+        """Whether the law reads the displacement."""
+        return len(self.coefficients) > len(self.base)
+
+    def slopes(self, q: FloatArray) -> FloatArray:
+        """Return what the law makes of a kelvin of each of its sensors at some displacements, shape (n, k) [m/K]."""
+        fixed, moved = self.coefficients[: len(self.base)], self.coefficients[len(self.base) :]
+        if not self.along:
+            return np.broadcast_to(fixed, (q.size, len(self.base)))
+        return np.asarray(fixed * (self.retracted_length if self.kind == "leg" else 1.0) + q[:, None] * moved)
 
     def changed(self, **fields: object) -> CampaignTruth:
         """Return the campaign with some fields changed."""

@@ -77,7 +77,7 @@ def run_columns(truth: CampaignTruth, run: RunTruth) -> dict[str, Column]:
     digits = 3 if step == 0.0 else max(3, int(np.ceil(-np.log10(step))))
     read = _to_steps(recorded(run), step)
     heat = {f"{name}_degC": (read[:, k], digits) for k, name in enumerate(truth.sensors)}
-    place = {"q_mm": (run.q * 1e3, 5), "settled": (run.settled * 1.0, 0)}
+    place = {"q_mm": (run.q * 1e3, 5)} | ({"settled": (run.settled * 1.0, 0)} if notes.get("tells_rests", True) else {})
     inputs = {name: (run.inputs[:, k], 3) for k, name in enumerate(truth.input_names)}
     whole = bool((run.time == np.round(run.time)).all())
     columns: dict[str, Column] = {"time_s": (run.time, 0 if whole else 3)}

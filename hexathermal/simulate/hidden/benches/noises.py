@@ -70,11 +70,7 @@ def noted(campaign: CampaignTruth, usual: Sequence[npt.NDArray[np.bool_]] | None
     for k, run in enumerate(campaign.runs):
         if run.role == "identification":
             rows = run.settled if usual is None else run.settled & usual[k]
-            errors, slopes = run.sensor_errors[rows][:, base], campaign.coefficients
-            if campaign.kind == "leg":
-                A, B = np.split(campaign.coefficients, 2)
-                slopes = A * campaign.retracted_length + B * run.q[rows, None]
-            wrong = (errors * slopes).sum(axis=1)
+            wrong = (run.sensor_errors[rows][:, base] * campaign.slopes(run.q[rows])).sum(axis=1)
             own.append(run.noise[rows])
             feigned.append(wrong - wrong.mean())
     rms = {
