@@ -39,10 +39,12 @@ def with_rests(sheets: Iterator[Sheet]) -> Iterator[Sheet]:
 def moving(q: FloatArray) -> Flags:
     """Return in which rows a part moves: its place differs from that in both rows beside, shape (n,).
 
+    It rested before the first row, and goes on behind the last one.
+
     Examples
     --------
-    >>> moving(np.array([[0.0], [0.0], [0.01], [0.02], [0.02], [0.02]])).tolist()
-    [False, False, True, False, False, False]
+    >>> moving(np.array([[0.0], [0.01], [0.02], [0.02], [0.02], [0.03]])).tolist()
+    [False, True, False, False, False, True]
     """
     step = np.abs(np.diff(filled(q)[:, 0])) > SMALLEST_MOVE_M
-    return np.asarray(np.concatenate([[False], step]) & np.concatenate([step, [False]]))
+    return np.asarray(np.concatenate([[False], step]) & np.concatenate([step, [True]]))

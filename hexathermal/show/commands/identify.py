@@ -35,7 +35,7 @@ fitted to the campaign's runs for identification and judged on runs left out; th
 its uncertainty and its range. Runs for validation are not touched.
 
   leg        drift = sum over sensors of  A q0 dT + B q dT     (q0 retracted length, q displacement of the rod)
-  component  drift = sum over sensors of  C dT
+  component  drift = sum over sensors of  C dT, or C dT + D q dT where runs left out say that it grows with its stroke
 
 """
     + IDENTIFY_HEXAPOD
