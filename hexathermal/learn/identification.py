@@ -132,31 +132,56 @@ def identify(
     """
     columns, marks = columns_for(sensors, leg), RowFingerprints()
     names = None if isinstance(wanted, str) and wanted == AUTO else _names(wanted, columns)
-    say = progress or (lambda _done, _total, _label: None)
-    grams, windows, ranked = _searched(rows, columns, sizes, marks, say)
-    choice, made = _choice(ranked, grams, names, lacking := _lacking(grams, why)), windows.made()
-    placed: tuple[str, ...] = ()
-    if leg is None and windows.placed and made.highest_q - made.lowest_q > LEAST_STROKE:
-        columns = replace(columns, stroke=True, centre=0.5 * (made.lowest_q + made.highest_q))
-        other = _searched(rows, columns, sizes, RowFingerprints(), say)
-        chosen = _choice(other[2], other[0], names, lacking)
-        errors_by_run = _left_out(grams, choice), _left_out(other[0], chosen)
-        if reads_place(*errors_by_run):
-            (grams, windows, ranked), choice, made = other, chosen, other[1].made()
-            placed = (_placed_words(*errors_by_run, grams),)
-    errors = sensor_errors(made, grams.kept_mask, zero == "run")
-    fit = _fitted(made, [sensors.index(name) for name in choice.sensors], errors)
-    law = _law(made, fit, choice, leg, zero, _origin(origin or Origin(), made, marks), degC)
+    search, choice, placed = _chosen(rows, columns, sizes, marks, names, leg, why, progress)
+    grams, windows = search.grams, search.windows
+    errors = sensor_errors(windows, grams.kept_mask, zero == "run")
+    fit = _fitted(windows, [sensors.index(name) for name in choice.sensors], errors)
+    law = _law(windows, fit, choice, leg, zero, _origin(origin or Origin(), windows, marks), degC)
     check = physical_check(law, material)
-    notes = placed + _notes(grams, lacking, fit, [name for k, name in enumerate(columns.sensors) if k in errors.local])
-    warnings = _warnings(fit, ranked, choice, grams, made, leg) + (check.warnings if check else ())
-    return Identification(law, fit, ranked, choice, grams, check, notes, warnings + _profile(made, positions))
+    local = [name for k, name in enumerate(columns.sensors) if k in errors.local]
+    notes = placed + _notes(grams, _lacking(grams, why), fit, local)
+    warnings = _warnings(fit, search, choice, leg) + (check.warnings if check else ()) + _profile(windows, positions)
+    return Identification(law, fit, search.ranked, choice, grams, check, notes, warnings)
 
 
-def _searched(
-    rows: Rows, columns: Columns, sizes: Sequence[int], marks: RowFingerprints, say: Passing
-) -> tuple[Grams, WindowCollector, RankedSets]:
-    """Return what two passes over the rows gather: products, windows, and the ranked sets."""
+@dataclass(frozen=True, eq=False)
+class _Search:
+    """What two passes over the rows gather: products, windows, and the ranked sets."""
+
+    grams: Grams
+    windows: WindowSet
+    ranked: RankedSets
+    placed: bool
+
+
+def _chosen(
+    rows: Rows, columns: Columns, sizes: Sequence[int], marks: RowFingerprints, names: tuple[str, ...] | None,
+    leg: LegDimensions | None, why: Why, progress: Passing | None,
+) -> tuple[_Search, Choice, tuple[str, ...]]:  # fmt: skip
+    """Return the search and the choice, with what is said of a part whose law reads the displacement."""
+    say = progress or (lambda _done, _total, _label: None)
+    search = _searched(rows, columns, sizes, marks, say)
+    choice = _choice(search, names, why)
+    other = _searched_along(search, rows, sizes, say) if leg is None else None
+    if other is None:
+        return search, choice, ()
+    chosen = _choice(other, names, why)
+    left = _left_out(search.grams, choice), _left_out(other.grams, chosen)
+    return (other, chosen, (_placed_words(*left, search.grams),)) if reads_place(*left) else (search, choice, ())
+
+
+def _searched_along(search: _Search, rows: Rows, sizes: Sequence[int], say: Passing) -> _Search | None:
+    """Return the search among laws that read the displacement; None of a part without a stroke, or with none told."""
+    low, high = search.windows.lowest_q, search.windows.highest_q
+    if not search.placed or high - low <= LEAST_STROKE:
+        return None
+    columns = replace(search.grams.columns, stroke=True, centre=0.5 * (low + high))
+    found = _searched(rows, columns, sizes, RowFingerprints(), say)
+    return found if np.isfinite(found.ranked.left_out_runs).any() else None
+
+
+def _searched(rows: Rows, columns: Columns, sizes: Sequence[int], marks: RowFingerprints, say: Passing) -> _Search:
+    """Return a search among laws of some columns."""
     grams = gather(marks.passing(rows()), columns, lambda done: say(done, 0, "reading the rows"))
     total = int((grams.rows + grams.rows_left_out).sum())
     windows = WindowCollector(columns, grams.kept_mask)
@@ -164,7 +189,7 @@ def _searched(
         windows.passing(rows()), grams, sizes, lambda done: say(done, total, "comparing sets of sensors")
     )
     say(0, 0, "fitting the law")
-    return grams, windows, ranked
+    return _Search(grams, windows.made(), ranked, windows.placed)
 
 
 def _left_out(grams: Grams, choice: Choice) -> FloatArray:
@@ -200,14 +225,14 @@ def _lacking(grams: Grams, why: Why) -> dict[str, str]:
     return found
 
 
-def _choice(ranked: RankedSets, grams: Grams, names: tuple[str, ...] | None, lacking: dict[str, str]) -> Choice:
+def _choice(search: _Search, names: tuple[str, ...] | None, why: Why) -> Choice:
     """Return the choice, or what was asked for; sensors that were left out for their gaps are refused."""
-    choice = choose(ranked, grams) if names is None else given(names)
-    gone = [name for name in choice.sensors if name in grams.left_out]
+    choice = choose(search.ranked, search.grams) if names is None else given(names)
+    gone = [name for name in choice.sensors if name in search.grams.left_out]
     if gone:
+        lacks = _lacking(search.grams, why)[gone[0]]
         raise DataError(
-            f"sensor {gone[0]} lacks {lacking[gone[0]]}, allowed {100.0 * MOST_MISSING:g} %; choose another, or leave "
-            "that run out"
+            f"sensor {gone[0]} lacks {lacks}, allowed {100.0 * MOST_MISSING:g} %; choose another, or leave that run out"
         )
     return choice
 
@@ -278,11 +303,9 @@ def _notes(grams: Grams, lacking: dict[str, str], fit: LawFit, local: Sequence[s
     return tuple(notes)
 
 
-def _warnings(
-    fit: LawFit, ranked: RankedSets, choice: Choice, grams: Grams, windows: WindowSet, leg: LegDimensions | None
-) -> tuple[str, ...]:  # fmt: skip
+def _warnings(fit: LawFit, search: _Search, choice: Choice, leg: LegDimensions | None) -> tuple[str, ...]:
     """Return what a reader must know before trusting the law."""
-    warnings = []
+    warnings, ranked = [], search.ranked
     names = [set(one) for one in ranked.names]
     if set(choice.sensors) in names:
         k = names.index(set(choice.sensors))
@@ -293,9 +316,10 @@ def _warnings(
                 f"{alike} show nearly the same (condition number {ranked.condition[k]:.0f}, "
                 f"variance inflation {ranked.vif[k]:.0f}): single coefficients are badly known, predictions are not"
             )
-    if len(grams.runs) < 4:
+    count = len(search.grams.runs)
+    if count < 4:
         warnings.append(
-            f"{len(grams.runs)} run{'s' if len(grams.runs) > 1 else ''} for identification: uncertainties that rest on "
+            f"{count} run{'s' if count > 1 else ''} for identification: uncertainties that rest on "
             "the spread between runs are weak; record at least 6"
         )
     moved = np.abs(fit.robust - fit.least_squares) / np.sqrt(np.diagonal(fit.covariance))
@@ -304,6 +328,7 @@ def _warnings(
             f"the robust fit differs from least squares by {moved.max():.1f} standard uncertainties: few landings pull "
             "the law; see 'hexathermal check'"
         )
+    windows = search.windows
     if windows.columns.stroke and windows.highest_q - windows.lowest_q < 1e-3:
         warnings.append("the rod hardly moved (q changed by less than 1 mm): A and B cannot be told apart")
     return tuple(warnings)

@@ -52,10 +52,7 @@ is divided by what it has of its part."""
 
 
 def view_of(campaign: Campaign, runs: Sequence[RunRows], base: tuple[str, ...], *, placed: bool = False) -> View:
-    """Return runs, as they were made, as the diagnosis sees them: what has no values in one of them is left out.
-
-    `base` are the law's thermometers; `placed` says that the law of a component reads the displacement.
-    """
+    """Return runs as the diagnosis sees them, without what has no values in one of them; see `View.placed`."""
     order = [run.name for run in campaign.runs]
     runs = sorted(runs, key=lambda rows: order.index(rows.run.name))
     silent, inputs = silent_sensors(runs), silent_inputs(runs)

@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 
 from hexathermal.learn.diagnosis import stage as stages
-from hexathermal.learn.diagnosis import wandering
+from hexathermal.learn.diagnosis import steepest, wandering
 from hexathermal.learn.diagnosis.stage import Stage
-from hexathermal.learn.diagnosis.trials import STEEPEST
+from hexathermal.learn.diagnosis.steepest import STEEPEST
 from hexathermal.learn.diagnosis.view import View
 from hexathermal.learn.diagnosis.wandering import with_wandering
 from tests.learn.diagnosis.campaigns import first_name, viewed
@@ -95,5 +95,5 @@ def test_a_scale_that_is_off_is_not_what_wanders(monkeypatch: pytest.MonkeyPatch
     assert with_wandering(view) is view
     assert first_name(view) == "scale-error"
     monkeypatch.setattr(wandering, "POWERS", 0)
-    monkeypatch.setattr(wandering, "STEEPEST", 1e9)
+    monkeypatch.setattr(steepest, "STEEPEST", 1e9)
     assert with_wandering(view).erring is not None
