@@ -91,7 +91,7 @@ def test_trials_differ_at_the_places_that_were_visited() -> None:
         assert np.linalg.svd(trial.columns - trial.columns.mean(axis=0), compute_uv=False)[-1] > 0.1
 
 
-@pytest.mark.parametrize(("pitch", "said"), [(0.004, 0.020), (0.003, 0.030), (0.007, 0.0233)])
+@pytest.mark.parametrize(("pitch", "said"), [(0.004, 0.020), (0.007, 0.0233)])
 def test_a_pitch_that_places_alias_is_named_with_what_looks_alike(tmp_path: Path, pitch: float, said: float) -> None:
     """The longest pitch that looks alike is said, the true one among the others; the law's error stays bounded."""
     found = diagnosed(tmp_path / "leg", pitch)
