@@ -139,6 +139,7 @@ def identify_campaign(
     *,
     sizes: Sequence[int] = (1, 2),
     material: str | None = None,
+    along: bool | None = None,
     progress: Passing | None = None,
     read: Mapping[str, RunRows] | None = None,
 ) -> Identification:
@@ -154,6 +155,8 @@ def identify_campaign(
         Sizes of the sets of sensors that are searched.
     material : str, optional
         Of the fixed part, for the check of the result.
+    along : bool, optional
+        Whether the law of a component reads the displacement; by default runs left out decide.
     progress : function, optional
         Called as ``progress(done, total, label)``.
     read : mapping of str to RunRows, optional
@@ -176,7 +179,7 @@ def identify_campaign(
         lambda: role_blocks(campaign, "identification", passed=passed, read=read), campaign.sensors, campaign.leg,
         wanted=sensors, sizes=sizes, zero=campaign.zero, origin=Origin(campaign.title, fingerprint(campaign)),
         material=material, positions=[one.position for one in campaign.thermocouples], progress=progress,
-        why=passed.why,
+        why=passed.why, along=along,
     )  # fmt: skip
     return passed.filled(found)
 

@@ -95,6 +95,7 @@ def identify(
     degC: tuple[float, float] | None = None,
     progress: Passing | None = None,
     why: Why = lambda run, sensor: "",
+    along: bool | None = None,
 ) -> Identification:
     """Return the law of a leg or a component, chosen among all sets of its sensors.
 
@@ -122,6 +123,8 @@ def identify(
         Range of temperatures met.
     progress, why : function, optional
         See `Passing`; `Why`, asked after the rows have passed.
+    along : bool, optional
+        Whether the law of a component reads the displacement; by default runs left out decide.
 
     Raises
     ------
@@ -132,7 +135,7 @@ def identify(
     """
     columns, marks = columns_for(sensors, leg), RowFingerprints()
     names = None if isinstance(wanted, str) and wanted == AUTO else _names(wanted, columns)
-    search, choice, placed = _chosen(rows, columns, sizes, marks, names, leg, why, progress)
+    search, choice, placed = _chosen(rows, columns, sizes, marks, names, along if leg is None else False, why, progress)
     grams, windows = search.grams, search.windows
     errors = sensor_errors(windows, grams.kept_mask, zero == "run")
     fit = _fitted(windows, [sensors.index(name) for name in choice.sensors], errors)
@@ -156,18 +159,19 @@ class _Search:
 
 def _chosen(
     rows: Rows, columns: Columns, sizes: Sequence[int], marks: RowFingerprints, names: tuple[str, ...] | None,
-    leg: LegDimensions | None, why: Why, progress: Passing | None,
+    along: bool | None, why: Why, progress: Passing | None,
 ) -> tuple[_Search, Choice, tuple[str, ...]]:  # fmt: skip
     """Return the search and the choice, with what is said of a part whose law reads the displacement."""
     say = progress or (lambda _done, _total, _label: None)
     search = _searched(rows, columns, sizes, marks, say)
     choice = _choice(search, names, why)
-    other = _searched_along(search, rows, sizes, say) if leg is None else None
+    other = None if along is False else _searched_along(search, rows, sizes, say)
     if other is None:
         return search, choice, ()
     chosen = _choice(other, names, why)
     left = _left_out(search.grams, choice), _left_out(other.grams, chosen)
-    return (other, chosen, (_placed_words(*left, search.grams),)) if reads_place(*left) else (search, choice, ())
+    placed = reads_place(*left) if along is None else along
+    return (other, chosen, (_placed_words(*left, search.grams),)) if placed else (search, choice, ())
 
 
 def _searched_along(search: _Search, rows: Rows, sizes: Sequence[int], say: Passing) -> _Search | None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import hashlib
+import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
@@ -18,6 +19,7 @@ from hexathermal.learn.diagnosis.exchange import rival_beside
 from hexathermal.learn.diagnosis.foresight import denied, part_saved, tells_of_one_run, worth
 from hexathermal.learn.diagnosis.forms import as_joined
 from hexathermal.learn.diagnosis.joining import Found, next_stage
+from hexathermal.learn.diagnosis.law_form import grows_along
 from hexathermal.learn.diagnosis.pruning import pruned
 from hexathermal.learn.diagnosis.ranking import Ranked, Step
 from hexathermal.learn.diagnosis.reading_noise import with_reading_noise
@@ -27,6 +29,7 @@ from hexathermal.learn.diagnosis.stage import Stage, view_of
 from hexathermal.learn.diagnosis.tolerating import tolerant
 from hexathermal.learn.diagnosis.view import View
 from hexathermal.learn.diagnosis.wandering import with_wandering
+from hexathermal.learn.identification import AUTO
 from hexathermal.learn.law import IdentifiedLaw
 from hexathermal.learn.signals import RunRows
 from hexathermal.machine.leg_repairs import SensorRepair
@@ -48,6 +51,9 @@ LATER_PART, APART = 0.05, 0.03
 """Every cause after the first needs this part of the evidence of each one before that it is confused with, or of each
 other one, unless its parity proves it: so much may be left of any shape that is a sketch. Of 30 later names of five
 simulated benches above the first part five were wrong, four of five below it."""
+
+LEFT_SIZE = 1.5
+"""Size of what a sketch may leave over that which such a part of the evidence has in even noise."""
 
 LATER_SURE = 0.5
 """Least probability of a later name, with those that are as good."""
@@ -108,11 +114,13 @@ def base_law(
             )  # fmt: skip
         sensors = law.sensors
     read = {one.run.name: one for one in rows}
-    if sensors is not None:
-        return identify_campaign(campaign, tuple(sensors), read=read).law
-    chosen = identify_campaign(campaign, "auto", read=read).law
-    likelier = likelier_sensors(view_of(campaign, rows, chosen.sensors, placed=chosen.stroked))
-    return chosen if likelier == chosen.sensors else identify_campaign(campaign, likelier, read=read).law
+    chosen = identify_campaign(campaign, AUTO if sensors is None else tuple(sensors), read=read).law
+    view = view_of(campaign, rows, chosen.sensors)
+    view = replace(view, placed=grows_along(view))
+    names = likelier_sensors(view) if sensors is None else chosen.sensors
+    if names == chosen.sensors and chosen.stroked == view.stroked:
+        return chosen
+    return identify_campaign(campaign, names, along=view.stroked, read=read).law
 
 
 def searched(
@@ -205,10 +213,19 @@ def _too_faint(leader: Ranked, found: Sequence[Found], threshold: float) -> bool
     """Return whether a later cause says too little."""
     if tells_of_one_run(leader) and leader.gated < threshold + UNSEEN:
         return True
-    parts = (one.ranked.value * (LATER_PART if _confused(one.ranked.cause, leader.cause) else APART) for one in found)
-    if leader.witness < PROVEN and leader.value < max(parts):
+    if leader.witness < PROVEN and any(_may_be_left(one.ranked, leader) for one in found):
         return True
     return leader.value < threshold + LATER + _mopped_up(leader, found)
+
+
+def _may_be_left(before: Ranked, leader: Ranked) -> bool:
+    """Return whether a later cause may be what the shape of one before left of it, which is a sketch.
+
+    What is slow says less than what is quick does of the same size: it is no rest of a quick one that is as small.
+    """
+    part = LATER_PART if _confused(before.cause, leader.cause) else APART
+    small = leader.best.visible < math.sqrt(part) * before.best.visible * LEFT_SIZE
+    return small and leader.value < part * before.value
 
 
 def _not_denied(stage: Stage, decision: Decision) -> Decision:

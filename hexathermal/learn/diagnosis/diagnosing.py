@@ -17,7 +17,7 @@ from hexathermal.learn.diagnosis.causes import catalogue
 from hexathermal.learn.diagnosis.course import Course, Progress, base_law, searched
 from hexathermal.learn.diagnosis.doubtful import doubtful_readings
 from hexathermal.learn.diagnosis.extension import extended_law, gained, reachable
-from hexathermal.learn.diagnosis.given_law import Given, of_another_leg
+from hexathermal.learn.diagnosis.given_law import Given, of_another_form, of_another_leg
 from hexathermal.learn.diagnosis.judged_steps import JudgedStep, judged_steps, told_steps
 from hexathermal.learn.diagnosis.limits import at_most_named, limits_of, sure_of_nothing
 from hexathermal.learn.diagnosis.lost_counts import lost_count
@@ -119,7 +119,7 @@ def _diagnosed(
     candidates = _candidates(course, told)
     doubtful = doubtful_readings(campaign, [*rows, *judged], course.first.channel.y, levels)
     notes = (
-        *doubtful, *of_another_leg(law, campaign), *_notes(course), *_opposed(effects),
+        *doubtful, *of_another_leg(law, campaign), *of_another_form(law, base), *_notes(course), *_opposed(effects),
         *_sees_little(verdict, limits, levels.rms),
         *_chosen(base, given=sensors is not None or law is not None), *_unseen(course, rows, mute),
         *copies, *_cleaned((*rows, *judged)),

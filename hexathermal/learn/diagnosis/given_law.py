@@ -59,6 +59,17 @@ class Given:
                 "sentence": " ".join(self.words)}  # fmt: skip
 
 
+def of_another_form(law: IdentifiedLaw | None, base: IdentifiedLaw) -> list[str]:
+    """Return that a law that was given does not read where a part stands, as these data ask for, or the reverse."""
+    if law is None or law.stroked == base.stroked:
+        return []
+    forms = {True: "C dT + D q dT", False: "C dT"}
+    return [
+        f"the law that was given is {forms[law.stroked]}, these data speak for {forms[base.stroked]}: all that is told "
+        "here is told beside that form"
+    ]
+
+
 def of_another_leg(law: IdentifiedLaw | None, campaign: Campaign) -> list[str]:
     """Return that a law that was given is of a leg of another length than the campaign's."""
     if law is None or law.retracted_length is None or campaign.leg is None:
