@@ -149,6 +149,7 @@ def effect_of(found: Found, stage: Stage, final: Stage, covariance: FloatArray, 
         parameters[name] = Quantity(float(value), float(std), unit)
     visible = found.ranked.best.visible
     sentence = _sentence(trial.cause, trial.target, parameters, settings, visible, joined=found.joined)
+    sentence = sentence if stage.view.kind == "leg" else sentence.replace("the leg", "the part")
     sentence = sentence.removesuffix(".") + _doubts(found, amplitudes, spread) + "."
     return Effect(trial.cause, trial.target, parameters, settings, found.decision.probability,
                   found.decision.equivalent, visible, sentence, found.joined)  # fmt: skip

@@ -58,6 +58,7 @@ def test_an_effect_is_named_beside_it_and_pays(tmp_path: Path) -> None:
     plain = identify_campaign(campaign, base, along=False).law
     found = diagnose(campaign, base, law=plain)
     assert [one.cause for one in found.effects] == ["backlash"]
+    assert "the part stops in another place" in found.effects[0].sentence
     assert found.law.stroked
     assert any("these data speak for C dT + D q dT" in note for note in found.notes)
     assert found.gain is not None
