@@ -126,17 +126,23 @@ def test_two_names_are_taken_although_a_trifle_is_left(
 
 
 @pytest.mark.parametrize(
-    ("cause", "part", "faint"),
+    ("cause", "part", "size", "faint"),
     [
-        ("creep", LATER_PART - 0.005, True),
-        ("creep", LATER_PART + 0.005, False),
-        ("zero-drift", APART - 0.005, True),
-        ("zero-drift", APART + 0.005, False),
+        ("creep", LATER_PART - 0.005, 0.1, True),
+        ("creep", LATER_PART + 0.005, 0.1, False),
+        ("creep", LATER_PART - 0.005, 0.4, False),
+        ("zero-drift", APART - 0.005, 0.1, True),
+        ("zero-drift", APART + 0.005, 0.1, False),
+        ("zero-drift", APART - 0.005, 0.3, False),
     ],
 )
-def test_a_later_name_needs_a_part_of_what_the_first_ones_say(cause: str, part: float, faint: bool) -> None:
-    """What is left of any shape that is a sketch has no name of its own, unless a parity proves it."""
-    found = [cast(Any, SimpleNamespace(ranked=ranked("backlash", 900.0)))]
+def test_a_later_name_needs_a_part_of_what_the_first_ones_say(
+    cause: str, part: float, size: float, faint: bool
+) -> None:
+    """What is left of a shape that is a sketch has no name, unless a parity proves it, or it is too large for that."""
+    before = ranked("backlash", 900.0)
+    found = [cast(Any, SimpleNamespace(ranked=before))]
     later = ranked(cause, part * 900.0)
+    later = replace(later, best=replace(later.best, visible=size * before.best.visible))
     assert _too_faint(later, found, THRESHOLD) is faint
     assert not _too_faint(replace(later, witness=PROVEN), found, THRESHOLD)
