@@ -31,6 +31,9 @@ LATER = "free_convection"
 PARTS = "held_out_actuator"
 """Parts with a stroke, of the physics of the bench `HELD_OUT`."""
 
+AXES = "held_out_axis"
+"""The same, measured where they stand: their law reads the displacement."""
+
 TESTED = ("finite_volume", HELD_OUT, LATER, PARTS)
 """The benches of the test suite, legs and a part: figures of the diagnosis were chosen by the first of them only."""
 

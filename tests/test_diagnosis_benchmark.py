@@ -14,7 +14,7 @@ sys.path.insert(0, str(Path(__file__).parents[1]))
 
 from benchmarks import diagnosis, hidden_rates
 from benchmarks.ablation import SWITCHES, without
-from benchmarks.hidden_effects import BENCHES, CLEAN, HELD_OUT, LATER, ONE, OUTSIDE, PARTS, TWO, Outcome, plan
+from benchmarks.hidden_effects import AXES, BENCHES, CLEAN, HELD_OUT, LATER, ONE, OUTSIDE, PARTS, TWO, Outcome, plan
 from benchmarks.hidden_timing import finer, longer
 from hexathermal.simulate.hidden import benches
 from hexathermal.simulate.hidden.drawing import campaign_of
@@ -26,7 +26,7 @@ CLEARED = replace(CREEP, causes=[], strengths=[], verdict="none", names=[], afte
 
 def test_all_benches_take_turns() -> None:
     """A plan holds every bench of the generator, equally often, and repeats for its seed."""
-    assert {*BENCHES, HELD_OUT, LATER, PARTS} == set(benches.found())
+    assert {*BENCHES, HELD_OUT, LATER, PARTS, AXES} == set(benches.found())
     draws = plan(70, 7)
     assert draws == plan(70, 7)
     assert draws[:20] == plan(20, 7)
