@@ -122,7 +122,7 @@ def identify(
     degC : (float, float), optional
         Range of temperatures met.
     progress, why : function, optional
-        See `Passing`; `Why`, asked after the rows have passed.
+        See `Passing`, and `Why`: asked after the rows have passed.
     along : bool, optional
         Whether the law of a component reads the displacement; by default runs left out decide.
 
@@ -134,17 +134,15 @@ def identify(
         No such sensor or material.
     """
     columns, marks = columns_for(sensors, leg), RowFingerprints()
-    names = None if isinstance(wanted, str) and wanted == AUTO else _names(wanted, columns)
-    search, choice, placed = _chosen(rows, columns, sizes, marks, names, along if leg is None else False, why, progress)
-    grams, windows = search.grams, search.windows
-    errors = sensor_errors(windows, grams.kept_mask, zero == "run")
-    fit = _fitted(windows, [sensors.index(name) for name in choice.sensors], errors)
-    law = _law(windows, fit, choice, leg, zero, _origin(origin or Origin(), windows, marks), degC)
-    check = physical_check(law, material)
-    local = [name for k, name in enumerate(columns.sensors) if k in errors.local]
-    notes = placed + _notes(grams, _lacking(grams, why), fit, local)
-    warnings = _warnings(fit, search, choice, leg) + (check.warnings if check else ()) + _profile(windows, positions)
-    return Identification(law, fit, search.ranked, choice, grams, check, notes, warnings)
+    asked = along if leg is None else False
+    search, choice, placed = _chosen(rows, columns, sizes, marks, wanted, asked, why, progress)
+    errors = sensor_errors(search.windows, search.grams.kept_mask, zero == "run")
+    fit = _fitted(search.windows, [sensors.index(name) for name in choice.sensors], errors)
+    law = _law(search.windows, fit, choice, leg, zero, _origin(origin or Origin(), search.windows, marks), degC)
+    check, notes = physical_check(law, material), placed + _notes(search.grams, why, fit, errors)
+    warnings = _warnings(fit, search, choice, leg) + (check.warnings if check else ())
+    warnings += _profile(search.windows, positions)
+    return Identification(law, fit, search.ranked, choice, search.grams, check, notes, warnings)
 
 
 @dataclass(frozen=True, eq=False)
@@ -158,11 +156,12 @@ class _Search:
 
 
 def _chosen(
-    rows: Rows, columns: Columns, sizes: Sequence[int], marks: RowFingerprints, names: tuple[str, ...] | None,
+    rows: Rows, columns: Columns, sizes: Sequence[int], marks: RowFingerprints, wanted: str | Sequence[str],
     along: bool | None, why: Why, progress: Passing | None,
 ) -> tuple[_Search, Choice, tuple[str, ...]]:  # fmt: skip
     """Return the search and the choice, with what is said of a part whose law reads the displacement."""
     say = progress or (lambda _done, _total, _label: None)
+    names = None if isinstance(wanted, str) and wanted == AUTO else _names(wanted, columns)
     search = _searched(rows, columns, sizes, marks, say)
     choice = _choice(search, names, why)
     other = None if along is False else _searched_along(search, rows, sizes, say)
@@ -280,8 +279,9 @@ def _origin(origin: Origin, windows: WindowSet, marks: RowFingerprints) -> Origi
                    run_fingerprints=tuple(prints[run] for run in runs))  # fmt: skip
 
 
-def _notes(grams: Grams, lacking: dict[str, str], fit: LawFit, local: Sequence[str]) -> tuple[str, ...]:
+def _notes(grams: Grams, why: Why, fit: LawFit, errors: SensorErrors) -> tuple[str, ...]:
     """Return what was left out."""
+    lacking, local = _lacking(grams, why), [grams.columns.sensors[k] for k in sorted(errors.local)]
     notes = [f"sensor {name} was left out of the search: it lacks {words}" for name, words in lacking.items()]
     lost = int(grams.rows_left_out.sum())
     if lost:
