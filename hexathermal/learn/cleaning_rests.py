@@ -11,10 +11,17 @@ from hexathermal.learn.cleaning_rules import Flags, filled
 from hexathermal.learn.cleaning_sheets import Sheet, with_margins
 from hexathermal.poses import FloatArray
 
-LEAST_AT_REST = 0.2
-"""Share of a run's first rows that must be at rest; of a part that hardly ever rests all rows are used."""
+LEAST_AT_REST = 1.0 / 3.0
+"""Share of a run's first rows that must be at rest; of a part that rests less all rows are used."""
 
-MOVES = f"no column settled, and q_mm differs by more than {SMALLEST_MOVE_M * 1e6:g} um from both rows beside: it moves"
+QUIETEST, NOISES = 0.1, 30.0
+"""Of steps from row to row the quantile that is noise of the scale, were it but a fifth of the rows that rest; and how
+many times that a step must be to be a move: five standard deviations of such noise where all rows rest."""
+
+MOVES = (
+    f"no column settled, and q_mm differs from both rows beside by more than {SMALLEST_MOVE_M * 1e6:g} um and its "
+    "noise: it moves"
+)
 
 
 def with_rests(sheets: Iterator[Sheet]) -> Iterator[Sheet]:
@@ -27,16 +34,35 @@ def with_rests(sheets: Iterator[Sheet]) -> Iterator[Sheet]:
     if not study or study[0].settled.shape[1] or not study[0].q.shape[1]:
         yield from sheets
         return
-    if moving(study[0].q).mean() > 1.0 - LEAST_AT_REST:
+    least = least_move(study[0].q)
+    if moving(study[0].q, least).mean() > 1.0 - LEAST_AT_REST:
         yield from sheets
         return
     study.clear()
     for whole, own in with_margins(sheets, PIECE_ROWS, 1):
-        rests = ~moving(whole.q)
+        rests = ~moving(whole.q, least)
         yield whole.changed(settled=rests[:, None].astype(np.float64)).take(own)
 
 
-def moving(q: FloatArray) -> Flags:
+def least_move(q: FloatArray) -> float:
+    """Return the least step that is a move [m]: of a scale that is noisy at rest more than `SMALLEST_MOVE_M`.
+
+    Parameters
+    ----------
+    q : array, shape (n, 1) [m]
+
+    Examples
+    --------
+    >>> rng = np.random.default_rng(1)
+    >>> at_rest = 5e-6 * rng.standard_normal((600, 1))
+    >>> 1.5e-5 < least_move(at_rest) < 6e-5, least_move(np.round(at_rest, 3))
+    (True, 2e-06)
+    """
+    steps = np.abs(np.diff(filled(q)[:, 0]))
+    return max(SMALLEST_MOVE_M, NOISES * float(np.quantile(steps, QUIETEST))) if len(steps) else SMALLEST_MOVE_M
+
+
+def moving(q: FloatArray, least: float = SMALLEST_MOVE_M) -> Flags:
     """Return in which rows a part moves: its place differs from that in both rows beside, shape (n,).
 
     It rested before the first row, and goes on behind the last one.
@@ -46,5 +72,5 @@ def moving(q: FloatArray) -> Flags:
     >>> moving(np.array([[0.0], [0.01], [0.02], [0.02], [0.02], [0.03]])).tolist()
     [False, True, False, False, False, True]
     """
-    step = np.abs(np.diff(filled(q)[:, 0])) > SMALLEST_MOVE_M
+    step = np.abs(np.diff(filled(q)[:, 0])) > least
     return np.asarray(np.concatenate([[False], step]) & np.concatenate([step, [True]]))

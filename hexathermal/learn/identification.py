@@ -39,6 +39,12 @@ COLLINEAR_CONDITION, COLLINEAR_VIF = 30.0, 30.0
 LARGEST_DISAGREEMENT = 3.0
 """Standard uncertainties by which generalised and ordinary least squares may differ unmentioned."""
 
+UNJUDGED = (
+    "C dT + D q dT could not be judged on runs left out: in the others the part stood at too few places, or hardly "
+    "warmed; C dT was taken"
+)
+"""What is said of a part with a stroke where its law could not be compared."""
+
 METHOD = (
     "least squares of windows; covariance from noise of rows, landings, a slow process and run offsets by restricted "
     "likelihood; corrected for errors of the thermometers"
@@ -134,8 +140,7 @@ def identify(
         No such sensor or material.
     """
     columns, marks = columns_for(sensors, leg), RowFingerprints()
-    asked = along if leg is None else False
-    search, choice, placed = _chosen(rows, columns, sizes, marks, wanted, asked, why, progress)
+    search, choice, placed = _chosen(rows, columns, sizes, marks, wanted, along, why, progress)
     errors = sensor_errors(search.windows, search.grams.kept_mask, zero == "run")
     fit = _fitted(search.windows, [sensors.index(name) for name in choice.sensors], errors)
     law = _law(search.windows, fit, choice, leg, zero, _origin(origin or Origin(), search.windows, marks), degC)
@@ -164,23 +169,32 @@ def _chosen(
     names = None if isinstance(wanted, str) and wanted == AUTO else _names(wanted, columns)
     search = _searched(rows, columns, sizes, marks, say)
     choice = _choice(search, names, why)
-    other = None if along is False else _searched_along(search, rows, sizes, say)
-    if other is None:
-        return search, choice, ()
-    chosen = _choice(other, names, why)
-    left = _left_out(search.grams, choice), _left_out(other.grams, chosen)
-    placed = reads_place(*left) if along is None else along
-    return (other, chosen, (_placed_words(*left, search.grams),)) if placed else (search, choice, ())
-
-
-def _searched_along(search: _Search, rows: Rows, sizes: Sequence[int], say: Passing) -> _Search | None:
-    """Return the search among laws that read the displacement; None of a part without a stroke, or with none told."""
     low, high = search.windows.lowest_q, search.windows.highest_q
-    if not search.placed or high - low <= LEAST_STROKE:
-        return None
-    columns = replace(search.grams.columns, stroke=True, centre=0.5 * (low + high))
-    found = _searched(rows, columns, sizes, RowFingerprints(), say)
-    return found if np.isfinite(found.ranked.left_out_runs).any() else None
+    if along is False or columns.stroke or high - low <= LEAST_STROKE:
+        return search, choice, ()
+    if not search.placed:
+        return search, choice, ("q_mm is missing in a run: a law that reads it, C dT + D q dT, was not tried",)
+    columns = replace(columns, stroke=True, centre=0.5 * (low + high))
+    without = _left_out(search.grams, choice)
+    try:
+        other = _searched(rows, columns, sizes, RowFingerprints(), say)
+        chosen = _judged_along(other, choice, names, why)
+        with_q = _left_out(other.grams, chosen)
+    except DataError:
+        with_q = np.full_like(without, np.nan)
+    if not np.isfinite(with_q).all():
+        return search, choice, (UNJUDGED,) if len(without) > 1 else ()
+    if along or reads_place(without, with_q):
+        return other, chosen, (_placed_words(without, with_q, search.grams),)
+    return search, choice, ()
+
+
+def _judged_along(search: _Search, choice: Choice, names: tuple[str, ...] | None, why: Why) -> Choice:
+    """Return the choice among laws that read the displacement; where too few runs judge it, of the sensors chosen."""
+    try:
+        return _choice(search, names, why)
+    except DataError:
+        return Choice(choice.sensors, choice.reason)
 
 
 def _searched(rows: Rows, columns: Columns, sizes: Sequence[int], marks: RowFingerprints, say: Passing) -> _Search:

@@ -35,9 +35,9 @@ class LegSignals:
     dT : mapping of str to array, shape (n,) [K]
         Temperatures of the sensors, less those of the zero.
     q : array, shape (n,) [m]
-        Displacement of the rod; zeros for a part without a stroke.
+        Displacement of the rod, or of a part with a stroke; zeros for one without.
     retracted_length : float [m]
-        q0; 1 for a part without a stroke, whose coefficients are then lengths for a kelvin.
+        q0; 1 for a part that is no leg, whose coefficients are then lengths for a kelvin.
     air : array, shape (n,) [K]
         Air temperature less that of the zero; NaN where it is not recorded.
     index : array, shape (n,) [1]

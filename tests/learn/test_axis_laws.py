@@ -25,12 +25,13 @@ C, D = 4e-6, 11e-6
 REST, MOVE = 20, 4
 
 
-def axis_table(seed: int, rows: int = 720, *, tells: bool = False) -> Table:
+def axis_table(seed: int, rows: int = 720, *, tells: bool = False, at: float | None = None) -> Table:
     """A run of rests and moves of four rows, at which the gauge is 5 um off; drift of ``(C + D q) dT`` of T1."""
     rng = np.random.default_rng(seed)
     stop = np.arange(rows) // (REST + MOVE)
     places = rng.permutation(np.linspace(0.0, 0.4, stop[-1] + 2))
     part = np.clip((np.arange(rows) % (REST + MOVE) - REST + 1) / (MOVE + 1.0), 0.0, 1.0)
+    places = places if at is None else np.full_like(places, at)
     q, moving = places[stop] + part * (places[stop + 1] - places[stop]), part > 0.0
     time = 20.0 * np.arange(rows)
     heat = 4.0 * (1.0 - np.exp(-time / 2500.0)) + 1.5 * np.sin(time / 900.0 + seed)
@@ -141,6 +142,44 @@ def test_rows_in_motion_are_left_out_where_no_column_tells_rests(tmp_path: Path)
     assert len(block) > 0.9 * len(table["q_mm"])
 
 
+@pytest.mark.parametrize(
+    ("still", "said"), [(1, "C dT + D q dT: on runs left out"), (2, "could not be judged on runs left out")]
+)
+def test_runs_that_stand_still_take_no_law_away(tmp_path: Path, still: int, said: str) -> None:
+    """Of three runs one or two stand still: D is judged by those that move, or is not; C dT is there in any case."""
+    folder = axis_campaign(tmp_path / "axis")
+    for k in range(still):
+        write_table(folder / "runs" / f"r{k}.csv", axis_table(k, at=0.1))
+    found = identify_campaign(load_campaign(folder))
+    assert found.law.sensors == ("T1",)
+    assert any(said in note for note in found.notes)
+
+
+def test_a_run_without_q_is_told(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """A law that reads the displacement is not tried then, and a note says so; a run never fitted is passed over."""
+    folder = axis_campaign(tmp_path / "axis")
+    for name in ("r3", "r1"):
+        table = axis_table(int(name[1]))
+        del table["q_mm"]
+        write_table(folder / "runs" / f"{name}.csv", table)
+        if name == "r3":
+            assert main(["diagnose", str(folder), "--sensors", "T1"]) == 0
+            assert "not judged, what the law reads has no values there: r3" in capsys.readouterr().out
+    found = identify_campaign(load_campaign(folder))
+    assert not found.law.stroked
+    assert any(note.startswith("q_mm is missing in a run") for note in found.notes)
+
+
+def test_a_noisy_scale_is_no_motion(tmp_path: Path) -> None:
+    """Rows at rest are used although the scale reads 5 um off and on."""
+    folder, rng = axis_campaign(tmp_path / "axis"), np.random.default_rng(1)
+    table = axis_table(0)
+    table["q_mm"] = table["q_mm"] + 0.005 * rng.standard_normal(720)
+    write_table(folder / "runs" / "r0.csv", table)
+    block, _ = used_run(load_campaign(folder), "r0")
+    assert len(block) > 0.98 * (720 - 720 // (REST + MOVE) * MOVE)
+
+
 def test_the_commands_tell_the_form(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     """``identify`` shows D with its unit and why it is there; ``validate`` takes the law."""
     folder, law = axis_campaign(tmp_path / "axis"), tmp_path / "law.toml"
@@ -150,3 +189,4 @@ def test_the_commands_tell_the_form(tmp_path: Path, capsys: pytest.CaptureFixtur
     assert "um/m/K" in text
     assert "C dT + D q dT" in text
     assert main(["validate", str(law), str(folder)]) == 0
+    assert main(["diagnose", str(folder), "--law", str(law)]) == 0

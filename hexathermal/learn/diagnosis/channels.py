@@ -332,6 +332,8 @@ class Channel:
 def sums_without(parts: Sequence[FloatArray]) -> FloatArray:
     """Return for each of some arrays the sum of all others: nothing is taken away again, so that nothing is lost."""
     none = np.zeros((1, *parts[0].shape))
+    if len(parts) == 1:
+        return none
     before = np.cumsum(np.concatenate([none, parts[:-1]]), axis=0)
     after = np.cumsum(np.concatenate([none, parts[:0:-1]]), axis=0)[::-1]
     return np.asarray(before + after)

@@ -116,7 +116,8 @@ def base_law(
     read = {one.run.name: one for one in rows}
     chosen = identify_campaign(campaign, AUTO if sensors is None else tuple(sensors), read=read).law
     view = view_of(campaign, rows, chosen.sensors)
-    view = replace(view, placed=grows_along(view))
+    placed = all(one.usable.q is not None for one in rows) and grows_along(view)
+    view = replace(view, placed=placed)
     names = likelier_sensors(view) if sensors is None else chosen.sensors
     if names == chosen.sensors and chosen.stroked == view.stroked:
         return chosen

@@ -106,6 +106,8 @@ def judged_runs(runs: Sequence[RunRows], laws: Sequence[IdentifiedLaw]) -> tuple
 
 def _readable(rows: RunRows, law: IdentifiedLaw) -> bool:
     """Return whether a law says something of every row."""
+    if law.stroked and rows.usable.q is None:
+        return False
     try:
         return bool(np.isfinite(law.predict_signals(rows.signals, run=rows.run.name)).all())
     except ArgumentError:

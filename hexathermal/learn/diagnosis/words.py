@@ -125,6 +125,8 @@ def effect_of(found: Found, stage: Stage, final: Stage, covariance: FloatArray, 
             unit = of_source(trial.parameters)
         for name, value, std in zip(names, amplitudes, spread, strict=True):
             own, times = (unit, factor) if stage.view.kind == "leg" else of_part(name, unit, factor)
+            if stage.view.kind != "leg" and "ratio" in trial.parameters:  # told for the middle of its places
+                times *= float(stage.view.span(trial.parameters["ratio"]).mean())
             parameters[name] = Quantity(float(value * times), float(std * times), own)
         if trial.shape == BY_MOTION:  # a rate knows no time: its amplitude over the law's, as it was found, does
             late = trial.parameters["time_constant_s"] / stage.bench.slopes[str(trial.target)]

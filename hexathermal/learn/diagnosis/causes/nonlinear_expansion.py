@@ -57,7 +57,10 @@ def trials(bench: Workbench) -> Iterator[Trial]:
             if told is not None and np.ptp(told[1]) > 0.0:  # else both are the same
                 yield bench.term(CAUSE.name, "square", sensor, quick=True, sensor=sensor, ratio=ratio,
                                  reference_degC=float(np.median(told[1])))  # fmt: skip
-            if ratio > 0.0 and view.moves and told is not None:
+            reaches = ratio > 0.0 or (
+                ratio != 0.0 and view.kind != "leg"
+            )  # where q counts from is not where a part ends
+            if reaches and view.moves and told is not None:
                 yield bench.term(CAUSE.name, "square", sensor, quick=True, sensor=sensor, ratio=ratio,
                                  reference_degC=STANDARD_DEGC, calibration_degC=STANDARD_DEGC)  # fmt: skip
         for place, width in product(MIDDLES, WIDTHS):
@@ -67,7 +70,7 @@ def trials(bench: Workbench) -> Iterator[Trial]:
             for ratio in sorted({0.0, bench.ratios[sensor]}):
                 bent = {"sensor": sensor, "ratio": ratio, "middle_degC": middle, "width_K": width * span}
                 yield bench.term(CAUSE.name, "bend", sensor, quick=True, **bent)
-                if ratio > 0.0 and view.moves:
+                if view.moves and (ratio > 0.0 or (ratio != 0.0 and view.kind != "leg")):
                     yield bench.term(CAUSE.name, "bend", sensor, quick=True, calibration_degC=STANDARD_DEGC, **bent)
 
 
