@@ -31,7 +31,6 @@ from hexathermal.show.diagnosis_words import (
     settings_words,
     shared_words,
     span,
-    unexplained_words,
 )
 from tests.show.drawn_diagnoses import BACKLASH, CANDIDATES, drawn
 
@@ -240,15 +239,3 @@ def test_few_judged_runs_are_told(count: int, words: str | None) -> None:
     said = gain_words(replace(found, gain=replace(found.gain, runs=runs)))
     assert ("three or more tell how much runs differ" in said) == (words is not None)
     assert words is None or words in said
-
-
-@pytest.mark.parametrize(("kind", "follows", "told"), [
-    ("component", "follows displacement and temperature", True),
-    ("component", "follows the displacement", False),
-    ("leg", "follows displacement and temperature", False),
-])  # fmt: skip
-def test_a_part_that_is_measured_on_its_slide_is_told_what_its_law_lacks(kind: str, follows: str, told: bool) -> None:
-    """The law of a part knows no displacement, that of a leg does; how to do without is told where it matters."""
-    words = unexplained_words(drawn("unexplained", kind=kind, follows=follows))
-    assert ("knows no displacement" in words) == told
-    assert words.startswith(f"What is left {follows}")

@@ -34,7 +34,7 @@ from hexathermal.simulate.hidden.strength import (
     without_noise,
 )
 from hexathermal.simulate.hidden.truth import CampaignTruth
-from hexathermal.simulate.hidden.writing import write_campaign
+from hexathermal.simulate.hidden.writing import run_columns, write_campaign
 
 UNSCALED = ("sensor-detached", "swapped-sensors")
 
@@ -257,7 +257,8 @@ def test_folders_are_sound(bench: str, seed: int, tmp_path: Path) -> None:
             warnings.simplefilter("error")
             blocks = list(usable_blocks(campaign, run))
         used = np.concatenate([[rows[round(float(t), 3)] for t in block.time] for block in blocks])
-        assert len(used) > 0.9 * own.settled.sum()
+        least = 0.9 if "settled" in run_columns(truth, own) else 0.7  # stops of one row
+        assert len(used) > least * own.settled.sum()
         apart = np.concatenate([block.drift for block in blocks]) - measured[used]
         limit = 2e-9 + float(str(truth.notes["drift_resolution_um"])) * 1e-6
         assert np.median(np.abs(apart)) < limit

@@ -12,7 +12,7 @@ import numpy as np
 
 from hexathermal.learn.diagnosis.stage import Stage
 from hexathermal.learn.diagnosis.view import View
-from hexathermal.learn.diagnosis.wandering import POWERS
+from hexathermal.learn.diagnosis.wandering import powers_of_place
 from hexathermal.learn.stroke_choice import LEAST_STROKE
 
 ALONG = 15.0
@@ -36,9 +36,7 @@ def grows_along(view: View) -> bool:
     """
     if view.kind == "leg" or np.ptp(view.q) <= LEAST_STROKE:
         return False
-    place = 2.0 * (view.q - view.q.min()) / np.ptp(view.q) - 1.0
-    powers = np.column_stack([place**power for power in range(1, POWERS + 1)])
-    said = []
+    powers, said = powers_of_place(view), []
     for placed in (False, True):
         own = replace(view, placed=placed)
         base = Stage(own).base.extended(powers, own.channel.loose(powers))

@@ -12,6 +12,7 @@ import numpy as np
 
 from hexathermal.learn.diagnosis.steepest import believed
 from hexathermal.learn.diagnosis.view import View
+from hexathermal.poses import FloatArray
 
 LIKELIER = 1.0
 """Log evidence by which the drift must rather wander as the law's thermometers do."""
@@ -30,11 +31,16 @@ def with_wandering(view: View) -> View:
     if not view.stroked or not view.moves:
         return view
     law, channel = view.base_columns, view.channel
-    place = 2.0 * (view.q - view.q.min()) / np.ptp(view.q) - 1.0
-    columns = np.column_stack([law, *(place**power for power in range(1, POWERS + 1))])
+    columns = np.column_stack([law, powers_of_place(view)])
     sizes = channel.loose(columns)
     levels, alone = channel.fitted(columns, sizes)
     A, B = channel.solved(columns, sizes, levels)[1][: law.shape[1]].reshape(2, -1)
     other = replace(view, erring=np.concatenate([A, believed(view, A, B)]))
     _, told = other.channel.fitted(columns, sizes, levels)
     return other if told > alone + LIKELIER else view
+
+
+def powers_of_place(view: View) -> FloatArray:
+    """Return powers of the displacement in windows, -1 to 1 over its range, shape (n, `POWERS`)."""
+    place = 2.0 * (view.q - view.q.min()) / np.ptp(view.q) - 1.0
+    return np.column_stack([np.empty((len(place), 0)), *(place**power for power in range(1, POWERS + 1))])

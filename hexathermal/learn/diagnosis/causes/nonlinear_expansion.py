@@ -10,6 +10,7 @@ import numpy as np
 
 from hexathermal.learn.diagnosis.along_leg import parts_along
 from hexathermal.learn.diagnosis.trials import Cause, Parameter, Trial, Workbench
+from hexathermal.learn.diagnosis.view import View
 
 CAUSE = Cause(
     name="nonlinear-expansion",
@@ -57,10 +58,7 @@ def trials(bench: Workbench) -> Iterator[Trial]:
             if told is not None and np.ptp(told[1]) > 0.0:  # else both are the same
                 yield bench.term(CAUSE.name, "square", sensor, quick=True, sensor=sensor, ratio=ratio,
                                  reference_degC=float(np.median(told[1])))  # fmt: skip
-            reaches = ratio > 0.0 or (
-                ratio != 0.0 and view.kind != "leg"
-            )  # where q counts from is not where a part ends
-            if reaches and view.moves and told is not None:
+            if told is not None and _measured(view, ratio):
                 yield bench.term(CAUSE.name, "square", sensor, quick=True, sensor=sensor, ratio=ratio,
                                  reference_degC=STANDARD_DEGC, calibration_degC=STANDARD_DEGC)  # fmt: skip
         for place, width in product(MIDDLES, WIDTHS):
@@ -70,8 +68,13 @@ def trials(bench: Workbench) -> Iterator[Trial]:
             for ratio in sorted({0.0, bench.ratios[sensor]}):
                 bent = {"sensor": sensor, "ratio": ratio, "middle_degC": middle, "width_K": width * span}
                 yield bench.term(CAUSE.name, "bend", sensor, quick=True, **bent)
-                if view.moves and (ratio > 0.0 or (ratio != 0.0 and view.kind != "leg")):
+                if _measured(view, ratio):
                     yield bench.term(CAUSE.name, "bend", sensor, quick=True, calibration_degC=STANDARD_DEGC, **bent)
+
+
+def _measured(view: View, ratio: float) -> bool:
+    """Return whether part of a length ``q0 + ratio q`` was measured when the scale was; a part's q may count down."""
+    return view.moves and (ratio > 0.0 if view.kind == "leg" else ratio != 0.0)
 
 
 def _all_along(bench: Workbench) -> Iterator[Trial]:
