@@ -28,6 +28,7 @@ from hexathermal.machine.leg_signals import SMALLEST_MOVE
 from hexathermal.poses import FloatArray
 
 UNSETTLED = "settled is not 1: the part moves or still vibrates"
+"""Why a row is left out where the table tells it."""
 
 PIECE_ROWS = 8192
 """Rows that are cleaned at a time."""
@@ -244,7 +245,7 @@ def _off_beams(sheet: Sheet) -> Flags:
     return np.asarray(off & ((q > around.max(axis=1) + DISPLACED_M) | (q < around.min(axis=1) - DISPLACED_M)))
 
 
-def settled_rows(sheets: Iterator[Sheet], ledger: Ledger, why: str = UNSETTLED) -> Iterator[Sheet]:
+def settled_rows(sheets: Iterator[Sheet], ledger: Ledger, why: str) -> Iterator[Sheet]:
     """Leave out rows that are not settled, or without a displacement; mark the rows behind them as fresh."""
     count, last = 0, 0
     for sheet in sheets:

@@ -15,7 +15,7 @@ LEAST_AT_REST = 1.0 / 3.0
 """Share of a run's first rows that must be at rest; of a part that rests less all rows are used."""
 
 QUIETEST, NOISES = 0.1, 30.0
-"""Of steps from row to row the quantile that is noise of the scale, were it but a fifth of the rows that rest; and how
+"""Of steps from row to row the quantile that is noise of the scale, were it but a third of the rows that rest; and how
 many times that a step must be to be a move: five standard deviations of such noise where all rows rest."""
 
 MOVES = (
@@ -31,11 +31,9 @@ def with_rests(sheets: Iterator[Sheet]) -> Iterator[Sheet]:
     were used all alike, the residual in motion was two to six times that at rest.
     """
     study, sheets = studied(sheets)
-    if not study or study[0].settled.shape[1] or not study[0].q.shape[1]:
-        yield from sheets
-        return
-    least = least_move(study[0].q)
-    if moving(study[0].q, least).mean() > 1.0 - LEAST_AT_REST:
+    untold = study and not study[0].settled.shape[1] and study[0].q.shape[1]
+    least = least_move(study[0].q) if untold else 0.0
+    if not untold or moving(study[0].q, least).mean() > 1.0 - LEAST_AT_REST:
         yield from sheets
         return
     study.clear()
@@ -62,14 +60,14 @@ def least_move(q: FloatArray) -> float:
     return max(SMALLEST_MOVE_M, NOISES * float(np.quantile(steps, QUIETEST))) if len(steps) else SMALLEST_MOVE_M
 
 
-def moving(q: FloatArray, least: float = SMALLEST_MOVE_M) -> Flags:
+def moving(q: FloatArray, least: float) -> Flags:
     """Return in which rows a part moves: its place differs from that in both rows beside, shape (n,).
 
     It rested before the first row, and goes on behind the last one.
 
     Examples
     --------
-    >>> moving(np.array([[0.0], [0.01], [0.02], [0.02], [0.02], [0.03]])).tolist()
+    >>> moving(np.array([[0.0], [0.01], [0.02], [0.02], [0.02], [0.03]]), 1e-3).tolist()
     [False, True, False, False, False, True]
     """
     step = np.abs(np.diff(filled(q)[:, 0])) > least

@@ -40,11 +40,6 @@ def misread(truth: CampaignTruth, sensor: str, reading: Callable[[int, RunTruth]
     return truth.changed(runs=tuple(runs))
 
 
-def slopes(truth: CampaignTruth, run: RunTruth) -> FloatArray:
-    """Return what the law makes of a kelvin of each base sensor, shape (n, k) [m/K]."""
-    return truth.slopes(run.q)
-
-
 def share_of_length(truth: CampaignTruth, run: RunTruth) -> FloatArray:
     """Return the length at each row over the retracted one, shape (n,); 1 of a component."""
     if truth.kind != "leg":

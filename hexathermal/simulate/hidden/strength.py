@@ -60,8 +60,7 @@ def law_columns(truth: CampaignTruth, readings: Sequence[FloatArray] | None = No
     rises = from_zero(truth, [item[:, base] for item in read])
     if not truth.along:
         return rises
-    length = truth.retracted_length if truth.kind == "leg" else 1.0
-    return [np.hstack([length * dT, run.q[:, None] * dT]) for run, dT in zip(truth.runs, rises, strict=True)]
+    return [np.hstack([truth.length * dT, run.q[:, None] * dT]) for run, dT in zip(truth.runs, rises, strict=True)]
 
 
 def without_noise(truth: CampaignTruth) -> CampaignTruth:

@@ -118,12 +118,17 @@ class CampaignTruth:
         """Whether the law reads the displacement."""
         return len(self.coefficients) > len(self.base)
 
+    @property
+    def length(self) -> float:
+        """What the first coefficients multiply beside the temperature: q0 of a leg [m], 1 of a component."""
+        return self.retracted_length if self.kind == "leg" else 1.0
+
     def slopes(self, q: FloatArray) -> FloatArray:
         """Return what the law makes of a kelvin of each of its sensors at some displacements, shape (n, k) [m/K]."""
         fixed, moved = self.coefficients[: len(self.base)], self.coefficients[len(self.base) :]
         if not self.along:
             return np.broadcast_to(fixed, (q.size, len(self.base)))
-        return np.asarray(fixed * (self.retracted_length if self.kind == "leg" else 1.0) + q[:, None] * moved)
+        return np.asarray(fixed * self.length + q[:, None] * moved)
 
     def changed(self, **fields: object) -> CampaignTruth:
         """Return the campaign with some fields changed."""

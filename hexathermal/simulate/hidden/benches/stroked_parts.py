@@ -2,7 +2,7 @@
 
 Such a part has one displacement in place of three beams. Of most the law is ``drift = sum_s C_s dT_s``, ``C = A q0`` of
 the leg that it is made of: what it follows has a fixed length. Of one that is measured where its nut or its slide
-stands it is ``sum_s C_s dT_s + D_s q dT_s``, ``D = B``; its log does not say when it rests.
+stands it is ``sum_s C_s dT_s + D_s q dT_s``, ``D = 6 B``; its log does not say when it rests.
 """
 
 from __future__ import annotations

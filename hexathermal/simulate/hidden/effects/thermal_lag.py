@@ -6,7 +6,7 @@ import numpy as np
 
 from hexathermal.poses import FloatArray
 from hexathermal.simulate.hidden.effect import Effect, Parameters
-from hexathermal.simulate.hidden.shapes import add, cascade, diffused, log_uniform, misread, slopes
+from hexathermal.simulate.hidden.shapes import add, cascade, diffused, log_uniform, misread
 from hexathermal.simulate.hidden.truth import CampaignTruth, RunTruth
 
 SHARES = (0.62, 0.28, 0.10)
@@ -47,7 +47,7 @@ def hide(truth: CampaignTruth, parameters: Parameters) -> CampaignTruth:
 
     if parameters["side"] == "sensor":
         return misread(truth, sensor, lambda _, run: run.temperatures[:, j] + run.sensor_errors[:, j] + behind(run))
-    return add(truth, lambda run: slopes(truth, run)[:, own] * behind(run))
+    return add(truth, lambda run: truth.slopes(run.q)[:, own] * behind(run))
 
 
 EFFECT = Effect("thermal-lag", draw, hide, amplitude="delay", limits=(15.0, 7200.0), readings=True)
