@@ -23,7 +23,7 @@ from hexathermal.learn.campaign import Campaign, RunFile
 from hexathermal.learn.campaign_columns import Column, columns_of, meant_for
 from hexathermal.learn.campaign_faults import Faults
 from hexathermal.predict.bad_rows import line_ends, lines_from, read_header
-from hexathermal.predict.table_streams import CsvStream, ParquetStream, Rows, TableStream, is_parquet
+from hexathermal.predict.table_streams import CsvStream, ParquetStream, Rows, TableStream, doubles, is_parquet
 
 MISSING = ("", "nan", "NaN", "NAN", "null", "NULL", "NA", "N/A", "None", "-", "--")
 """Fields that say that a value is missing."""
@@ -130,7 +130,7 @@ def _as_they_stand(stream: TableStream, block: pa.RecordBatch) -> Rows:
     place = {name: k for k, name in enumerate(block.schema.names)}
     numbers = np.empty((block.num_rows, len(stream.header.wanted)))
     for k, name in enumerate(stream.header.wanted):
-        numbers[:, k] = block.column(place[name]).to_numpy(zero_copy_only=False)
+        numbers[:, k] = doubles(block.column(place[name]))
     numbers[~np.isfinite(numbers)] = np.nan
     rows = Rows(stream.count, None, numbers, tuple(block.column(place[name]) for name in _others(stream)))
     stream.count += len(rows)

@@ -102,14 +102,14 @@ def _decide(single: FloatArray, double: FloatArray, rows: npt.NDArray[np.int64])
 
 def decided(one: FloatArray, two: FloatArray, rows: npt.NDArray[np.int64], s: int, d: int) -> _Decision:
     """Return whether mean square errors `two` are smaller than `one` by more than their spread between runs."""
-    from scipy.stats import t
+    from scipy.special import stdtrit
 
     part, R = rows / rows.sum(), len(rows)
     difference = one - two
     mean = float(part @ difference)
     spread = float(np.sqrt((part**2 * (difference - mean) ** 2).sum() * R / (R - 1)))
     scale = float(np.sqrt(part @ one) + np.sqrt(part @ two))
-    better = mean > float(t.ppf(CONFIDENCE, R - 1)) * spread
+    better = mean > float(stdtrit(R - 1, CONFIDENCE)) * spread
     return _Decision(bool(better), s, d, mean / scale if scale > 0.0 else 0.0, spread / scale if scale > 0.0 else 0.0)
 
 

@@ -118,7 +118,7 @@ def fit_common(legs: Mapping[str, Grams], sensors: Sequence[str]) -> CommonLaw:
 
 def _loss(squares: FloatArray, rows: FloatArray) -> LegLoss:
     """Return what some runs lose, from their squared residuals under both laws, shape (R, 2), and their rows."""
-    from scipy.stats import t
+    from scipy.special import stdtrit
 
     part, R = rows / rows.sum(), len(rows)
     common, own = (float(value) for value in np.sqrt(squares.sum(axis=0) / rows.sum()))
@@ -126,7 +126,7 @@ def _loss(squares: FloatArray, rows: FloatArray) -> LegLoss:
     difference = np.sqrt(squares[:, 0] / rows) - np.sqrt(squares[:, 1] / rows)
     mean = float(part @ difference)
     spread = float(np.sqrt((part**2 * (difference - mean) ** 2).sum() * R / (R - 1)))
-    worse = mean > float(t.ppf(CONFIDENCE, R - 1)) * spread
+    worse = mean > float(stdtrit(R - 1, CONFIDENCE)) * spread
     return LegLoss(common, own, mean, spread, bool(worse))
 
 

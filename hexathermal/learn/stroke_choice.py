@@ -40,11 +40,11 @@ def reads_place(without: FloatArray, with_q: FloatArray) -> bool:
     >>> reads_place(errors, errors * np.array([0.98, 1.01, 1.0, 0.99]))
     False
     """
-    from scipy.stats import t
+    from scipy.special import stdtrit
 
     R = len(without)
     if R < 2 or not np.isfinite([without, with_q]).all() or not (without > 0.0).all():
         return False
     less = 0.5 * np.log(without / np.maximum(with_q, np.finfo(float).tiny))
     mean, spread = float(less.mean()), float(less.std(ddof=1) / np.sqrt(R))
-    return bool(mean > max(-np.log(1.0 - LEAST_LESS), float(t.ppf(CONFIDENCE, R - 1)) * spread))
+    return bool(mean > max(-np.log(1.0 - LEAST_LESS), float(stdtrit(R - 1, CONFIDENCE)) * spread))

@@ -144,12 +144,12 @@ def half_width(sums: FloatArray, measure: Callable[[FloatArray], float], fewest:
     >>> round(half_width(np.array([[1.0], [2.0], [3.0]]), lambda part: float(part.mean())) * 3**0.5, 2)
     4.3
     """
-    from scipy.stats import t
+    from scipy.special import stdtrit
 
     R = len(sums)
     without = np.array([measure(np.delete(sums, r, axis=0)) for r in range(R)])
     spread = np.sqrt((R - 1) / R * ((without - without.mean()) ** 2).sum())
-    return float(t.ppf(0.975, max(R - 1, fewest)) * spread)
+    return float(stdtrit(max(R - 1, fewest), 0.975) * spread)
 
 
 def _drawn(tables: list[FloatArray], rng: np.random.Generator) -> FloatArray:

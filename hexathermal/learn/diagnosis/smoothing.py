@@ -7,7 +7,7 @@ from functools import lru_cache
 from itertools import pairwise
 
 import numpy as np
-from scipy import ndimage, signal
+from scipy import ndimage
 
 from hexathermal.poses import FloatArray
 
@@ -122,8 +122,9 @@ def _even(values: FloatArray, count: int) -> FloatArray:
     """Return values of even rows, smoothed over `count` of them; where these are few, as they are."""
     if count < FEWEST_SMOOTHED:
         return values
-    out = np.asarray(ndimage.convolve1d(values, _parabola(count), axis=0, mode="nearest"))
-    edge = _edge(count)
+    weights = _parabola(count)
+    out = np.asarray(ndimage.convolve1d(values, weights[-1], axis=0, mode="nearest"))
+    edge = weights[:-1]
     out[: len(edge)] = edge @ values[:count]
     out[len(out) - len(edge) :] = edge[::-1, ::-1] @ values[len(values) - count :]
     return out
@@ -136,19 +137,14 @@ def smoothing_rows(time: FloatArray, over: float) -> int:
 
 @lru_cache(maxsize=64)
 def _parabola(count: int) -> FloatArray:
-    """Return the weights of neighbours of which the middle of the parabola through them is made, shape (count,)."""
-    weights = np.asarray(signal.savgol_coeffs(count, 2))
+    """Return the weights of `count` values of which the parabola through them is made, shape (count // 2 + 1, count).
+
+    A row for each value from the first to the middle one (Savitzky and Golay, 1964).
+    """
+    design = np.vander(np.linspace(-1.0, 1.0, count), 3)
+    weights = design[: count // 2 + 1] @ np.linalg.pinv(design)
     weights.flags.writeable = False
     return weights
-
-
-@lru_cache(maxsize=64)
-def _edge(count: int) -> FloatArray:
-    """Return the weights of the first values of which the parabola through them is made, shape (count // 2, count)."""
-    design = np.vander(np.linspace(-1.0, 1.0, count), 3)
-    edge = design[: count // 2] @ np.linalg.pinv(design)
-    edge.flags.writeable = False
-    return np.asarray(edge)
 
 
 def leading_profiles(tables: Sequence[FloatArray], count: int) -> FloatArray:
