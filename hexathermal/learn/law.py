@@ -326,7 +326,7 @@ class IdentifiedLaw(Shown):
             )
         law = self if bench else replace(self, terms=of_leg(self.terms), joint_covariance=None)
         return LegController(law.predict_signals, law.read_sensors, law.terms, law.repairs,
-                             law.length, reference_degC)  # fmt: skip
+                             law.length, law.stroked, reference_degC)  # fmt: skip
 
     def slopes(self, q: FloatArray | None, count: int) -> FloatArray:
         """Return each sensor's ``A q0 + B q`` (``C``, ``C + D q``) in rows, shape (n, k) [m/K]."""

@@ -14,7 +14,7 @@ import numpy as np
 from hexathermal.errors import ArgumentError
 from hexathermal.machine.leg_repairs import RepairMemory, SensorRepair, ahead_of
 from hexathermal.machine.leg_signals import LegSignals, Memory
-from hexathermal.machine.leg_terms import WEIGHED, LegTerm
+from hexathermal.machine.leg_terms import BY_MOTION, WEIGHED, LegTerm
 from hexathermal.poses import FloatArray
 
 STATELESS = ("temperature", "expansion", "square", "cube", "bend", "position", "periodic", "wave")
@@ -22,6 +22,9 @@ STATELESS = ("temperature", "expansion", "square", "cube", "bend", "position", "
 
 OWN_ZERO = ("position", "periodic", "wave", "square", "bend")
 """Shapes that may count from the run's first displacement; on a machine from the retracted leg."""
+
+OF_PLACE = ("position", "periodic", "wave", "direction", "relaxation", "stored-heat", "air-index", BY_MOTION)
+"""Shapes that read the displacement, or may, of a part whose own law does not."""
 
 BENCH_SHAPES = ("room", "air-index", "tilt", "time")
 BENCH_CAUSES = ("frame-expansion", "air-refraction", "abbe-tilt", "zero-drift", "zero-jump")
@@ -130,13 +133,15 @@ class LegController:
         That are read.
     terms, repairs : sequences of LegTerm and SensorRepair
     retracted_length : float [m]
+    stroked : bool
+        Whether the law itself reads the displacement.
     reference_degC : mapping of str to float, or float, optional
         Temperatures that the law counts from; without it those of the first row.
     """
 
     def __init__(
         self, drift: Drift, sensors: Sequence[str], terms: Sequence[LegTerm], repairs: Sequence[SensorRepair],
-        retracted_length: float, reference_degC: Mapping[str, float] | float | None = None,
+        retracted_length: float, stroked: bool, reference_degC: Mapping[str, float] | float | None = None,
     ) -> None:  # fmt: skip
         for repair in repairs:
             if not repair.causal:
@@ -145,6 +150,7 @@ class LegController:
                     "a controller would need temperatures that come later; set the logger's clock and remove the repair"
                 )
         self.sensors, self.retracted_length = tuple(sensors), float(retracted_length)
+        self._reads_q = stroked or any(term.shape in OF_PLACE for term in terms)
         self._law, self._memory = drift, LegMemory(terms)
         self._reference: dict[str, float] | None = None
         if isinstance(reference_degC, Mapping):
@@ -161,7 +167,7 @@ class LegController:
         return self._drift
 
     def update(
-        self, time: float, temperatures: Mapping[str, float], q: float = 0.0, *, air: float | None = None,
+        self, time: float, temperatures: Mapping[str, float], q: float | None = None, *, air: float | None = None,
         index: float | None = None, tilt: Sequence[float] | None = None, inputs: Mapping[str, float] | None = None,
         pressure_index: float | None = None,
     ) -> float:  # fmt: skip
@@ -174,7 +180,7 @@ class LegController:
         temperatures : mapping of str to float [degC]
             Of `sensors`; others are passed over.
         q : float [m]
-            Displacement of the rod.
+            Displacement of the rod or of the part; may be left out where neither the law nor its terms read it.
         air : float, optional [degC]
         index : float, optional
             Index of refraction of the air.
@@ -189,7 +195,9 @@ class LegController:
         ArgumentError
             A value is missing or no number, or time runs backwards.
         """
-        row = self._row(time, temperatures, q, air, index, tilt, inputs, pressure_index)
+        if q is None and self._reads_q:
+            raise ArgumentError("this law needs the displacement q [m] in every row; a part without a stroke has q=0.0")
+        row = self._row(time, temperatures, 0.0 if q is None else q, air, index, tilt, inputs, pressure_index)
         memory = self._memory.copy()
         found = float(self._law(row, memory)[0])
         if self._zero is None:

@@ -100,6 +100,8 @@ def test_it_predicts_each_place_by_itself(tmp_path: Path) -> None:
     assert told == pytest.approx(expected, rel=1e-9, abs=1e-15)
     with pytest.raises(ArgumentError, match="this law of a component needs the displacement q"):
         law.predict(dT[:, None])
+    with pytest.raises(ArgumentError, match=r"this law needs the displacement q \[m\] in every row"):
+        controller.update(100.0, {"T1": 21.0})
 
 
 def test_its_file_tells_both_in_micrometres_and_comes_back(tmp_path: Path) -> None:
