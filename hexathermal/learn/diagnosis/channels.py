@@ -29,6 +29,9 @@ SLOW_TIMES, WALKING_S = (900.0, 2400.0, 7200.0), 21600.0
 ALIKE = 1e-6
 """Of the values' scatter: a smaller middle difference of neighbours is none."""
 
+UNDECIDED = 3.0
+"""Log likelihood that the second slow time may lack half-way and still be the first when both are followed."""
+
 MANY = 12
 """Columns from which on a fit of the noise leaves out what says nothing."""
 
@@ -271,7 +274,8 @@ class Channel:
         sd : array, shape (m,)
             Standard deviations of the coefficients' priors.
         begin : Levels, optional
-            Where to start, with its slow time kept; by default all slow times are tried.
+            Where to start, with its slow time kept; by default all slow times are tried, and the best, or the best
+            two where they are near each other, are followed to the end.
         most : int
             Evaluations of the likelihood.
         near : Levels, optional
@@ -284,7 +288,11 @@ class Channel:
         start, table = (usual, whole) if near is None else (self.theta(near), self._telling(whole, near))
         times = (*SLOW_TIMES, WALKING_S) if self.walks else SLOW_TIMES
         found = [self._fitted(table, start, time, most // 2, 0.8) for time in times]
-        return self._closer(whole, max(found, key=lambda pair: pair[1])[0], 2 * most, 0.4)
+        first, second = sorted(found, key=lambda pair: -pair[1])[:2]
+        ends = [self._closer(whole, first[0], 2 * most, 0.4)]
+        if second[1] > first[1] - UNDECIDED:
+            ends.append(self._closer(whole, second[0], 2 * most, 0.4))
+        return max(ends, key=lambda pair: pair[1])
 
     def _closer(self, whole: FloatArray, begin: Levels, most: int, spread: float) -> tuple[Levels, float]:
         """Return the best levels near some, and the evidence of all columns of a table there.
