@@ -24,6 +24,7 @@ from hexathermal.learn.diagnosis.lost_counts import lost_count
 from hexathermal.learn.diagnosis.mending import mended, mended_view
 from hexathermal.learn.diagnosis.next_experiments import next_experiments
 from hexathermal.learn.diagnosis.places import alias_words
+from hexathermal.learn.diagnosis.put_back import put_back, told_back
 from hexathermal.learn.diagnosis.recorded import judged_runs, refuse_silent, silence_words
 from hexathermal.learn.diagnosis.replugged import Exchange, exchanges_between_runs, told_of
 from hexathermal.learn.diagnosis.residuals import run_residuals, whiteness
@@ -106,6 +107,9 @@ def _diagnosed(
         progress(4, 5, "what it gains on runs never fitted")
     last = course.last
     extended = extended_law(base, last)
+    if extended.repairs:
+        fitted = [one.run.name for one in rows]
+        extended = replace(extended, repairs=put_back(extended.repairs, plain, fitted))
     held, mute = judged_runs(judged, (base, extended))
     read = {one.run.name: one for one in (*rows, *judged)}
     seen = replace(campaign, runs=tuple(run for run in campaign.runs if run.name not in mute))
@@ -113,7 +117,7 @@ def _diagnosed(
     limits, confusions = limits_of(course.first, levels, course.threshold)
     jumped = judged_steps(plain, extended, held, course.threshold)
     told = _told_before(course, plain, plugs, jumped)
-    effects = _effects(course, told)
+    effects = tuple(told_back(one, extended.repairs) for one in _effects(course, told))
     limits = at_most_named(limits, _smallest(course, effects))
     verdict, probability, follows = _verdict(course, effects, sure_of_nothing(limits, levels.rms))
     candidates = _candidates(course, told)
@@ -126,8 +130,8 @@ def _diagnosed(
     )  # fmt: skip
     return Diagnosis(
         verdict, probability, effects, follows, candidates, base, extended, gained(base, extended, seen, read),
-        reachable(campaign, last, held, base), last.channel.counted(last.levels), course.threshold, limits,
-        confusions, next_experiments(course, limits, confusions, _candidates(course, ())),
+        reachable(campaign, last, held, base, extended.repairs), last.channel.counted(last.levels), course.threshold,
+        limits, confusions, next_experiments(course, limits, confusions, _candidates(course, ())),
         run_residuals(campaign, rows, held, base, extended), campaign.title, notes, whiteness(course),
         None if law is None else Given(law, gained(law, base, seen, read)), doubtful,
     )  # fmt: skip

@@ -23,6 +23,7 @@ from hexathermal.learn.signals import RunRows
 from hexathermal.learn.validation import LandingsJudged, landings_judged
 from hexathermal.learn.validation_gain import Gain, gain
 from hexathermal.learn.validation_rows import RowsPredictor
+from hexathermal.machine.leg_repairs import SensorRepair
 from hexathermal.machine.leg_terms import LegTerm
 from hexathermal.poses import FloatArray
 
@@ -91,7 +92,9 @@ def _with_values(blocks: Iterable[Block], sensors: Sequence[int]) -> Iterator[Bl
                           inputs=block.inputs[good], air=block.air[good])  # fmt: skip
 
 
-def reachable(campaign: Campaign, last: Stage, rows: Sequence[RunRows], law: IdentifiedLaw) -> float | None:
+def reachable(
+    campaign: Campaign, last: Stage, rows: Sequence[RunRows], law: IdentifiedLaw, repairs: Sequence[SensorRepair]
+) -> float | None:
     """Return the RMSE [m] on validation runs of a free fit: all other temperatures and flexible columns, shrunk.
 
     It is fitted on the runs for identification by ridge regression whose strength is chosen on runs left out. What it
@@ -99,7 +102,7 @@ def reachable(campaign: Campaign, last: Stage, rows: Sequence[RunRows], law: Ide
     """
     if not rows:
         return None
-    for repair in last.repairs:
+    for repair in repairs:
         rows = [mended(one, repair) for one in rows]
     fresh = Stage(view_of(campaign, rows, law.sensors, placed=law.stroked))
     if fresh.view.sensors != last.view.sensors:
