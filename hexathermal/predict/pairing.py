@@ -24,11 +24,13 @@ TIMES = ("time", "t", "t_s", "times", "timestamp", "time_ms", "time_us", "time_m
 class Temperatures(Protocol):
     """Temperatures that follow a stream of poses.
 
-    `pairing` says in words how; `one_row` that a single row serves all poses.
+    `pairing` says in words how; `one_row` that a single row serves all poses; `unseen` how many rows before the first
+    pose, or beside another between two poses, no pose has met so far.
     """
 
     pairing: str
     one_row: bool
+    unseen: int
 
     def of(self, poses: Rows) -> tuple[FloatArray, FloatArray | None]:
         """Return temperatures (n, s) or (s,) [degC] of the next poses, and their times [s] where only they have any."""
@@ -67,7 +69,7 @@ class _Checked:
 class _One:
     """One row of temperatures for all poses."""
 
-    pairing, one_row = "one row of temperatures for all poses", True
+    pairing, one_row, unseen = "one row of temperatures for all poses", True, 0
 
     def __init__(self, row: FloatArray, note: str = "") -> None:
         self.row, self.pairing = row, _One.pairing + note
@@ -82,7 +84,7 @@ class _One:
 class _ByRow:
     """Row k of the temperatures for row k of the poses."""
 
-    pairing, one_row = "row by row", False
+    pairing, one_row, unseen = "row by row", False, 0
 
     def __init__(self, poses: TableStream, temps: _Checked, seen: list[Rows], note: str = "") -> None:
         self.poses, self.temps, self.waiting, self.pairing = poses, temps, seen, _ByRow.pairing + note
@@ -129,6 +131,7 @@ class _ByTime:
         self.poses, self.temps, self.waiting = poses, temps, seen
         self.first = float(_time(seen[0])[0])
         self.time, self.numbers = np.empty(0), np.empty((0, seen[0].numbers.shape[1]))
+        self.unseen, self._dropped, self._met = 0, 0, 0
 
     def of(self, poses: Rows) -> tuple[FloatArray, FloatArray | None]:
         time = _time(poses)
@@ -140,15 +143,22 @@ class _ByTime:
             until = int(np.searchsorted(time, self.time[-1], side="right")) if self.time.size else 0
             if until > done:
                 out[done:until] = interpolated(self.time, self.numbers, time[done:until])
+                self._meet(time[done:until])
                 done = until
             if done == len(poses):
                 return out, None
             rows = self.waiting.pop(0) if self.waiting else self.temps.next_rows()
             if rows is None:
                 raise self._outside(poses, done)
-            # the last row stays: a pose may stand between two blocks
+            self._dropped += max(len(self.time) - 1, 0)  # the last row stays: a pose may stand between two blocks
             self.time = np.concatenate([self.time[-1:], _time(rows)])
             self.numbers = np.concatenate([self.numbers[-1:], rows.numbers])
+
+    def _meet(self, time: FloatArray) -> None:
+        """Count the rows that the next poses leave unseen: of those up to a pose the last one is met."""
+        until = self._dropped + np.searchsorted(self.time, time, side="right")
+        self.unseen += int(np.maximum(np.diff(until, prepend=self._met) - 1, 0).sum())
+        self._met = int(until[-1])
 
     def finish(self) -> None:
         while self.temps.next_rows() is not None:

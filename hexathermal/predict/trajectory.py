@@ -25,18 +25,17 @@ from hexathermal.errors import (
     KinematicsError,
     OutOfStrokeError,
     Problem,
-    ThermalModelError,
 )
 from hexathermal.kinematics.batches import where
 from hexathermal.kinematics.limits import ROUNDING, travel_coordinates, travel_range
 from hexathermal.machine.hexapod import Hexapod
-from hexathermal.machine.leg_terms import BY_MOTION
 from hexathermal.poses import FloatArray, Frames, coordinates_from_pose, inverse_pose, pose_from_coordinates
 from hexathermal.predict.leg_states import LegControllers
 from hexathermal.predict.pairing import paired, time_hints
 from hexathermal.predict.table_streams import Rows, TableStream, open_table
 from hexathermal.predict.table_writing import TableWriter, check_out, written_whole
 from hexathermal.predict.temperatures import active_model
+from hexathermal.predict.trajectory_memory import memory_warnings, states_of, unseen_warnings
 
 POSE_COLUMNS = ("x_mm", "y_mm", "z_mm", "rx_deg", "ry_deg", "rz_deg")
 LENGTH_COLUMNS = tuple(f"leg{i}_length_mm" for i in range(1, 7))
@@ -300,7 +299,7 @@ def correct_trajectory(
     source, heat = open_table(poses, POSE_COLUMNS, "poses"), open_table(temps, columns, "temperatures")
     check_out(target, (source.path, heat.path), overwrite)
     try:
-        job = _Job(hexapod, source, convention, frames, lengths_only, _states(hexapod, source, heat))
+        job = _Job(hexapod, source, convention, frames, lengths_only, states_of(hexapod, source, heat))
         _check_clashes(job)
         return _streamed(job, heat, target, progress)
     finally:
@@ -308,56 +307,11 @@ def correct_trajectory(
         heat.close()
 
 
-def _states(hexapod: Hexapod, poses: TableStream, temps: TableStream) -> LegControllers | None:
-    """Return what remembers the rows before; None where the legs' laws need none."""
-    states = active_model(hexapod).states
-    if not states:
-        return None
-    recorded = sorted({str(term.parameters.get("source", "motion")) for term in states} - {"motion"})
-    if recorded:
-        raise ThermalModelError(
-            f"the legs' law reads the recorded input {recorded[0]!r}, which a trajectory does not have; use "
-            "hexapod.leg_controllers() with inputs, or take the term out of the machine's file"
-        )
-    if not (poses.header.has_time or temps.header.has_time):
-        raise _no_times(hexapod, poses)
-    return LegControllers(hexapod)
-
-
-def _no_times(hexapod: Hexapod, poses: TableStream) -> ThermalModelError:
-    """Return the error of a motion whose times nobody states."""
-    causes = ", ".join(dict.fromkeys(term.cause for term in active_model(hexapod).states))
-    return ThermalModelError(
-        f"the legs' law holds {causes}, which depends on what was before: add time_s [s] to {poses.path}, rows in the "
-        "order of the motion"
-    )
-
-
-def _of_memory(job: _Job, temps: TableStream, one_row: bool) -> tuple[str, ...]:
-    """Return what is taken for granted where the law remembers; refuse times that cannot be those of the poses."""
-    states, poses = active_model(job.hexapod).states, job.poses
-    causes = ", ".join(dict.fromkeys(term.cause for term in states))
-    if not poses.header.has_time:
-        if one_row:
-            raise _no_times(job.hexapod, poses)
-        return (
-            f"{poses.path} has no time_s, and the legs' law holds {causes}, which depends on what was before: row k is "
-            f"taken to be at time_s of row k of {temps.path}; add time_s to the poses where that is not so",
-        )
-    follows = dict.fromkeys(term.cause for term in states if "sensor" in term.parameters and term.shape != BY_MOTION)
-    if one_row and follows:
-        return (
-            f"{temps.path} has one row: temperatures that never change leave {', '.join(follows)} at 0; give "
-            "temperatures as they change along the motion",
-        )
-    return ()
-
-
 def _streamed(job: _Job, heat: TableStream, out: Path, progress: Progress | None) -> TrajectorySummary:
     """Do the work, block by block."""
     source, largest = job.poses, job.largest
     followed, checked = paired(job.hexapod, source, heat)
-    warnings = () if job.states is None else _of_memory(job, heat, followed.one_row)
+    warnings = () if job.states is None else memory_warnings(job.hexapod, source, heat, followed.one_row)
     with written_whole(out) as part, TableWriter(part, out, source) as writer:
         while (rows := source.next_rows()) is not None:
             hot, time = followed.of(rows)
@@ -367,6 +321,7 @@ def _streamed(job: _Job, heat: TableStream, out: Path, progress: Progress | None
             if progress is not None:
                 progress(source.done() + heat.done(), source.size + heat.size)
         followed.finish()
+        warnings += () if job.states is None else unseen_warnings(job.hexapod, followed.unseen)
         if progress is not None:
             progress(source.size + heat.size, source.size + heat.size)
     return TrajectorySummary(

@@ -257,7 +257,7 @@ def test_a_trajectory_with_times_remembers(tmp_path: Path, block: int, monkeypat
 
 def test_times_that_are_not_the_poses_own_are_told(tmp_path: Path) -> None:
     """Where only the temperatures have times, these are taken and that is said; one row of them is no motion. One row
-    for poses with times leaves a lag at 0, which is said too.
+    for poses with times leaves a lag at 0, and rows between poses are not seen by it, which is said too.
     """
     machine = with_terms(*STATES)
     poses, temps, time = motion(5)
@@ -278,6 +278,12 @@ def test_times_that_are_not_the_poses_own_are_told(tmp_path: Path) -> None:
     assert "leave thermal-lag at 0" in correct_trajectory(machine, timed, one, tmp_path / "o3.csv").warnings[0]
     assert not correct_trajectory(machine, timed, hot, tmp_path / "o4.csv").warnings
     assert not correct_trajectory(MACHINE, plain, hot, tmp_path / "o5.csv").warnings
+    few = tmp_path / "few.csv"
+    few.write_text(text_of(f"time_s,{POSES}", np.column_stack([time, six])[[1, 4]]), encoding="utf-8")
+    (said,) = correct_trajectory(machine, few, hot, tmp_path / "o6.csv").warnings
+    assert said.startswith("no pose meets 3 rows of temperatures"), said
+    assert "holds thermal-lag, which depends on what was before" in said
+    assert not correct_trajectory(with_terms(*STATES[1:]), few, hot, tmp_path / "o7.csv").warnings
 
 
 def test_a_budget_holds_the_terms() -> None:
