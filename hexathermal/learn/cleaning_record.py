@@ -135,13 +135,22 @@ class CleaningRecord:
 def cleaning_words(records: Sequence[CleaningRecord]) -> tuple[str, ...]:
     """Return what cleaning did to some runs together, in words; nothing where it did nothing."""
     counts: dict[str, int] = {}
+    channels: dict[str, dict[str, None]] = {}
     for item in (item for record in records for item in record.steps):
         counts[item.step] = counts.get(item.step, 0) + item.count
+        channels.setdefault(item.step, {}).update({} if item.action == ROW else {item.channel: None})
     if not counts:
         return ()
     rows, used = (sum(getattr(record, name) for record in records) for name in ("rows", "used"))
-    words = ", ".join(f"{step} {count}" for step, count in counts.items())
+    words = ", ".join(f"{step} {count}{_values_of(list(channels[step]))}" for step, count in counts.items())
     return (f"{used} of {rows} rows are usable; cleaning: {words} ('hexathermal check' says where and why)",)
+
+
+def _values_of(channels: Sequence[str]) -> str:
+    """Return whose values a count is of; nothing where it is of rows."""
+    if not channels:
+        return ""
+    return f" values of {channels[0] if len(channels) == 1 else f'{len(channels)} channels'}"
 
 
 def _plain(value: Any) -> Any:

@@ -249,7 +249,8 @@ def _choice(search: _Search, names: tuple[str, ...] | None, why: Why) -> Choice:
     if gone:
         lacks = _lacking(search.grams, why)[gone[0]]
         raise DataError(
-            f"sensor {gone[0]} lacks {lacks}, allowed {100.0 * MOST_MISSING:g} %; choose another, or leave that run out"
+            f"sensor {gone[0]} lacks {lacks}, allowed {100.0 * MOST_MISSING:g} %; choose another, or "
+            "leave out each run that lacks it ('hexathermal check' names them)"
         )
     return choice
 

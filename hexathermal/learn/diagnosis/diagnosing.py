@@ -25,7 +25,7 @@ from hexathermal.learn.diagnosis.mending import mended, mended_view
 from hexathermal.learn.diagnosis.next_experiments import next_experiments
 from hexathermal.learn.diagnosis.places import alias_words
 from hexathermal.learn.diagnosis.put_back import put_back, told_back
-from hexathermal.learn.diagnosis.recorded import judged_runs, refuse_silent, silence_words
+from hexathermal.learn.diagnosis.recorded import judged_runs, partly_recorded, refuse_silent, silence_words
 from hexathermal.learn.diagnosis.replugged import Exchange, exchanges_between_runs, told_of
 from hexathermal.learn.diagnosis.residuals import run_residuals, whiteness
 from hexathermal.learn.diagnosis.result import Candidate, Diagnosis, Effect, Limit
@@ -283,13 +283,15 @@ def _chosen(base: IdentifiedLaw, *, given: bool) -> list[str]:
 
 def _unseen(course: Course, rows: Sequence[RunRows], mute: Sequence[str]) -> list[str]:
     """Return what was not looked at, and why."""
-    notes = silence_words(rows)
+    partly = partly_recorded(rows)
+    notes = [*silence_words(rows), *partly]
     if mute:
         notes.append(f"not judged, what the law reads has no values there: {', '.join(mute)}")
     tried = {trial.cause for trial in course.first.search.trials}
     lost = [name for name in catalogue() if name not in tried]
     if lost:
-        notes.append(f"not looked for, since this campaign does not record what would show them: {', '.join(lost)}")
+        who = "not every run records" if partly else "this campaign does not record"
+        notes.append(f"not looked for, since {who} what would show them: {', '.join(lost)}")
     return notes
 
 

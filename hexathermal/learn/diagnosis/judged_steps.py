@@ -173,7 +173,7 @@ def told_steps(steps: Sequence[JudgedStep], view: View) -> Beforehand | None:
         "time_s": Quantity(first.time, float(np.median(np.diff(rows.signals.time))), "s"),
         "step_um": Quantity(first.size * UM, first.error * UM, "um"),
     }
-    others = ALSO.join(one.run for k, one in enumerate(steps) if k != at)
+    others = ALSO.join(dict.fromkeys(one.run for one in steps if one.run != first.run))
     settings = {"run": first.run, "role": "validation"} | ({"also": others} if others else {})
     sentence = (
         f"In a run for validation the zero jumps, {CAUSE.name} (in {first.run}; at {told(parameters['time_s'])}; step "

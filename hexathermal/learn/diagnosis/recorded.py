@@ -11,6 +11,7 @@ from hexathermal.errors import ArgumentError, DataError
 from hexathermal.learn.cleaning_rules import TO_SIGMA
 from hexathermal.learn.law import IdentifiedLaw
 from hexathermal.learn.signals import RunRows
+from hexathermal.machine.leg_signals import WORDS
 
 
 def silent_sensors(runs: Iterable[RunRows]) -> tuple[str, ...]:
@@ -112,6 +113,20 @@ def _readable(rows: RunRows, law: IdentifiedLaw) -> bool:
         return bool(np.isfinite(law.predict_signals(rows.signals, run=rows.run.name)).all())
     except ArgumentError:
         return False
+
+
+def partly_recorded(runs: Sequence[RunRows]) -> list[str]:
+    """Return what some of the runs that are searched do not record and others do, in words."""
+    found: dict[str, str] = {}
+    for name in ("air", "index", "tilt"):
+        without = [rows.run.name for rows in runs if getattr(rows.signals, name) is None]
+        if 0 < len(without) < len(runs):
+            found.setdefault(", ".join(without), WORDS[name])
+    return [
+        f"not recorded in {names} of {len(runs)} runs, but in others: {words}; what needs it is looked for nowhere; "
+        f"take {names} out of campaign.toml, or add the columns"
+        for names, words in found.items()
+    ]
 
 
 def silence_words(runs: Sequence[RunRows]) -> list[str]:
