@@ -12,6 +12,9 @@ SHOWN = 5
 """Faults of one kind in one column that are listed singly; the rest, and those that read the same, are counted."""
 
 
+FIELDS = "fields"
+"""Kind of the faults of rows with too many or too few fields."""
+
 NAMED = 4
 """Files with the same fault that are named."""
 
@@ -108,17 +111,20 @@ class Faults:
             self.add(path, problem)
 
     def listed(self) -> tuple[tuple[str, Problem], ...]:
-        """Return all faults, file by file as they were first met, by line."""
-        files: dict[str, list[Problem]] = {}
-        for key, listed in self._found.items():
-            own = files.setdefault(key[0], [])
+        """Return all faults, file by file as they were first met, by line; rows of a wrong length first.
+
+        What stands in their columns is not what the header says: other faults may follow from it.
+        """
+        files: dict[str, list[tuple[bool, Problem]]] = {}
+        for (file, kind), listed in self._found.items():
+            own, later = files.setdefault(file, []), kind != FIELDS
             items = list(listed.values())
-            own.extend(item.told(0) for item in items[:-1])
-            own.append(items[-1].told(self._others.get(key, 0)))
+            own.extend((later, item.told(0)) for item in items[:-1])
+            own.append((later, items[-1].told(self._others.get((file, kind), 0))))
         return tuple(
             (file, problem)
             for file, problems in files.items()
-            for problem in sorted(problems, key=lambda item: (item.line, item.column))
+            for _later, problem in sorted(problems, key=lambda item: (item[0], item[1].line, item[1].column))
         )
 
     def finish(self, path: Path | str) -> None:

@@ -21,7 +21,7 @@ import pyarrow.csv
 from hexathermal.errors import ArgumentError, FileFormatError, Problem
 from hexathermal.learn.campaign import Campaign, RunFile
 from hexathermal.learn.campaign_columns import Column, columns_of, meant_for
-from hexathermal.learn.campaign_faults import Faults
+from hexathermal.learn.campaign_faults import FIELDS, Faults
 from hexathermal.predict.bad_rows import line_ends, lines_from, read_header
 from hexathermal.predict.table_streams import CsvStream, ParquetStream, Rows, TableStream, doubles, is_parquet
 
@@ -96,7 +96,7 @@ class LoggerCsv(CsvStream):
             hint = hint or f"; the row ends before {behind}: repair the table, a missing value is an empty field"
             message = f"found {len(fields)} fields, expected {len(self.header.names)}{hint}"
             column = min(len(fields), len(self.header.names)) + 1
-            self.faults.add(self.path, Problem(line, column, message), "fields")
+            self.faults.add(self.path, Problem(line, column, message), FIELDS)
         return fields
 
     def _number(self, line: int, name: str, field: str) -> float | None:
