@@ -243,12 +243,21 @@ class Channel:
         """Return residuals of each run by a fit of all others, as they are and whitened, shape (n,)."""
         table, _ = self.whitened(np.column_stack([self.y, X]), levels)
         left, white = np.empty(len(self)), np.empty(len(self))
-        scaled, runs = table * np.append(1.0, sd), [self.run == k for k in np.unique(self.run)]
-        for own, others in zip(runs, sums_without([scaled[own].T @ scaled[own] for own in runs]), strict=True):
-            mean = sd * solution(others)[1]
+        for k, mean in zip(np.unique(self.run), self._without_each(table, sd), strict=True):
+            own = self.run == k
             left[own] = self.y[own] - X[own] @ mean
             white[own] = table[own, 0] - table[own, 1:] @ mean
         return left, white
+
+    def without_each(self, X: FloatArray, sd: FloatArray, levels: Levels) -> FloatArray:
+        """Return the coefficients of fits without each run, shape (r, m)."""
+        return self._without_each(self.whitened(np.column_stack([self.y, X]), levels)[0], sd)
+
+    def _without_each(self, table: FloatArray, sd: FloatArray) -> FloatArray:
+        """Return the coefficients of fits without each run, of whitened data and columns, shape (r, m)."""
+        scaled = table * np.append(1.0, sd)
+        products = [scaled[own].T @ scaled[own] for own in (self.run == k for k in np.unique(self.run))]
+        return np.array([sd * solution(others)[1] for others in sums_without(products)])
 
     def plain(self, levels: Levels) -> Levels:
         """Return a noise that weighs windows by their rows alone: least squares, as a law without causes is fitted."""

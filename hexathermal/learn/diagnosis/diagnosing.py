@@ -16,7 +16,7 @@ from hexathermal.learn.diagnosis.beforehand import Beforehand, among
 from hexathermal.learn.diagnosis.causes import catalogue
 from hexathermal.learn.diagnosis.course import Course, Progress, base_law, searched
 from hexathermal.learn.diagnosis.doubtful import doubtful_readings
-from hexathermal.learn.diagnosis.extension import extended_law, gained, reachable
+from hexathermal.learn.diagnosis.extension import extended_law, gained, joint_law, reachable
 from hexathermal.learn.diagnosis.given_law import Given, of_another_form, of_another_leg
 from hexathermal.learn.diagnosis.judged_steps import JudgedStep, judged_steps, told_steps
 from hexathermal.learn.diagnosis.limits import at_most_named, limits_of, sure_of_nothing
@@ -153,7 +153,7 @@ def _told_before(
 
 def _effects(course: Course, told: Sequence[Beforehand]) -> tuple[Effect, ...]:
     """Return what was named, with the numbers of the law that all of it joined; what was told before in its place."""
-    mean, covariance = course.last.law
+    mean, covariance = joint_law(course.last)
     effects = [
         effect_of(found, stage, course.last, covariance, mean)
         for found, stage in zip(course.found, course.stages, strict=True)

@@ -36,7 +36,7 @@ def extended_law(law: IdentifiedLaw, stage: Stage) -> IdentifiedLaw:
     """
     if not stage.joined and not stage.repairs:
         return law
-    mean, covariance = stage.law
+    mean, covariance = joint_law(stage)
     p = len(law.coefficients)
     kept, terms, at = list(range(p)), [], p
     for item in stage.joined:
@@ -52,6 +52,29 @@ def extended_law(law: IdentifiedLaw, stage: Stage) -> IdentifiedLaw:
     noise = ResidualNoise(levels.white, levels.landing, levels.slow, levels.slow_time, levels.offset)
     return replace(law, coefficients=mean[:p], covariance=joint[:p, :p], terms=tuple(terms), repairs=stage.repairs,
                    joint_covariance=joint, noise=noise, factor=_factor(stage, levels))  # fmt: skip
+
+
+def joint_law(stage: Stage) -> tuple[FloatArray, FloatArray]:
+    """Return `Stage.law`, with the covariance that runs left out bear out.
+
+    Weights by the noise are as sure as if the law were right but for it. Where runs that are left out move the
+    coefficients by more, the covariance C is larger by the mean of ``J / C`` (Efron and Stein, Annals of Statistics 9
+    (1981) 586)::
+
+        J = (R - 1) / R sum_r (b_r - b)(b_r - b)',     C := C max(1, tr(C^-1 J) / p)
+
+    over the p coefficients that all runs share: a step of the zero belongs to one.
+    """
+    mean, covariance = stage.law
+    shared, at = list(range(stage.view.base_columns.shape[1])), stage.view.base_columns.shape[1]
+    for item in stage.joined:
+        shared += range(at, at + item.trial.carried) if item.trial.shape else ()
+        at += item.trial.carried
+    without = stage.without_each[:, shared]
+    apart = without - without.mean(axis=0)
+    J = (len(without) - 1) / len(without) * apart.T @ apart
+    wider = float(np.trace(np.linalg.solve(covariance[np.ix_(shared, shared)], J))) / len(shared)
+    return mean, covariance * max(1.0, wider)
 
 
 def _factor(stage: Stage, levels: Levels) -> float:

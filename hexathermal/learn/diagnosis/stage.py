@@ -104,9 +104,8 @@ class Stage:
     def bench(self) -> Workbench:
         """What trials are built from, with the law as it fits at first.
 
-        Weights by the noise look at what is quick. There the readings of a part, whose micrometres for a kelvin are ten
-        times a leg's, are mostly noise, which makes a law too small: of a part it is the law that runs left out speak
-        for.
+        Weights by the noise look at what is quick, where readings of a part, of ten times a leg's micrometres for a
+        kelvin, are mostly noise and make a law too small: of a part it is the law that runs left out speak for.
         """
         p, noise = self.view.base_columns.shape[1], self.levels.rms
         if self.view.kind == "leg":
@@ -275,8 +274,7 @@ class Stage:
 
     def asked_of_runs(self, item: Ranked) -> Ranked:
         """Return a cause that thermometers may feign with what runs left out say for it, where it is faint without."""
-        trial = item.best.trial
-        if not trial.feigned or not item.gated < FAINT <= item.value:
+        if not item.best.trial.feigned or not item.gated < FAINT <= item.value:
             return item
         return replace(item, repeated=repeated(self, self.with_effect(item.best), item))
 
@@ -294,8 +292,7 @@ class Stage:
         if trial.lessened is None:
             return told
         ask = self.search.witnesses
-        sizes = (ask.error(scored, self.levels), ask.beside_the_law.error(trial))
-        repairs = [trial.lessened(size) for size in sizes]
+        repairs = [trial.lessened(size) for size in (ask.error(scored, self.levels), ask.beside_the_law.error(trial))]
         stages = [self._repaired(repair) for k, repair in enumerate(repairs) if repair not in repairs[:k]]
         lessened = min(stages, key=lambda stage: stage.kinder_left)
         large = any(repair.parameters.get("share", 0.0) > MOST_OWN for repair in repairs)
@@ -363,6 +360,11 @@ class Stage:
         """What runs left out of the fit of `law` leave in windows, shape (n,) [m]."""
         w = self._trust
         return np.asarray(w * self.left_out(self.levels)[0] + (1.0 - w) * self.left_out(self.plain)[0])
+
+    @property
+    def without_each(self) -> FloatArray:
+        """The coefficients of `fit` by all runs but one, shape (r, m)."""
+        return self.channel.without_each(*self._plain, self.levels)
 
     @property
     def _trust(self) -> float:
