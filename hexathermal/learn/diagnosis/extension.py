@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import replace
+from itertools import chain
 from typing import Any
 
 import numpy as np
@@ -14,6 +15,7 @@ from hexathermal.errors import ArgumentError
 from hexathermal.learn.campaign import Block, Campaign
 from hexathermal.learn.campaign_laws import role_blocks
 from hexathermal.learn.diagnosis.channels import Levels, sums_without
+from hexathermal.learn.diagnosis.evidence import Scored
 from hexathermal.learn.diagnosis.mending import mended
 from hexathermal.learn.diagnosis.stage import Stage, view_of
 from hexathermal.learn.fitting import prediction_factor
@@ -38,20 +40,26 @@ def extended_law(law: IdentifiedLaw, stage: Stage) -> IdentifiedLaw:
         return law
     mean, covariance = joint_law(stage)
     p = len(law.coefficients)
-    kept, terms, at = list(range(p)), [], p
-    for item in stage.joined:
-        own = list(range(at, at + item.trial.carried))
-        at += item.trial.carried
-        if item.trial.shape:
-            terms.append(LegTerm(item.trial.cause, item.trial.shape, item.trial.parameters, mean[own],
-                                 covariance[np.ix_(own, own)]))  # fmt: skip
-            kept += own
+    kept, terms = list(range(p)), []
+    for item, own in terms_of_law(stage):
+        terms.append(LegTerm(item.trial.cause, item.trial.shape, item.trial.parameters, mean[own],
+                             covariance[np.ix_(own, own)]))  # fmt: skip
+        kept += own
     joint = covariance[np.ix_(kept, kept)]
     joint = 0.5 * (joint + joint.T)
     levels = stage.channel.counted(stage.levels)
     noise = ResidualNoise(levels.white, levels.landing, levels.slow, levels.slow_time, levels.offset)
     return replace(law, coefficients=mean[:p], covariance=joint[:p, :p], terms=tuple(terms), repairs=stage.repairs,
                    joint_covariance=joint, noise=noise, factor=_factor(stage, levels))  # fmt: skip
+
+
+def terms_of_law(stage: Stage) -> Iterator[tuple[Scored, list[int]]]:
+    """Yield what joined and is a term of the law, not a step of one run, with the places of its coefficients."""
+    at = stage.view.base_columns.shape[1]
+    for item in stage.joined:
+        if item.trial.shape:
+            yield item, list(range(at, at + item.trial.carried))
+        at += item.trial.carried
 
 
 def joint_law(stage: Stage) -> tuple[FloatArray, FloatArray]:
@@ -66,10 +74,7 @@ def joint_law(stage: Stage) -> tuple[FloatArray, FloatArray]:
     over the p coefficients that all runs share: a step of the zero belongs to one.
     """
     mean, covariance = stage.law
-    shared, at = list(range(stage.view.base_columns.shape[1])), stage.view.base_columns.shape[1]
-    for item in stage.joined:
-        shared += range(at, at + item.trial.carried) if item.trial.shape else ()
-        at += item.trial.carried
+    shared = [*range(stage.view.base_columns.shape[1]), *chain.from_iterable(own for _item, own in terms_of_law(stage))]
     without = stage.without_each[:, shared]
     apart = without - without.mean(axis=0)
     J = (len(without) - 1) / len(without) * apart.T @ apart

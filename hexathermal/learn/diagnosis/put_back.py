@@ -20,7 +20,7 @@ import numpy.typing as npt
 
 from hexathermal.learn.diagnosis.causes.sensor_detached import CAUSE
 from hexathermal.learn.diagnosis.mending import mended_view
-from hexathermal.learn.diagnosis.replugged import FEWEST, HOUR_S, RIDGE, SURE
+from hexathermal.learn.diagnosis.replugged import FEWEST, HOUR_S, SURE, ridged
 from hexathermal.learn.diagnosis.result import Effect
 from hexathermal.learn.diagnosis.sensor_model import MOST_SHARE
 from hexathermal.learn.diagnosis.view import View
@@ -42,17 +42,17 @@ def put_back(repairs: Sequence[SensorRepair], view: View, fitted: Sequence[str])
     fitted : sequence of str
         Names of the runs for identification.
     """
-    known = tuple(repairs)
+    known = list(repairs)
     for k, repair in enumerate(known):
-        later = list(repair.parameters.get("from_s", {}))[1:]
+        begins = dict(repair.parameters.get("from_s", {}))
+        later = list(begins)[1:]
         if repair.cause != CAUSE.name or not later or set(later) & set(fitted):
             continue
         others = (*known[:k], *known[k + 1 :])
         if _sits_again(repair, reduce(mended_view, others, view), later):
-            begins = dict([next(iter(repair.parameters["from_s"].items()))])
-            own = {**repair.parameters, "from_s": begins, "again_in": later}
-            known = (*known[:k], replace(repair, parameters=own), *known[k + 1 :])
-    return known
+            until = {name: moment for name, moment in begins.items() if name not in later}
+            known[k] = replace(repair, parameters={**repair.parameters, "from_s": until, "again_in": later})
+    return tuple(known)
 
 
 def told_back(effect: Effect, repairs: Sequence[SensorRepair]) -> Effect:
@@ -77,10 +77,10 @@ def _sits_again(repair: SensorRepair, view: View, later: Sequence[str]) -> bool:
     of = np.array(names)[view.channel.run]
     lost = (of == run) & (view.time >= moment)
     after = np.isin(of, later)
-    own, air = view.temperatures(sensor), view.windows_zeroed(view.airs)[:, 0]
-    told = _foretold(np.column_stack([view.temperatures(name) for name in others]), own, ~lost & ~after)
     if lost.sum() < FEWEST_WINDOWS:
         return False
+    own, air = view.temperatures(sensor), view.windows_zeroed(view.airs)[:, 0]
+    told = _foretold(np.column_stack([view.temperatures(name) for name in others]), own, ~lost & ~after)
     share = repair.parameters.get("share", _slope((air - told)[lost], (own - told)[lost]))
     off = told + min(max(share, 0.0), MOST_SHARE) * (air - told)
     hours = float(view.channel.rows[after].sum()) * view.sampling / HOUR_S
@@ -91,9 +91,7 @@ def _sits_again(repair: SensorRepair, view: View, later: Sequence[str]) -> bool:
 def _foretold(others: FloatArray, own: FloatArray, sound: npt.NDArray[np.bool_]) -> FloatArray:
     """Return what others foretell of a reading, with weights from some windows."""
     X, y = others[sound], own[sound]
-    products = X.T @ X
-    ridge = RIDGE * np.trace(products) / len(products) + np.finfo(float).tiny
-    return np.asarray(others @ np.linalg.solve(products + ridge * np.eye(len(products)), X.T @ y))
+    return np.asarray(others @ np.linalg.solve(ridged(X.T @ X), X.T @ y))
 
 
 def _slope(x: FloatArray, y: FloatArray) -> float:

@@ -225,9 +225,13 @@ class _Pair:
 
     def _total(self, used: FloatArray) -> FloatArray:
         """Return the products of the rest over runs, with the ridge, shape (k, k)."""
-        total = np.tensordot(used, self.rest, 1)
-        ridge = RIDGE * np.trace(total) / len(total) + np.finfo(float).tiny
-        return np.asarray(total + ridge * np.eye(len(total)))
+        return ridged(np.tensordot(used, self.rest, 1))
+
+
+def ridged(products: FloatArray) -> FloatArray:
+    """Return products of thermometers with a ridge, shape (k, k)."""
+    ridge = RIDGE * np.trace(products) / len(products) + np.finfo(float).tiny
+    return np.asarray(products + ridge * np.eye(len(products)))
 
 
 def _exchange(view: View, i: int, j: int, where: FloatArray, evidence: float) -> Exchange | None:

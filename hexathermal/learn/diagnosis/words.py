@@ -10,6 +10,7 @@ import numpy as np
 from hexathermal.learn.coverage import TWO_SIDED
 from hexathermal.learn.diagnosis.causes import catalogue
 from hexathermal.learn.diagnosis.causes.sensor_detached import share_of
+from hexathermal.learn.diagnosis.extension import terms_of_law
 from hexathermal.learn.diagnosis.joining import Found
 from hexathermal.learn.diagnosis.result import Effect, Quantity
 from hexathermal.learn.diagnosis.stage import Stage
@@ -232,12 +233,9 @@ def _amplitudes(found: Found, final: Stage, mean: FloatArray, covariance: FloatA
 
     A step of the zero is no term: the last fit stacks what a law needs on new runs, where there is no such step.
     """
-    at = final.view.base_columns.shape[1]
-    for item in final.joined:
-        if item is found.ranked.best and item.trial.shape:
-            own = slice(at, at + item.trial.carried)
+    for item, own in terms_of_law(final):
+        if item is found.ranked.best:
             return mean[own], np.sqrt(np.diagonal(covariance)[own])
-        at += item.trial.carried
     return found.amplitudes, found.spread
 
 
