@@ -14,6 +14,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
+import numpy.typing as npt
 
 from hexathermal.poses import FloatArray
 
@@ -161,11 +162,18 @@ def _drawn(tables: list[FloatArray], rng: np.random.Generator) -> FloatArray:
         step = max(DRAWN_COUNTS // n, 1)
         for i in range(0, DRAWS, step):
             part = slice(i, i + step)
-            counts = rng.multinomial(runs[part, r] * n, np.full(n, 1.0 / n))
+            counts = _counts(runs[part, r] * n, n, rng)
             sums[part] += counts @ table[:, SUMS]
+            drawn = counts > 0
             for j, column in enumerate(LARGEST):
-                tops[part, j] = np.maximum(tops[part, j], np.where(counts > 0, table[:, column], 0.0).max(axis=1))
+                tops[part, j] = np.maximum(tops[part, j], (drawn * table[:, column]).max(axis=1))
     return _measures(sums.T, tops.T)
+
+
+def _counts(sizes: npt.NDArray[np.int64], n: int, rng: np.random.Generator) -> npt.NDArray[np.int64]:
+    """Return how often each of n landings is in draws of so many, shape (draws, n)."""
+    place = np.repeat(np.arange(len(sizes)) * n, sizes) + rng.integers(n, size=int(sizes.sum()))
+    return np.bincount(place, minlength=len(sizes) * n).reshape(len(sizes), n)
 
 
 def _measures(sums: FloatArray, tops: FloatArray) -> FloatArray:
