@@ -19,9 +19,10 @@ from hexathermal.compare.differences import (
 )
 from hexathermal.compare.measured import MeasuredRun, measured_run
 from hexathermal.compare.noise import Noise
-from hexathermal.compare.placing import Placed, placed
+from hexathermal.compare.placing import Placed, placed, without_silent
 from hexathermal.compare.scores import ChannelScore, ComparedRun, channel_scores, compared_run
-from hexathermal.compare.steps import MOST_NAMED, calibrated
+from hexathermal.compare.steps import MOST_NAMED, Calibration, calibrated
+from hexathermal.compare.unlike import foretold, unlike, unlike_notes, unlike_words
 from hexathermal.errors import DataError
 from hexathermal.learn.campaign import Campaign
 from hexathermal.learn.campaign_files import load_campaign
@@ -40,6 +41,9 @@ FEWEST_RUNS = 2
 
 LEAST_WORSE = 0.01
 """Part by which the RMSE of a channel must have grown for it to be told."""
+
+HEATS = ("motor-heat", "friction-heat")
+"""All heat that the leg is given."""
 
 OTHER_LEG = 4
 """From so many named numbers on, the campaign's leg is said to be another one than the bench's."""
@@ -61,6 +65,10 @@ class Comparison:
         All that was looked for: estimate, smallest difference that would have been named, and what it is confused with.
     scores : tuple of ChannelScore
         On the runs of `scored_role`.
+    unexplained : tuple of ChannelScore
+        Those that no number of the bench explains, the most unlike first.
+    worse : tuple of ChannelScore
+        Those that are proven to be simulated worse with what was named, the worst first.
     scored_role : str
         ``"validation"``, or ``"identification"`` where no run for validation could be compared: then no gain is proven.
     runs : tuple of ComparedRun
@@ -77,6 +85,8 @@ class Comparison:
     differences: tuple[Difference, ...]
     parameters: tuple[ParameterFound, ...]
     scores: tuple[ChannelScore, ...]
+    unexplained: tuple[ChannelScore, ...]
+    worse: tuple[ChannelScore, ...]
     scored_role: str
     runs: tuple[ComparedRun, ...]
     noise: Noise
@@ -86,17 +96,29 @@ class Comparison:
     notes: tuple[str, ...]
 
     @property
+    def verdict(self) -> str:
+        """``"difference"``, ``"unexplained"`` (channels are unlike, and no number explains them) or ``"none"``."""
+        return "difference" if self.differences else "unexplained" if self.unexplained else "none"
+
+    @property
     def sentence(self) -> str:
-        """What was found, in one sentence."""
+        """What was found, in one sentence or two."""
+        left = unlike_words(self.unexplained, self.scored_role) if self.unexplained else ""
         if not self.differences:
+            if left:
+                return f"Something differs that no number of the bench explains: {left}."
             return "No difference from the virtual bench was found; the table says how large it would have to be."
         told = "; ".join(one.sentence for one in self.differences)
         if len(self.differences) < OTHER_LEG:
-            return f"The bench differs in {told}."
-        return (
-            f"This is another leg than the virtual bench's: {len(self.differences)} of its numbers differ, which stand "
-            f"for what the bench lacks as a whole and not for one cause each: {told}."
-        )
+            said = f"The bench differs in {told}."
+        else:
+            said = (
+                f"This is another leg than the virtual bench's: {len(self.differences)} of its numbers differ, which "
+                f"stand for what the bench lacks as a whole and not for one cause each: {told}."
+            )
+        worse = ", ".join(one.channel for one in self.worse)
+        doubt = f" Yet {worse} {'is' if len(self.worse) == 1 else 'are'} simulated worse with it." if worse else ""
+        return f"{said}{doubt}" + (f" No number of the bench explains {left}." if left else "")
 
 
 def compare_campaign(
@@ -132,7 +154,7 @@ def compare_campaign(
     campaign, copies = without_copies(campaign)
     where = placed(campaign, leg)
     runs, skipped = _measured(campaign, where, tell)
-    notes = [*where.notes, *copies, *skipped.values()]
+    where, runs = without_silent(where, runs, campaign.sensors)
     fitted = [run for run in runs if run.role == "identification"]
     if len(fitted) < FEWEST_RUNS:
         raise _too_few(campaign, len(fitted), skipped)
@@ -142,21 +164,35 @@ def compare_campaign(
         calibration = calibrated(bench, progress)
     except np.linalg.LinAlgError:
         raise _unchanged(campaign, "the channels of the runs for identification leave nothing to weigh by") from None
-    logs, contact_errors = named_values(calibration)
     tell(0, 0, "measuring the gain")
+    return _compared(campaign, where, bench, runs, calibration, [*where.notes, *copies, *skipped.values()])
+
+
+def _compared(
+    campaign: Campaign, where: Placed, bench: BenchRuns, runs: Sequence[MeasuredRun], calibration: Calibration,
+    notes: list[str],
+) -> Comparison:  # fmt: skip
+    """Return what a calibrated bench gains on runs, and what it leaves."""
+    logs, contact_errors = named_values(calibration)
     every = tuple(compared_run(bench, run, logs, contact_errors) for run in runs)
     role = "validation" if any(run.role == "validation" for run in runs) else "identification"
-    notes += _doubts(role, len(calibration.named), logs)
-    scored = [k for k, run in enumerate(runs) if run.role == role]
     names = tuple(campaign.sensors[k] for k in where.sensors)
-    score = channel_scores([every[k] for k in scored], [runs[k] for k in scored], names, where.places)
+    found = differences(calibration, names)
+    scored = [k for k, run in enumerate(runs) if run.role == role]
+    judged = [every[k] for k in scored]
+    left = foretold(calibration.last, judged)
+    score = channel_scores(judged, [runs[k] for k in scored], names, where.places, left)
+    worse, rest = _worse(score), unlike(score)
     coldest = min(float(run.air.min()) for run in runs)
-    notes += [*_gaps(runs, names), *of_fahrenheit(names, [run.lowest_degC for run in runs], coldest)]
-    notes += _worse(score, role)
-    error_K, error_m = discretisation_error(bench, fitted[0])
+    notes = [
+        *notes, *_doubts(role, found, logs), *_gaps(runs, names),
+        *of_fahrenheit(names, [run.lowest_degC for run in runs], coldest),
+        *_worse_words(worse, role), *unlike_notes(rest, judged),
+    ]  # fmt: skip
+    error_K, error_m = discretisation_error(bench, bench.runs[0])
     return Comparison(
-        campaign.title or campaign.folder.name, where, names, differences(calibration, names),
-        parameters_found(calibration, names), score, role, every, calibration.last.noise,
+        campaign.title or campaign.folder.name, where, names, found, parameters_found(calibration, names), score,
+        rest, worse, role, every, calibration.last.noise,
         float(np.max([run.step for run in runs])), error_K, error_m, tuple(notes),
     )  # fmt: skip
 
@@ -213,12 +249,17 @@ def _gaps(runs: Sequence[MeasuredRun], names: Sequence[str]) -> list[str]:
     ]
 
 
-def _worse(scores: Sequence[ChannelScore], role: str) -> list[str]:
-    """Return which channels are proven to be simulated worse than before, in words."""
+def _worse(scores: Sequence[ChannelScore]) -> tuple[ChannelScore, ...]:
+    """Return the channels that are proven to be simulated worse than before, the worst first."""
     worse = [one for one in scores if one.reduction.high < 0.0 and one.reduction.value < -LEAST_WORSE]
+    return tuple(sorted(worse, key=lambda one: one.reduction.value))
+
+
+def _worse_words(worse: Sequence[ChannelScore], role: str) -> list[str]:
+    """Return the channels that are simulated worse than before, in words."""
     if not worse:
         return []
-    most = min(worse, key=lambda one: one.reduction.value)
+    most = worse[0]
     names = ", ".join(one.channel for one in worse)
     grown = [-100.0 * value for value in (most.reduction.value, most.reduction.high, most.reduction.low)]
     return [
@@ -228,15 +269,21 @@ def _worse(scores: Sequence[ChannelScore], role: str) -> list[str]:
     ]
 
 
-def _doubts(role: str, named: int, logs: Mapping[str, float]) -> list[str]:
+def _doubts(role: str, named: Sequence[Difference], logs: Mapping[str, float]) -> list[str]:
     """Return what a reader should know of the scores and of what was named."""
     notes = []
     if role == "identification":
         notes.append("no run for validation could be compared: the scores are those of the runs that were fitted")
-    if named >= OTHER_LEG:
+    if len(named) >= MOST_NAMED:
         notes.append(
-            f"{named} numbers differ, and at most {MOST_NAMED} are sought"
-            + (": others differ as well, whose estimates stand in the table" if named >= MOST_NAMED else "")
+            f"{len(named)} numbers differ, and no more are sought: others differ as well, whose estimates stand in the "
+            "table"
+        )
+    heat = [one for one in named if one.name in HEATS]
+    if len(heat) == len(HEATS) and max(one.low for one in heat) < min(one.high for one in heat):
+        notes.append(
+            f"{' and '.join(HEATS)} differ by one factor, within their intervals: rises tell heat only over "
+            "conductances and capacities, and all of these smaller by it would look the same; measure the motor's power"
         )
     notes += [
         f"{name}: a factor of {exp(value):.2g} is no number of that part any more; the bench lacks something there"

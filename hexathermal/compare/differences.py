@@ -12,6 +12,7 @@ from hexathermal.compare.bench_runs import CONTACT_ERROR
 from hexathermal.compare.evidence import CONTACT_FREE, CONTACT_SD
 from hexathermal.compare.parameters import FREE, NAMES, PARAMETERS, SENSOR_EXPERIMENT, TOLERANCES, half_interval
 from hexathermal.compare.steps import PROBABILITY, Calibration
+from hexathermal.poses import FloatArray
 
 ALIKE = 0.95
 """Two numbers whose marks are alike by more than this (correlation) cannot be separated by the data."""
@@ -95,7 +96,8 @@ class ParameterFound:
     limit_low, limit_high : float
         Below and above these it would have been named; 0 and infinite where the data never show it.
     alike : tuple of (str, float)
-        Others whose marks correlate with its own by more than `ALIKE`.
+        Of what was not named: others whose marks correlate with its own by more than `ALIKE`. What these data do not
+        tell from a named one is its `Difference.equivalent`.
     experiment : str
         What would show it apart.
     """
@@ -189,13 +191,20 @@ def parameters_found(calibration: Calibration, sensors: Sequence[str]) -> tuple[
             parameter.words if parameter else f"{target} reads the air",
             _value(j, own), _value(j, own - half), _value(j, own + half), j in last.free,
             0.0 if j in last.free else float(calibration.gains[j]), edges[0], edges[1],
-            tuple((label(k, sensors), float(alike[j, k])) for k in range(count) if k != j and abs(alike[j, k]) > ALIKE),
+            () if j in last.free else _same(j, alike, sensors),
             parameter.experiment if parameter else SENSOR_EXPERIMENT,
         ))  # fmt: skip
     return tuple(found)
 
 
-def _alike(calibration: Calibration, count: int) -> np.ndarray[tuple[int, int], np.dtype[np.float64]]:
+def _same(j: int, alike: FloatArray, sensors: Sequence[str]) -> tuple[tuple[str, float], ...]:
+    """Return the names of those whose marks are like those of number j, and how alike."""
+    return tuple(
+        (label(int(k), sensors), float(alike[j, k])) for k in np.flatnonzero(np.abs(alike[j]) > ALIKE) if k != j
+    )
+
+
+def _alike(calibration: Calibration, count: int) -> FloatArray:
     """Return how alike the marks of all numbers are, -1 to 1; all others within their prior."""
     last = calibration.last
     precision = last.sums.precision(last.free)

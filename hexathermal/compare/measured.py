@@ -35,6 +35,9 @@ MOST_WINDOWS, MOST_STEPS = 48, 8000
 LONGEST_GAP = 900.0
 """Displacement and room are interpolated over gaps of rows up to this [s]; a run with a longer one is left out."""
 
+FASTEST_S = 0.5
+"""A short run whose rows come faster than that may be in minutes, or in hours."""
+
 FEWEST_WINDOWS = 3
 """Windows that a run needs to be compared."""
 
@@ -155,20 +158,16 @@ def measured_run(campaign: Campaign, run: RunFile, sensors: tuple[int, ...]) -> 
     """
     data = read_run(campaign, run)
     time, q, air = _course(campaign, run, data)
-    if time.size < 3:
-        return f"run {run.name} is not compared: it has fewer than three rows with displacement and air temperature"
-    gap = float(np.diff(time).max())
-    if gap > LONGEST_GAP:
-        where = float(time[int(np.diff(time).argmax())])
-        return (
-            f"run {run.name} is not compared: displacement or air temperature is missing for {gap / 60.0:.0f} min "
-            f"after {where / 3600.0:.2f} h; what the motor did then is not known (at most {LONGEST_GAP / 60.0:.0f} min)"
-        )
+    refused = _too_few(data) if time.size < 3 else _gap(time, data)
+    if refused:
+        return f"run {run.name} is not compared: {refused}"
     blocks = list(usable_blocks(campaign, run))
     rows = joined(blocks) if blocks else None
-    if rows is None or rows.q is None or np.ptp(rows.time) < FEWEST_WINDOWS * WINDOW:
+    lasts = 0.0 if rows is None else float(np.ptp(rows.time))
+    if rows is None or rows.q is None or lasts < FEWEST_WINDOWS * WINDOW:
         return (
-            f"run {run.name} is not compared: its usable rows last less than {FEWEST_WINDOWS * WINDOW / 60.0:.0f} min"
+            f"run {run.name} is not compared: its usable rows last {lasts / 60.0:.3g} min, and at least "
+            f"{FEWEST_WINDOWS * WINDOW / 60.0:.0f} min are needed{_hurried(time)}"
         )
     step = max(STEP, float(np.median(np.diff(time))), float(time[-1] - time[0]) / MOST_STEPS)
     windows = _windows(rows)
@@ -184,6 +183,45 @@ def measured_run(campaign: Campaign, run: RunFile, sensors: tuple[int, ...]) -> 
         _scatter(rows, windows), _row_noise(rises, rows.time),
         np.array([time, q, way, air]), _lowest(data["temperature"].sel(thermocouple=names).values),
     )  # fmt: skip
+
+
+def _too_few(data: xr.Dataset) -> str:
+    """Return why a run has too few rows to drive the bench, in words."""
+    columns = {"time": "time_s", "q": "q_mm", "air_temperature": "air_temperature_degC"}
+    empty = [column for name, column in columns.items() if not np.isfinite(data[name].values).any()]
+    if empty:
+        return f"{' and '.join(empty)} {'has' if len(empty) == 1 else 'have'} no value in any row"
+    return "it has fewer than three rows with displacement and air temperature"
+
+
+def _gap(time: FloatArray, data: xr.Dataset) -> str:
+    """Return what is said of a run whose motion or room is not known for long; empty where it is."""
+    steps = np.diff(time)
+    gap, where = float(steps.max()), float(time[int(steps.argmax())])
+    if gap <= LONGEST_GAP:
+        return ""
+    slow = float(np.median(steps))
+    if slow > LONGEST_GAP:
+        return (
+            f"a row comes every {slow / 60.0:.0f} min, at most {LONGEST_GAP / 60.0:.0f} min are allowed: is time_s in "
+            "milliseconds?"
+        )
+    recorded = np.asarray(data["time"].values, dtype=np.float64)
+    recorded = recorded[np.isfinite(recorded)] - recorded[np.isfinite(recorded)][:1]
+    silent = not ((recorded > where) & (recorded < where + gap)).any()
+    what = "no row is recorded" if silent else "displacement or air temperature is missing"
+    return (
+        f"{what} for {gap / 60.0:.0f} min after {where / 3600.0:.2f} h; what the motor did then is not known (at most "
+        f"{LONGEST_GAP / 60.0:.0f} min)"
+    )
+
+
+def _hurried(time: FloatArray) -> str:
+    """Return a question about the unit of the time of rows that come faster than any logger of temperatures."""
+    fast = float(np.median(np.diff(time)))
+    if fast > FASTEST_S:
+        return ""
+    return f"; a row comes every {fast:.2g} s: is time_s in {'minutes' if fast > FASTEST_S / 60.0 else 'hours'}?"
 
 
 def _lowest(degC: FloatArray) -> FloatArray:

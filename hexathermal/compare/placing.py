@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 
+from hexathermal.compare.measured import MeasuredRun
 from hexathermal.errors import ArgumentError, DataError
 from hexathermal.learn.campaign import Campaign
 from hexathermal.simulate.bench.leg import VirtualLeg
@@ -14,6 +16,9 @@ PARTS = ("body", "rod")
 
 MARGIN = 0.002
 """The body, where it is lengthened, ends so far above its highest thermometer [m]."""
+
+LARGEST_IN_METRES = 0.005
+"""Positions that do not exceed this [m] are those of a leg of 5 m, written in metres."""
 
 PUBLISHED_LENGTH = VirtualLeg().retracted_length
 """Retracted length of the bench [m]; other legs are the same one, longer or shorter."""
@@ -71,17 +76,55 @@ def placed(campaign: Campaign, leg: VirtualLeg | None = None) -> Placed:
         )
     notes: list[str] = []
     built = _fitted(campaign, notes) if leg is None else leg
-    sensors, places = [], []
+    sensors, places, reasons = [], [], list[str]()
     for k, item in enumerate(campaign.thermocouples):
         reason = _reason(item.part, item.position, built)
         if reason:
-            notes.append(f"{item.name} is not compared: {reason}")
+            reasons.append(f"{item.name} is not compared: {reason}")
         else:
             sensors.append(k)
             places.append((item.part, float(item.position or 0.0)))
+    if len(reasons) > len(campaign.thermocouples) // 2:
+        reasons.append(_in_metres(campaign))
+    notes += filter(None, reasons)
     if not sensors:
-        raise DataError(f"no thermocouple can be placed on the leg: {'; '.join(notes)}")
+        raise DataError("\n  ".join([f"{campaign.folder}: no thermocouple can be placed on the leg", *notes]))
     return Placed(built, tuple(sensors), tuple(places), tuple(notes))
+
+
+def without_silent(
+    where: Placed, runs: Sequence[MeasuredRun], names: Sequence[str]
+) -> tuple[Placed, list[MeasuredRun]]:
+    """Return a leg and runs without the thermocouples that no run for identification has a value of.
+
+    Parameters
+    ----------
+    where : Placed
+    runs : sequence of MeasuredRun
+    names : sequence of str
+        Of all thermocouples of the campaign.
+    """
+    fitted = [run for run in runs if run.role == "identification"]
+    heard = [any(np.isfinite(run.rises[:, k]).any() for run in fitted) for k in range(len(where.sensors))]
+    if not fitted or all(heard):
+        return where, list(runs)
+    silent = [names[k] for k, one in zip(where.sensors, heard, strict=True) if not one]
+    note = f"{', '.join(silent)}: not compared, no run for identification has a settled row with a value"
+    kept = np.flatnonzero(heard)
+    fewer = replace(where, sensors=tuple(where.sensors[k] for k in kept), places=tuple(where.places[k] for k in kept),
+                    notes=(*where.notes, note))  # fmt: skip
+    return fewer, [
+        replace(run, rises=run.rises[:, kept], row_noise=run.row_noise[kept], lowest_degC=run.lowest_degC[kept])
+        for run in runs
+    ]
+
+
+def _in_metres(campaign: Campaign) -> str:
+    """Return a question about the unit of positions that are all smaller than any leg is long; empty elsewhere."""
+    largest = max((item.position or 0.0 for item in campaign.thermocouples), default=0.0)
+    if not 0.0 < largest < LARGEST_IN_METRES:
+        return ""
+    return f"no position exceeds {largest * 1e3:g} mm: are they in metres? position_mm is expected in millimetres"
 
 
 def _reason(part: str, position: float | None, leg: VirtualLeg) -> str:

@@ -33,6 +33,8 @@ class ChannelScore:
     rmse_before, rmse_after, linf_before, linf_after : float
     reduction : Figure
         ``1 - rmse_after / rmse_before`` with its 95 % interval.
+    foretold : float
+        RMS that a bench as it should be would leave, see `hexathermal.compare.unlike`.
     """
 
     channel: str
@@ -43,6 +45,7 @@ class ChannelScore:
     linf_before: float
     linf_after: float
     reduction: Figure
+    foretold: float
 
 
 @dataclass(frozen=True, eq=False)
@@ -86,14 +89,14 @@ def _from_start(curves: RunCurves) -> RunCurves:
 
 def channel_scores(
     runs: Sequence[ComparedRun], measured: Sequence[MeasuredRun], names: Sequence[str],
-    places: Sequence[tuple[str, float]],
+    places: Sequence[tuple[str, float]], foretold: FloatArray,
 ) -> tuple[ChannelScore, ...]:  # fmt: skip
     """Return the scores of all channels over runs; a thermocouple without a value is left out."""
     found = []
     for k, name in enumerate([*names, "drift"]):
         tables = []
         for run, own in zip(runs, measured, strict=True):
-            shown = [_channel(curves, k) for curves in (run.measured, run.before, run.after)]
+            shown = [channel_of(curves, k) for curves in (run.measured, run.before, run.after)]
             table = _table(shown[2] - shown[0], shown[1] - shown[0], own)
             if len(table):
                 tables.append(table)
@@ -102,12 +105,12 @@ def channel_scores(
         part, position = places[k] if k < len(places) else ("", None)
         got = scores(tables, np.random.default_rng(SEED))
         found.append(ChannelScore(name, part, position, got.drift_rms, got.rmse.value, got.drift_largest,
-                                  got.linf.value, got.rms_reduction))  # fmt: skip
+                                  got.linf.value, got.rms_reduction, float(foretold[k])))  # fmt: skip
     return tuple(found)
 
 
-def _channel(curves: RunCurves, k: int) -> FloatArray:
-    """Return a channel's course."""
+def channel_of(curves: RunCurves, k: int) -> FloatArray:
+    """Return the course of a thermocouple, or behind them that of the drift."""
     return curves.rises[:, k] if k < curves.rises.shape[1] else curves.drift
 
 

@@ -134,10 +134,13 @@ class Form:
             found = " (it is a folder)" if os.path.isdir(file) else " (it is no plain file)" * os.path.exists(file)
             raise ArgumentError(f"no {what} at {file}{found}; expected {expected}")
         self = cls(file, tables)
+        stated = self.data.get("format", form)
+        if isinstance(stated, str) and stated != form:
+            # a file of another kind has other keys: to list them all would hide what it is
+            kind = "" if stated.rpartition("/")[0] == form.rpartition("/")[0] else f"; expected is {expected}"
+            self.complain(("format",), f"format is {shown(stated)}; this version reads {form!r}{kind}")
+            self.finish()
         self.top = self.table(self.data, (), "")
-        stated = self.top.get("format", form)
-        if stated != form:
-            self.complain(("format",), f"format is {shown(stated)}; this version reads {form!r}")
         return self
 
     def complain(self, where: Where, message: str) -> Any:

@@ -232,8 +232,9 @@ def parameters_figure(found: Comparison) -> Figure:
         top.set_xticks(*_factor_ticks(low, high))
         top.minorticks_off()
         top.set_xlabel(
-            "factor on the bench's number, 95 % interval\n(grey: too small to be named; orange: named; open: "
-            "not needed beside\nwhat is named to foretell runs left out, or not told apart from it)"
+            "factor on the bench's number, 95 % interval\n(green: the bench's own; grey: too small to be "
+            "named, everywhere\nwhere no size would be; orange: named; open: not needed beside what\nis named to "
+            "foretell runs left out, or not told apart from it)"
         )
         top.set_title(f"{found.title}: the bench's numbers")
         for axes in below:

@@ -17,10 +17,13 @@ from hexathermal.show.tables import framed
 
 FORMAT = "hexathermal-comparison/1"
 
+FACTOR = "factor, or part\nof the air>"
+"""What the number of a difference is: a factor on the bench's, of a thermocouple its part of the air."""
+
 
 def differences_table(found: Comparison, pretty: bool) -> Table:
     """Return what was named."""
-    table = framed(pretty, "what differs", "value>", "95 % interval", "probability>", "runs left out\nbetter>",
+    table = framed(pretty, "what differs", FACTOR, "95 % interval", "probability>", "runs left out\nbetter>",
                    "not told apart from", "may stand for")  # fmt: skip
     for one in found.differences:
         name = f"{one.name} {one.target}".strip()
@@ -34,10 +37,11 @@ def differences_table(found: Comparison, pretty: bool) -> Table:
 def scores_table(found: Comparison, pretty: bool) -> Table:
     """Return every channel before and after."""
     table = framed(pretty, "channel", "part", "position\nmm>", "unit", "RMSE\nbefore>", "RMSE\nafter>",
-                   "largest\nbefore>", "largest\nafter>", "RMSE less by", "95 % interval")  # fmt: skip
+                   "RMSE\nforetold>", "largest\nbefore>", "largest\nafter>", "RMSE less by",
+                   "95 % interval")  # fmt: skip
     for one in found.scores:
         factor, unit = scale_of(one)
-        numbers = (one.rmse_before, one.rmse_after, one.linf_before, one.linf_after)
+        numbers = (one.rmse_before, one.rmse_after, one.foretold, one.linf_before, one.linf_after)
         gain = one.reduction
         same = not found.differences
         table.add_row(
@@ -53,7 +57,7 @@ def parameters_table(found: Comparison, pretty: bool) -> Table:
 
     Not needed is what would have been named by itself, but not beside what is named, or is not told apart from it.
     """
-    table = framed(pretty, "number", "estimate>", "95 % interval", "named", "would have been named",
+    table = framed(pretty, "number", FACTOR, "95 % interval", "named", "would have been named",
                    "cannot be separated from")  # fmt: skip
     for one in filter(lambda one: one.speaks, found.parameters):
         alike = ", ".join(name for name, _value in one.alike) or "-"
@@ -68,7 +72,7 @@ def limit_words(one: ParameterFound) -> str:
     if one.named:
         return "is named"
     if one.target:
-        return f"above {one.limit_high:z.2f}"
+        return f"above {one.limit_high:z.3f}"
     if one.limit_low <= 0.0 or not np.isfinite(one.limit_high):
         return "never by these data"
     return f"below {one.limit_low:z.2f} or above {one.limit_high:z.2f}"
@@ -85,7 +89,7 @@ def comparison_facts(found: Comparison) -> dict[str, Any]:
     return {
         "format": FORMAT,
         "title": found.title,
-        "verdict": "difference" if found.differences else "none",
+        "verdict": found.verdict,
         "sentence": found.sentence,
         "sensors": list(found.sensors),
         "differences": [
@@ -98,6 +102,8 @@ def comparison_facts(found: Comparison) -> dict[str, Any]:
         ],
         "parameters": [_parameter_facts(one) for one in found.parameters],
         "scored_runs": found.scored_role,
+        "unexplained": [one.channel for one in found.unexplained],
+        "worse": [one.channel for one in found.worse],
         "channels": [_channel_facts(one) for one in found.scores],
         "noise": {"slow_K": noise.slow, "common_K": noise.common, "time_s": noise.time,
                   "drift_slow_um": noise.drift_slow, "drift_time_s": noise.drift_time,
@@ -129,5 +135,5 @@ def _channel_facts(one: ChannelScore) -> dict[str, Any]:
         "position_mm": None if one.position is None else one.position * 1e3, "unit": unit,
         "rmse_before": one.rmse_before * factor, "rmse_after": one.rmse_after * factor,
         "linf_before": one.linf_before * factor, "linf_after": one.linf_after * factor,
-        "rmse_reduction": figure_facts(one.reduction),
+        "rmse_foretold": one.foretold * factor, "rmse_reduction": figure_facts(one.reduction),
     }  # fmt: skip

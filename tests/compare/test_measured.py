@@ -83,7 +83,7 @@ def test_a_long_gap_leaves_a_run_out_with_a_reason(folder: Path, tmp_path: Path)
     file = place / "runs" / "run-01.csv"
     lines = file.read_text().splitlines()
     file.write_text("\n".join(lines[:100] + lines[165:]) + "\n")
-    with pytest.raises(ArgumentError, match=r"missing for 2\d min"):
+    with pytest.raises(ArgumentError, match=r"no row is recorded for 2\d min"):
         compare_campaign(place)
 
 

@@ -10,7 +10,7 @@ import pytest
 
 from hexathermal.compare import steps
 from hexathermal.compare.bench_runs import BenchRuns
-from hexathermal.compare.comparison import _measured, _worse
+from hexathermal.compare.comparison import _measured, _worse, _worse_words
 from hexathermal.compare.parameters import NAMES
 from hexathermal.compare.placing import placed
 from hexathermal.compare.scores import ChannelScore
@@ -55,10 +55,10 @@ def test_channels_that_are_proven_worse_are_told() -> None:
     """Only those whose whole interval is a loss, the worst of them with its figures."""
 
     def scored(name: str, value: float, low: float, high: float) -> ChannelScore:
-        return ChannelScore(name, "body", 0.1, 1.0, 1.0, 1.0, 1.0, Figure(value, low, high))
+        return ChannelScore(name, "body", 0.1, 1.0, 1.0, 1.0, 1.0, Figure(value, low, high), 1.0)
 
     scores = [scored("T01", 0.5, 0.4, 0.6), scored("T02", -0.3, -0.9, 0.1), scored("T03", -0.4, -0.8, -0.1)]
-    assert _worse(scores[:2], "validation") == []
-    (note,) = _worse([*scores, scored("T04", -2.2, -5.4, -0.6)], "validation")
-    assert "T03, T04 are simulated worse on the runs for validation" in note
+    assert _worse_words(_worse(scores[:2]), "validation") == []
+    (note,) = _worse_words(_worse([*scores, scored("T04", -2.2, -5.4, -0.6)]), "validation")
+    assert "T04, T03 are simulated worse on the runs for validation" in note
     assert "T04: RMSE up by 220 %, 95 % interval 60 to 540 %" in note

@@ -31,7 +31,7 @@ foretells runs left out; and the search goes on. Runs for validation tell what t
 there.
 
 {DIAGNOSE_HEXAPOD}
-The first line is the finding, one of three:
+The first line is the finding, one of these:
   The residual is CAUSE ...              named, with its size, interval and probability
   No effect ... stands above X um        the law explains these data to their noise; X for each cause in a table
   None above X um / Y urad               the same of a whole hexapod: the largest that could hide
