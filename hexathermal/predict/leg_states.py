@@ -23,6 +23,7 @@ from hexathermal.poses import FloatArray, PoseLike, as_array
 from hexathermal.predict.balance import balanced
 from hexathermal.predict.correction import base_warm, check_strokes, since_reference, with_added
 from hexathermal.predict.leg_drift import added_drift, machine_memories
+from hexathermal.predict.motion_rows import MotionRows, motion_rows
 from hexathermal.predict.temperatures import active_model, temperature_array
 
 Inputs: TypeAlias = Mapping[str, npt.ArrayLike]
@@ -53,10 +54,11 @@ class LegControllers:
         self.hexapod = hexapod
         self._memories = machine_memories(hexapod)
         self._time = -np.inf
+        self._told: FloatArray | None = None
 
     def corrected_leg_lengths(
         self, pose: PoseLike, temps: TemperaturesLike, time: npt.ArrayLike, *, inputs: Inputs | None = None,
-        remember: bool = True,
+        remember: bool = True, between: tuple[npt.ArrayLike, TemperaturesLike] | None = None,
     ) -> FloatArray:  # fmt: skip
         """Return the leg lengths to command in the next row, or the next rows.
 
@@ -70,6 +72,9 @@ class LegControllers:
             Recorded inputs that a term reads.
         remember : bool
             Whether the machine goes there. False: what was commanded, or reached, is told to `leg_drift`.
+        between : arrays, shape (u,) [s] and (u, s) [degC], optional
+            Times and temperatures of rows before and between these, in which the legs are told nothing new: they stay
+            as the row before told them, before the first of all as its pose asks of a cold machine. Not with `inputs`.
 
         Returns
         -------
@@ -83,10 +88,10 @@ class LegControllers:
         poses, readings = poses_of(pose), temperature_array(self.hexapod, temps)
         single = poses.ndim == 2
         when = self._rows(time, poses.shape[:-2], "poses")
-        hot = _each_row(readings, len(when))
-        lengths, memories = self._solved(poses[None] if single else poses, hot, when, _values(inputs, len(when)))
+        rows = self._merged(when, _each_row(readings, len(when)), between, inputs)
+        lengths, memories = self._solved(poses[None] if single else poses, rows, _values(inputs, len(when)))
         if remember:
-            self._memories, self._time = memories, float(when[-1])
+            self._memories, self._time, self._told = memories, float(rows.time[-1]), lengths[-1]
         return lengths[0] if single else lengths
 
     def leg_drift(
@@ -121,14 +126,14 @@ class LegControllers:
         ArgumentError, OutOfStrokeError
             As `leg_drift`; a commanded length is out of stroke. Rows that are refused are not remembered.
         """
-        before, when = self._memories, self._time
+        before = self._memories, self._time, self._told
         try:
             told, drift, expansions = self._next(lengths, temps, time, inputs)
             rows, lead = np.array(np.atleast_2d(told)), told.shape[:-1]
             check_strokes(self.hexapod, rows, lead)
             return balanced(self.hexapod, rows + drift, rows, expansions, lead).reshape(*lead, 4, 4)
         except HexathermalError:
-            self._memories, self._time = before, when
+            self._memories, self._time, self._told = before
             raise
 
     def _next(
@@ -142,8 +147,25 @@ class LegControllers:
         memories = [memory.copy() for memory in self._memories]
         dT = since_reference(self.hexapod, hot, rows.shape[:-1])
         drift = warm - rows + added_drift(self.hexapod, rows, dT, when, memories, _values(inputs, len(rows)))
-        self._memories, self._time = memories, float(when[-1])
+        self._memories, self._time, self._told = memories, float(when[-1]), rows[-1]
         return told, drift, expansions
+
+    def _merged(
+        self, when: FloatArray, hot: FloatArray, between: tuple[npt.ArrayLike, TemperaturesLike] | None,
+        inputs: Inputs | None,
+    ) -> MotionRows:  # fmt: skip
+        """Return the rows of poses, and checked ones between them."""
+        if between is None:
+            return motion_rows(when, hot)
+        if inputs:
+            raise ArgumentError("rows between poses have no recorded inputs: give a pose for each row, or no inputs")
+        times = np.atleast_1d(as_array(between[0], "time of the rows between"))
+        if not len(times):
+            return motion_rows(when, hot)
+        return motion_rows(when, hot, (
+            self._rows(times, times.shape, "rows between"),
+            _each_row(temperature_array(self.hexapod, between[1]), len(times)),
+        ))  # fmt: skip
 
     def _rows(self, time: npt.ArrayLike, lead: tuple[int, ...], what: str) -> FloatArray:
         """Return checked times of the next rows."""
@@ -158,48 +180,51 @@ class LegControllers:
         return when
 
     def _solved(
-        self, poses: FloatArray, hot: FloatArray, time: FloatArray, inputs: Mapping[str, FloatArray]
+        self, poses: FloatArray, rows: MotionRows, inputs: Mapping[str, FloatArray]
     ) -> tuple[FloatArray, list[LegMemory]]:
         """Return corrected lengths (n, 6) of rows, and the memories behind them.
 
         Where the lengths of many rows do not settle together (a reversal within the scale's noise), halves are taken.
         """
-        memories = self._memories
+        memories, hot = self._memories, rows.hot[rows.own]
+        before = self.hexapod.inverse_kinematics(poses[0]) if self._told is None else self._told
+        whole = since_reference(self.hexapod, rows.hot, (len(rows.time),))
 
-        def added(told: FloatArray, dT: FloatArray) -> FloatArray:
+        def added(told: FloatArray, _dT: FloatArray) -> FloatArray:
             nonlocal memories
             memories = [memory.copy() for memory in self._memories]
-            return added_drift(self.hexapod, told, dT, time, memories, inputs)
+            stood = told if rows.alone else np.concatenate([before[None], told])[rows.stand + 1]
+            return added_drift(self.hexapod, stood, whole, rows.time, memories, inputs)[rows.own]
 
         try:
-            lengths = with_added(self.hexapod, poses, hot, added, LARGEST_JUMP if len(time) == 1 else 0.0)
+            lengths = with_added(self.hexapod, poses, hot, added, LARGEST_JUMP if len(rows) == 1 else 0.0)
         except ThermalModelError:
-            if len(time) == 1:
+            if len(rows) == 1:
                 raise
-            return self._halves(poses, hot, time, inputs)
-        # remember what is commanded: the last step went on from what was tried
-        added(lengths, since_reference(self.hexapod, hot, lengths.shape[:-1]))
+            return self._halves(poses, rows, inputs)
+        added(lengths, whole)  # remember what is commanded: the last step went on from what was tried
         return lengths, memories
 
     def _halves(
-        self, poses: FloatArray, hot: FloatArray, time: FloatArray, inputs: Mapping[str, FloatArray]
+        self, poses: FloatArray, rows: MotionRows, inputs: Mapping[str, FloatArray]
     ) -> tuple[FloatArray, list[LegMemory]]:
         """Return what `_solved` returns, from the two halves of the rows."""
-        before, middle, parts = self._memories, len(time) // 2, []
+        before, middle, parts = (self._memories, self._told), len(rows) // 2, []
         try:
-            for rows in (slice(0, middle), slice(middle, len(time))):
-                own = {name: values[rows] for name, values in inputs.items()}
-                lengths, self._memories = self._solved(poses[rows], hot[rows], time[rows], own)
+            for part in (slice(0, middle), slice(middle, len(rows))):
+                own = {name: values[part] for name, values in inputs.items()}
+                lengths, self._memories = self._solved(poses[part], rows.part(part.start, part.stop), own)
+                self._told = lengths[-1]
                 parts.append(lengths)
             return np.concatenate(parts), self._memories
         except KinematicsError as error:
-            index = (error.index[0] + rows.start, *error.index[1:])
+            index = (error.index[0] + part.start, *error.index[1:])
             raise type(error)(
                 str(error).replace(where(error.index), where(index), 1),
                 leg=error.leg, value=error.value, lower=error.lower, upper=error.upper, index=index,
             ) from None  # fmt: skip
         finally:
-            self._memories = before
+            self._memories, self._told = before
 
 
 def leg_controllers(hexapod: Hexapod) -> LegControllers:

@@ -6,6 +6,8 @@ temperatures are interpolated linearly at the times of the poses; else row k bel
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from dataclasses import dataclass
 from typing import Protocol
 
 import numpy as np
@@ -24,19 +26,47 @@ TIMES = ("time", "t", "t_s", "times", "timestamp", "time_ms", "time_us", "time_m
 class Temperatures(Protocol):
     """Temperatures that follow a stream of poses.
 
-    `pairing` says in words how; `one_row` that a single row serves all poses; `unseen` how many rows before the first
-    pose, or beside another between two poses, no pose has met so far.
+    `pairing` says in words how; `one_row` that a single row serves all poses.
     """
 
     pairing: str
     one_row: bool
-    unseen: int
 
     def of(self, poses: Rows) -> tuple[FloatArray, FloatArray | None]:
         """Return temperatures (n, s) or (s,) [degC] of the next poses, and their times [s] where only they have any."""
 
+    def pieces(self, poses: Rows, *, unmet: bool) -> Iterator[Piece]:
+        """Give the next poses piece by piece, as memory allows, where asked for with the rows that no pose meets."""
+
     def finish(self) -> None:
         """Read what is left after the last pose, and refuse what does not fit."""
+
+
+@dataclass(frozen=True, eq=False)
+class Piece:
+    """Some of the next poses, and the rows of temperatures since the pose before that no pose meets.
+
+    Attributes
+    ----------
+    first, last : int
+        Poses ``first:last``; none where a block of temperatures meets none.
+    numbers : array, shape (last - first, s) or (s,) [degC]
+        Temperatures of the poses.
+    time : array, shape (last - first,) [s], or None
+        Of the poses, where only the temperatures have any.
+    between : (array (u,) [s], array (u, s) [degC])
+    """
+
+    first: int
+    last: int
+    numbers: FloatArray
+    time: FloatArray | None
+    between: tuple[FloatArray, FloatArray]
+
+
+def _all(poses: Rows, numbers: FloatArray, time: FloatArray | None) -> Piece:
+    """Return all of the next poses as one piece, none of whose rows goes unmet."""
+    return Piece(0, len(poses), numbers, time, (np.empty(0), np.empty((0, numbers.shape[-1]))))
 
 
 class _Checked:
@@ -69,13 +99,16 @@ class _Checked:
 class _One:
     """One row of temperatures for all poses."""
 
-    pairing, one_row, unseen = "one row of temperatures for all poses", True, 0
+    pairing, one_row = "one row of temperatures for all poses", True
 
     def __init__(self, row: FloatArray, note: str = "") -> None:
         self.row, self.pairing = row, _One.pairing + note
 
     def of(self, poses: Rows) -> tuple[FloatArray, FloatArray | None]:
         return self.row, None
+
+    def pieces(self, poses: Rows, *, unmet: bool) -> Iterator[Piece]:
+        yield _all(poses, *self.of(poses))
 
     def finish(self) -> None:
         return None
@@ -84,7 +117,7 @@ class _One:
 class _ByRow:
     """Row k of the temperatures for row k of the poses."""
 
-    pairing, one_row, unseen = "row by row", False, 0
+    pairing, one_row = "row by row", False
 
     def __init__(self, poses: TableStream, temps: _Checked, seen: list[Rows], note: str = "") -> None:
         self.poses, self.temps, self.waiting, self.pairing = poses, temps, seen, _ByRow.pairing + note
@@ -105,6 +138,9 @@ class _ByRow:
             numbers.append(rows.numbers)
             times += [] if rows.time is None else [rows.time]
         return np.concatenate(numbers), np.concatenate(times) if times and poses.time is None else None
+
+    def pieces(self, poses: Rows, *, unmet: bool) -> Iterator[Piece]:
+        yield _all(poses, *self.of(poses))
 
     def finish(self) -> None:
         if self.waiting or self.temps.next_rows() is not None:
@@ -131,34 +167,43 @@ class _ByTime:
         self.poses, self.temps, self.waiting = poses, temps, seen
         self.first = float(_time(seen[0])[0])
         self.time, self.numbers = np.empty(0), np.empty((0, seen[0].numbers.shape[1]))
-        self.unseen, self._dropped, self._met = 0, 0, 0
+        self.passed = -np.inf
 
     def of(self, poses: Rows) -> tuple[FloatArray, FloatArray | None]:
+        return np.concatenate([piece.numbers for piece in self.pieces(poses, unmet=False)]), None
+
+    def pieces(self, poses: Rows, *, unmet: bool) -> Iterator[Piece]:
         time = _time(poses)
         if time[0] < self.first:
             raise self._outside(poses, 0)
-        out = np.empty((len(poses), self.numbers.shape[1]))
         done = 0
         while True:
             until = int(np.searchsorted(time, self.time[-1], side="right")) if self.time.size else 0
-            if until > done:
-                out[done:until] = interpolated(self.time, self.numbers, time[done:until])
-                self._meet(time[done:until])
+            if self.time.size and (until > done or (unmet and len(self.time) > 1)):
+                numbers = interpolated(self.time, self.numbers, time[done:until])
+                # a block without a pose has passed; of one with the last pose, what lies behind it has not
+                between = self._between(time[done:until], done < until == len(poses)) if unmet else self._none()
+                yield Piece(done, until, numbers, None, between)
                 done = until
             if done == len(poses):
-                return out, None
+                return
             rows = self.waiting.pop(0) if self.waiting else self.temps.next_rows()
             if rows is None:
                 raise self._outside(poses, done)
-            self._dropped += max(len(self.time) - 1, 0)  # the last row stays: a pose may stand between two blocks
+            # the last row stays: a pose may stand between two blocks
             self.time = np.concatenate([self.time[-1:], _time(rows)])
             self.numbers = np.concatenate([self.numbers[-1:], rows.numbers])
 
-    def _meet(self, time: FloatArray) -> None:
-        """Count the rows that the next poses leave unseen: of those up to a pose the last one is met."""
-        until = self._dropped + np.searchsorted(self.time, time, side="right")
-        self.unseen += int(np.maximum(np.diff(until, prepend=self._met) - 1, 0).sum())
-        self._met = int(until[-1])
+    def _none(self) -> tuple[FloatArray, FloatArray]:
+        """Return no rows."""
+        return np.empty(0), self.numbers[:0]
+
+    def _between(self, time: FloatArray, to_last: bool) -> tuple[FloatArray, FloatArray]:
+        """Return the rows at hand that no pose has met nor meets at these times, up to the last pose or all of them."""
+        until = float(time[-1]) if to_last else float(self.time[-1])
+        own = (self.time > self.passed) & (self.time <= until) & ~np.isin(self.time, time)
+        self.passed = until
+        return self.time[own], self.numbers[own]
 
     def finish(self) -> None:
         while self.temps.next_rows() is not None:

@@ -30,12 +30,11 @@ from hexathermal.kinematics.batches import where
 from hexathermal.kinematics.limits import ROUNDING, travel_coordinates, travel_range
 from hexathermal.machine.hexapod import Hexapod
 from hexathermal.poses import FloatArray, Frames, coordinates_from_pose, inverse_pose, pose_from_coordinates
-from hexathermal.predict.leg_states import LegControllers
-from hexathermal.predict.pairing import paired, time_hints
+from hexathermal.predict.pairing import Temperatures, paired, time_hints
 from hexathermal.predict.table_streams import Rows, TableStream, open_table
 from hexathermal.predict.table_writing import TableWriter, check_out, written_whole
 from hexathermal.predict.temperatures import active_model
-from hexathermal.predict.trajectory_memory import memory_warnings, states_of, unseen_warnings
+from hexathermal.predict.trajectory_memory import Motion, memory_warnings, motion_of
 
 POSE_COLUMNS = ("x_mm", "y_mm", "z_mm", "rx_deg", "ry_deg", "rz_deg")
 LENGTH_COLUMNS = tuple(f"leg{i}_length_mm" for i in range(1, 7))
@@ -136,32 +135,34 @@ class _Job:
     convention: str
     frames: Frames | None
     lengths_only: bool
-    states: LegControllers | None = None
     largest: _Largest = field(default_factory=_Largest)
     span: _Span = field(default_factory=_Span)
+    motion: Motion | None = None
 
-    def answer(self, rows: Rows, temps: FloatArray, time: FloatArray | None) -> dict[str, FloatArray]:
+    def answer(self, rows: Rows, followed: Temperatures) -> dict[str, FloatArray]:
         """Return the columns of results of the next rows."""
         T = pose_from_coordinates(rows.numbers, self.convention)
         T = self.hexapod.home @ (T if self.frames is None else self.frames.machine_pose(T))
-        lengths = self._located(rows, T, temps, time)
+        lengths, time = self._located(rows, T, followed)
         self._within_travel(rows, T)
         self.span.see(rows.numbers)
         self.largest.see(rows.first, lengths - self.hexapod.inverse_kinematics(T))
-        columns = _named(POSE_COLUMNS, rows.numbers)
+        columns = {} if time is None else {"time_s": time}
+        columns |= _named(POSE_COLUMNS, rows.numbers)
         columns |= _named(LENGTH_COLUMNS, lengths * 1000.0)
         columns |= _named(STROKE_COLUMNS, self.hexapod.strokes(lengths) * 1000.0)
         if not self.lengths_only:
             columns |= _named(CORRECTED_COLUMNS, self._corrected_coordinates(rows, lengths))
         return columns
 
-    def _located(self, rows: Rows, T: FloatArray, temps: FloatArray, time: FloatArray | None) -> FloatArray:
-        """Return corrected lengths; what a pose cannot do is said with its line."""
+    def _located(self, rows: Rows, T: FloatArray, followed: Temperatures) -> tuple[FloatArray, FloatArray | None]:
+        """Return corrected lengths and times; what a pose cannot do is said with its line."""
         try:
             with np.errstate(over="ignore", invalid="ignore"):
-                if self.states is None or time is None:
-                    return self.hexapod.corrected_leg_lengths(T, temps)
-                return self.states.corrected_leg_lengths(T, temps, time)
+                if self.motion is not None:
+                    return self.motion.corrected(T, rows, followed)
+                temps, time = followed.of(rows)
+                return self.hexapod.corrected_leg_lengths(T, temps), time if rows.time is None else rows.time
         except KinematicsError as error:
             self._refuse(rows, error)
         except ArgumentError:
@@ -299,7 +300,7 @@ def correct_trajectory(
     source, heat = open_table(poses, POSE_COLUMNS, "poses"), open_table(temps, columns, "temperatures")
     check_out(target, (source.path, heat.path), overwrite)
     try:
-        job = _Job(hexapod, source, convention, frames, lengths_only, states_of(hexapod, source, heat))
+        job = _Job(hexapod, source, convention, frames, lengths_only, motion=motion_of(hexapod, source, heat))
         _check_clashes(job)
         return _streamed(job, heat, target, progress)
     finally:
@@ -311,23 +312,20 @@ def _streamed(job: _Job, heat: TableStream, out: Path, progress: Progress | None
     """Do the work, block by block."""
     source, largest = job.poses, job.largest
     followed, checked = paired(job.hexapod, source, heat)
-    warnings = () if job.states is None else memory_warnings(job.hexapod, source, heat, followed.one_row)
+    warnings = () if job.motion is None else memory_warnings(job.hexapod, source, heat, followed.one_row)
     with written_whole(out) as part, TableWriter(part, out, source) as writer:
         while (rows := source.next_rows()) is not None:
-            hot, time = followed.of(rows)
-            times = rows.time if rows.time is not None else time
-            columns = job.answer(rows, hot, times)
-            writer.write(({} if times is None else {"time_s": times}) | columns, rows.extras)
+            writer.write(job.answer(rows, followed), rows.extras)
             if progress is not None:
                 progress(source.done() + heat.done(), source.size + heat.size)
         followed.finish()
-        warnings += () if job.states is None else unseen_warnings(job.hexapod, followed.unseen)
         if progress is not None:
             progress(source.size + heat.size, source.size + heat.size)
+    pairing = followed.pairing + ("" if job.motion is None else job.motion.words)
     return TrajectorySummary(
         out=out, rows=source.count, largest_correction_um=largest.value * 1e6, largest_leg=largest.leg,
         largest_line=source.line(largest.row), sensors=job.hexapod.sensor_names, lowest_degC=checked.lowest,
-        highest_degC=checked.highest, pairing=followed.pairing, copied=source.header.extras, unused=heat.header.extras,
+        highest_degC=checked.highest, pairing=pairing, copied=source.header.extras, unused=heat.header.extras,
         lowest_pose=tuple(job.span.low.tolist()), highest_pose=tuple(job.span.high.tolist()),
         notes=(*job.span.notes(), *time_hints(source, heat)), warnings=warnings,
     )  # fmt: skip

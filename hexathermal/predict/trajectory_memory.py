@@ -2,15 +2,71 @@
 
 from __future__ import annotations
 
-from hexathermal.errors import ThermalModelError
+import numpy as np
+
+from hexathermal.errors import KinematicsError, ThermalModelError
 from hexathermal.machine.hexapod import Hexapod
 from hexathermal.machine.leg_terms import BY_MOTION
+from hexathermal.poses import FloatArray
 from hexathermal.predict.leg_states import LegControllers
-from hexathermal.predict.table_streams import TableStream
+from hexathermal.predict.pairing import Piece, Temperatures
+from hexathermal.predict.table_streams import Rows, TableStream
 from hexathermal.predict.temperatures import active_model
 
 
-def states_of(hexapod: Hexapod, poses: TableStream, temps: TableStream) -> LegControllers | None:
+class Motion:
+    """Poses as one motion that the legs' laws remember; the platform stands at each pose until the next.
+
+    Attributes
+    ----------
+    states : LegControllers
+    unmet : int
+        Rows of temperatures, before the first pose or between poses, that the laws have read while the platform stood.
+    """
+
+    def __init__(self, hexapod: Hexapod) -> None:
+        self.states, self.unmet = LegControllers(hexapod), 0
+        self._follows = bool(_following(hexapod))
+        self._stands: FloatArray | None = None
+
+    def corrected(self, T: FloatArray, rows: Rows, followed: Temperatures) -> tuple[FloatArray, FloatArray | None]:
+        """Return corrected lengths (n, 6) and times of the next poses (n, 4, 4), between which temperatures go on."""
+        lengths, times = list[FloatArray](), list[FloatArray]()
+        for piece in followed.pieces(rows, unmet=self._follows):
+            part, between = slice(piece.first, piece.last), piece.between
+            self.unmet += len(between[0])
+            if piece.first < piece.last:
+                time = piece.time if rows.time is None else rows.time[part]
+                assert time is not None  # `motion_of` has asked for it
+                lengths.append(self._told(T[part], piece, time))
+                times.append(time)
+            elif len(between[0]):
+                stands = (
+                    self.states.hexapod.inverse_kinematics(T[piece.first]) if self._stands is None else self._stands
+                )
+                self.states.leg_drift(np.tile(stands, (len(between[0]), 1)), between[1], between[0])
+        return np.concatenate(lengths), np.concatenate(times)
+
+    def _told(self, T: FloatArray, piece: Piece, time: FloatArray) -> FloatArray:
+        """Return corrected lengths of a piece; an error has the row among all."""
+        try:
+            found = self.states.corrected_leg_lengths(T, piece.numbers, time, between=piece.between)
+        except KinematicsError as error:
+            error.index = (error.index[0] + piece.first, *error.index[1:])
+            raise
+        self._stands = found[-1]
+        return found
+
+    @property
+    def words(self) -> str:
+        """What the rows are that no pose meets, in words."""
+        if not self.unmet:
+            return ""
+        rows = "1 row of temperatures" if self.unmet == 1 else f"{self.unmet} rows of temperatures"
+        return f"; {rows} before and between poses, while the platform stands at each pose until the next"
+
+
+def motion_of(hexapod: Hexapod, poses: TableStream, temps: TableStream) -> Motion | None:
     """Return what remembers the rows before; None where the legs' laws need none."""
     states = active_model(hexapod).states
     if not states:
@@ -23,7 +79,7 @@ def states_of(hexapod: Hexapod, poses: TableStream, temps: TableStream) -> LegCo
         )
     if not (poses.header.has_time or temps.header.has_time):
         raise _no_times(hexapod, poses)
-    return LegControllers(hexapod)
+    return Motion(hexapod)
 
 
 def _no_times(hexapod: Hexapod, poses: TableStream) -> ThermalModelError:
@@ -53,19 +109,6 @@ def memory_warnings(hexapod: Hexapod, poses: TableStream, temps: TableStream, on
             "temperatures as they change along the motion",
         )
     return ()
-
-
-def unseen_warnings(hexapod: Hexapod, unseen: int) -> tuple[str, ...]:
-    """Return how many rows of temperatures no pose has met, of a law that remembers temperatures."""
-    follows = _following(hexapod)
-    if not unseen or not follows:
-        return ()
-    rows = "1 row of temperatures" if unseen == 1 else f"{unseen} rows of temperatures"
-    return (
-        f"no pose meets {rows}, before the first pose or between two poses, and the legs' law holds {follows}, which "
-        "depends on what was before: the legs are taken to be at rest at the first pose and to warm evenly from one "
-        "to the next; give a pose for each row of temperatures, also while the platform stands",
-    )
 
 
 def _following(hexapod: Hexapod) -> str:

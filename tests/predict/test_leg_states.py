@@ -257,7 +257,7 @@ def test_a_trajectory_with_times_remembers(tmp_path: Path, block: int, monkeypat
 
 def test_times_that_are_not_the_poses_own_are_told(tmp_path: Path) -> None:
     """Where only the temperatures have times, these are taken and that is said; one row of them is no motion. One row
-    for poses with times leaves a lag at 0, and rows between poses are not seen by it, which is said too.
+    for poses with times leaves a lag at 0, which is said too.
     """
     machine = with_terms(*STATES)
     poses, temps, time = motion(5)
@@ -278,12 +278,51 @@ def test_times_that_are_not_the_poses_own_are_told(tmp_path: Path) -> None:
     assert "leave thermal-lag at 0" in correct_trajectory(machine, timed, one, tmp_path / "o3.csv").warnings[0]
     assert not correct_trajectory(machine, timed, hot, tmp_path / "o4.csv").warnings
     assert not correct_trajectory(MACHINE, plain, hot, tmp_path / "o5.csv").warnings
-    few = tmp_path / "few.csv"
-    few.write_text(text_of(f"time_s,{POSES}", np.column_stack([time, six])[[1, 4]]), encoding="utf-8")
-    (said,) = correct_trajectory(machine, few, hot, tmp_path / "o6.csv").warnings
-    assert said.startswith("no pose meets 3 rows of temperatures"), said
-    assert "holds thermal-lag, which depends on what was before" in said
-    assert not correct_trajectory(with_terms(*STATES[1:]), few, hot, tmp_path / "o7.csv").warnings
+
+
+@pytest.mark.parametrize("block", [300, 1 << 21])
+def test_temperatures_between_poses_are_remembered(tmp_path: Path, block: int, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Few poses among many rows of temperatures: the lengths are those of a controller that is given every row, told to
+    stay between the poses; without the rows between, a lag is micrometres off. However the files are cut.
+    """
+    from hexathermal.predict import table_streams
+
+    monkeypatch.setattr(table_streams, "BLOCK_BYTES", block)
+    machine = with_terms(*STATES, SCREW)
+    poses, temps, time = motion(80)
+    head, heat = seven(temps)
+    chosen = [7, 8, 30, 31, 55]
+    six = ht.coordinates_from_pose(poses, hexapod=machine)
+    timed, hot = tmp_path / "few.csv", tmp_path / "hot.csv"
+    timed.write_text(text_of(f"time_s,{POSES}", np.column_stack([time, six])[chosen]), encoding="utf-8")
+    hot.write_text(text_of(f"time_s,{head}", np.column_stack([time, heat])), encoding="utf-8")
+    found = correct_trajectory(machine, timed, hot, tmp_path / "o.csv")
+    assert not found.warnings
+    assert f"; {56 - len(chosen)} rows of temperatures before and between poses" in found.pairing
+    controllers, stands, wanted = machine.leg_controllers(), machine.inverse_kinematics(poses[chosen[0]]), []
+    for k in range(56):
+        if k in chosen:
+            stands = controllers.corrected_leg_lengths(poses[k], temps[k], time[k])
+            wanted.append(stands)
+        else:
+            controllers.leg_drift(stands, temps[k], time[k])
+    told = lengths(tmp_path / "o.csv")
+    assert np.abs(told - np.array(wanted) * 1e3).max() < EXACT_MM
+    blind = machine.leg_controllers().corrected_leg_lengths(poses[chosen], temps[chosen], time[chosen])
+    assert np.abs(told - blind * 1e3).max() > 1e-4
+    assert (
+        "before and between" not in correct_trajectory(with_terms(*STATES[1:]), timed, hot, tmp_path / "o7.csv").pairing
+    )  # nothing follows the temperatures there
+
+
+def test_rows_between_have_no_inputs() -> None:
+    """Recorded inputs are of the poses' rows; rows between have none, and that is refused."""
+    poses, temps, time = motion(3)
+    controllers = with_terms(*STATES).leg_controllers()
+    with pytest.raises(ArgumentError, match="no recorded inputs"):
+        controllers.corrected_leg_lengths(
+            poses, temps, time, inputs={"pump_W": np.zeros(3)}, between=(time[:1], temps[:1])
+        )
 
 
 def test_a_budget_holds_the_terms() -> None:
