@@ -110,6 +110,7 @@ def _diagnosed(
     if extended.repairs:
         fitted = [one.run.name for one in rows]
         extended = replace(extended, repairs=put_back(extended.repairs, plain, fitted))
+        course = replace(course, found=tuple(told_back(one, extended.repairs) for one in course.found))
     held, mute = judged_runs(judged, (base, extended))
     read = {one.run.name: one for one in (*rows, *judged)}
     seen = replace(campaign, runs=tuple(run for run in campaign.runs if run.name not in mute))
@@ -117,7 +118,7 @@ def _diagnosed(
     limits, confusions = limits_of(course.first, levels, course.threshold)
     jumped = judged_steps(plain, extended, held, course.threshold)
     told = _told_before(course, plain, plugs, jumped)
-    effects = tuple(told_back(one, extended.repairs) for one in _effects(course, told))
+    effects = _effects(course, told)
     limits = at_most_named(limits, _smallest(course, effects))
     verdict, probability, follows = _verdict(course, effects, sure_of_nothing(limits, levels.rms))
     candidates = _candidates(course, told)

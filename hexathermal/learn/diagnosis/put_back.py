@@ -19,9 +19,9 @@ import numpy as np
 import numpy.typing as npt
 
 from hexathermal.learn.diagnosis.causes.sensor_detached import CAUSE
+from hexathermal.learn.diagnosis.joining import Found
 from hexathermal.learn.diagnosis.mending import mended_view
 from hexathermal.learn.diagnosis.replugged import FEWEST, HOUR_S, SURE, ridged
-from hexathermal.learn.diagnosis.result import Effect
 from hexathermal.learn.diagnosis.sensor_model import MOST_SHARE
 from hexathermal.learn.diagnosis.view import View
 from hexathermal.machine.leg_repairs import SensorRepair
@@ -55,16 +55,20 @@ def put_back(repairs: Sequence[SensorRepair], view: View, fitted: Sequence[str])
     return tuple(known)
 
 
-def told_back(effect: Effect, repairs: Sequence[SensorRepair]) -> Effect:
-    """Return an effect that was taken to last as one that ended with its run, where its repair does."""
-    run = effect.settings.get("run")
-    for repair in repairs:
-        own = repair.parameters
-        ended = repair.cause == effect.cause == CAUSE.name and own["sensor"] == effect.target and "again_in" in own
-        if ended and "fixed_again" not in effect.settings:
-            sentence = effect.sentence.replace(f"from {run} on", f"in {run}")
-            return replace(effect, settings={**effect.settings, "fixed_again": 1}, sentence=sentence)
-    return effect
+def told_back(found: Found, repairs: Sequence[SensorRepair]) -> Found:
+    """Return what was named; a loss that was taken to last ended with its run where its repair does."""
+    best = found.ranked.best
+    trial = best.trial
+    ended = any(
+        repair.cause == trial.cause == CAUSE.name
+        and repair.parameters["sensor"] == trial.target
+        and "again_in" in repair.parameters
+        for repair in repairs
+    )
+    if not ended:
+        return found
+    told = replace(trial, parameters={**trial.parameters, "fixed_again": 1})
+    return replace(found, ranked=replace(found.ranked, best=replace(best, trial=told)))
 
 
 def _sits_again(repair: SensorRepair, view: View, later: Sequence[str]) -> bool:

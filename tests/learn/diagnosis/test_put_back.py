@@ -43,7 +43,7 @@ def test_it_is_put_right_until_it_was_put_back_and_not_after() -> None:
     """Name, setting and sentence say that it was mended; runs for validation are read as they are, and lose nothing."""
     said = found(back=True)
     assert said.cause == "sensor-detached", said.sentence
-    assert said.effects[0].settings["fixed_again"] == 1
+    assert said.effects[0].settings["fixed_again"] == said.candidates[0].settings["fixed_again"] == 1
     assert "(in run-" in said.sentence
     (repair,) = said.extended.repairs
     assert list(repair.parameters["from_s"]) == [said.effects[0].settings["run"]]
