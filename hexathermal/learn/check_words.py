@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from typing import Any
 
 import numpy as np
@@ -81,30 +82,35 @@ def _of_leg(leg: LegDimensions | None) -> list[str]:
 
 
 def _of_runs(check: CampaignCheck) -> list[str]:
-    """Return what is said of single runs."""
-    found = []
+    """Return what is said of single runs; what is the same of several, once."""
+    said: dict[str, list[str]] = {}
     for run in check.runs:
-        name, record = run.run.name, run.record
-        if not record.used:
-            found.append(f"{name}: no row may be used: {record.why_rows}")
-            continue
-        if is_lost(record):
-            found.append(
-                f"{name}: cleaning left only {record.used} of {record.rows} rows, identify and validate refuse it: "
-                f"{record.why_rows}"
-            )
-        if max(map(abs, run.drift)) > LARGEST_DRIFT_M:
-            largest = max(map(abs, run.drift)) * 1e3
-            found.append(f"{name}: the drift reaches {largest:.3g} mm: is a column in another unit, or the zero lost?")
-        leg = check.campaign.leg
-        if leg is not None and (off := of_stroke(run.q, leg.stroke)):
-            found.append(f"{name}: {off}")
-        found.extend(
-            f"{name}, {step.channel}: {step.step}, {step.count} x; {step.reason}"
-            for step in record.steps
-            if _matters(step, record.rows)
+        for words in _of_run(check, run):
+            said.setdefault(words, []).append(run.run.name)
+    whole = len(check.runs)
+    return [("every run" if len(runs) == whole > 1 else ", ".join(runs)) + words for words, runs in said.items()]
+
+
+def _of_run(check: CampaignCheck, run: RunCheck) -> Iterator[str]:
+    """Yield what is said of a run, behind its name."""
+    record = run.record
+    if not record.used:
+        yield f": no row may be used: {record.why_rows}"
+        return
+    if is_lost(record):
+        yield (
+            f": cleaning left only {record.used} of {record.rows} rows, identify and validate refuse it: "
+            f"{record.why_rows}"
         )
-    return found
+    if max(map(abs, run.drift)) > LARGEST_DRIFT_M:
+        largest = max(map(abs, run.drift)) * 1e3
+        yield f": the drift reaches {largest:.3g} mm: is a column in another unit, or the zero lost?"
+    leg = check.campaign.leg
+    if leg is not None and (off := of_stroke(run.q, leg.stroke)):
+        yield f": {off}"
+    for step in record.steps:
+        if _matters(step, record.rows):
+            yield f", {step.channel}: {step.step}, {step.count} x; {step.reason}"
 
 
 def _of_stroke(check: CampaignCheck) -> list[str]:
