@@ -25,7 +25,7 @@ from hexathermal.learn.diagnosis.mending import mended, mended_view
 from hexathermal.learn.diagnosis.next_experiments import next_experiments
 from hexathermal.learn.diagnosis.places import alias_words
 from hexathermal.learn.diagnosis.put_back import put_back, told_back
-from hexathermal.learn.diagnosis.recorded import judged_runs, partly_recorded, refuse_silent, silence_words
+from hexathermal.learn.diagnosis.recorded import judged_runs, partly_recorded, refuse_silent, refuse_slow, silence_words
 from hexathermal.learn.diagnosis.replugged import Exchange, exchanges_between_runs, told_of
 from hexathermal.learn.diagnosis.residuals import run_residuals, whiteness
 from hexathermal.learn.diagnosis.result import Candidate, Diagnosis, Effect, Limit
@@ -95,6 +95,7 @@ def _diagnosed(
         progress(0, 5, "reading the runs")
     campaign, copies = without_copies(campaign)
     rows = campaign_rows(campaign, "identification")
+    refuse_slow(rows)
     base = base_law(campaign, rows, sensors, law)
     refuse_silent(rows, base.sensors)
     judged = campaign_rows(campaign, "validation")

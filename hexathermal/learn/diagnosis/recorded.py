@@ -8,6 +8,7 @@ from dataclasses import replace
 import numpy as np
 
 from hexathermal.errors import ArgumentError, DataError
+from hexathermal.learn.campaign_clocks import SLOWEST_S, long_words
 from hexathermal.learn.cleaning_rules import TO_SIGMA
 from hexathermal.learn.law import IdentifiedLaw
 from hexathermal.learn.signals import RunRows
@@ -92,6 +93,16 @@ def refuse_silent(runs: Iterable[RunRows], sensors: Sequence[str]) -> None:
                 f"sensor {lost[0]} of the law has no values in run {rows.run.name}: choose another with --sensors, or "
                 "take that run out of campaign.toml"
             )
+
+
+def refuse_slow(runs: Sequence[RunRows]) -> None:
+    """Refuse runs whose rows come so seldom that no cause could be told by them: their times are in another unit."""
+    slowest = min((rows.record.sampling for rows in runs), default=0.0)
+    if slowest > SLOWEST_S:
+        raise DataError(
+            f"one row every {long_words(slowest)} in every run for identification: is time_s in milliseconds? Causes "
+            f"act within minutes and hours, which rows {long_words(SLOWEST_S)} apart at most can tell: mend time_s"
+        )
 
 
 def judged_runs(runs: Sequence[RunRows], laws: Sequence[IdentifiedLaw]) -> tuple[list[RunRows], list[str]]:

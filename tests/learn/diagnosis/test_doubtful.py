@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 from hexathermal.cli import main
+from hexathermal.errors import DataError
 from hexathermal.learn.campaign_files import load_campaign
 from hexathermal.learn.diagnosis import diagnose
 from hexathermal.learn.diagnosis.doubtful import doubtful_readings
@@ -75,6 +76,14 @@ def scaled(name: str, factor: float, less: float = 0.0) -> Callable[[Row], None]
 def test_units_and_strokes_are_doubted(tmp_path: Path, change: Callable[[Row], None], words: str) -> None:
     """One sentence that names the column, what it reads, and what that looks like."""
     assert any(re.search(words, one) for one in told(tmp_path / "campaign", change))
+
+
+@pytest.mark.filterwarnings("ignore::hexathermal.learn.campaign_clocks.ClockWarning")
+def test_rows_hours_apart_are_refused(tmp_path: Path) -> None:
+    """Times in milliseconds would make every cause look like another: the unit is asked for, and nothing is named."""
+    base = changed(tmp_path / "campaign", scaled("time_s", 1000.0))
+    with pytest.raises(DataError, match=r"one row every \d.*is time_s in milliseconds\?"):
+        diagnose(load_campaign(tmp_path / "campaign"), base)
 
 
 def test_a_diagnosis_tells_its_doubts_first(tmp_path: Path) -> None:
