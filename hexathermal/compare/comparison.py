@@ -22,7 +22,7 @@ from hexathermal.compare.noise import Noise
 from hexathermal.compare.placing import Placed, placed, without_silent
 from hexathermal.compare.scores import ChannelScore, ComparedRun, channel_scores, compared_run
 from hexathermal.compare.steps import MOST_NAMED, Calibration, calibrated
-from hexathermal.compare.unlike import foretold, unlike, unlike_notes, unlike_words
+from hexathermal.compare.unlike import left_of, unlike, unlike_notes, unlike_words
 from hexathermal.errors import DataError
 from hexathermal.learn.campaign import Campaign
 from hexathermal.learn.campaign_files import load_campaign
@@ -180,9 +180,10 @@ def _compared(
     found = differences(calibration, names)
     scored = [k for k, run in enumerate(runs) if run.role == role]
     judged = [every[k] for k in scored]
-    left = foretold(calibration.last, judged)
-    score = channel_scores(judged, [runs[k] for k in scored], names, where.places, left)
-    worse, rest = _worse(score), unlike(score)
+    measured = [runs[k] for k in scored]
+    left = left_of(calibration.last, judged, measured)
+    score = channel_scores(judged, measured, names, where.places, left.foretold)
+    worse, rest = _worse(score), unlike(score, names, left_of(calibration.last, every, runs), left)
     coldest = min(float(run.air.min()) for run in runs)
     notes = [
         *notes, *_doubts(role, found, logs), *_gaps(runs, names),
@@ -250,8 +251,12 @@ def _gaps(runs: Sequence[MeasuredRun], names: Sequence[str]) -> list[str]:
 
 
 def _worse(scores: Sequence[ChannelScore]) -> tuple[ChannelScore, ...]:
-    """Return the channels that are proven to be simulated worse than before, the worst first."""
-    worse = [one for one in scores if one.reduction.high < 0.0 and one.reduction.value < -LEAST_WORSE]
+    """Return the channels that are proven to be simulated worse than before, and than foretold, the worst first."""
+    worse = [
+        one
+        for one in scores
+        if one.reduction.high < 0.0 and one.reduction.value < -LEAST_WORSE and one.rmse_after > one.foretold
+    ]
     return tuple(sorted(worse, key=lambda one: one.reduction.value))
 
 
@@ -276,8 +281,8 @@ def _doubts(role: str, named: Sequence[Difference], logs: Mapping[str, float]) -
         notes.append("no run for validation could be compared: the scores are those of the runs that were fitted")
     if len(named) >= MOST_NAMED:
         notes.append(
-            f"{len(named)} numbers differ, and no more are sought: others differ as well, whose estimates stand in the "
-            "table"
+            f"{len(named)} numbers differ, and no more are sought: others may differ as well, their estimates stand in "
+            "the table"
         )
     heat = [one for one in named if one.name in HEATS]
     if len(heat) == len(HEATS) and max(one.low for one in heat) < min(one.high for one in heat):

@@ -2,29 +2,35 @@
 
 A channel of a bench whose numbers lie within their tolerances differs from the simulated one by
 
-    foretold^2 = (t R)^2 + noise^2,    t^2 = sum of (A W^(1/2))^2 / sum of simulated^2
+    foretold^2 = (t R)^2 + slow^2 + row^2,    t^2 = sum of (A W^(1/2))^2 / sum of simulated^2
 
 with A what the numbers do to the channel in the windows of the runs that were fitted and W their prior
-(`hexathermal.compare.evidence`), R the RMS of what is simulated in the runs that are judged, and the slow errors of the
-campaign at hand, `MOST_NOISE` times the usual ones at most: what the bench gets wrong is not taken for noise.
+(`hexathermal.compare.evidence`), R the RMS of what is simulated in the runs that are judged, `slow` the slow errors of
+the campaign at hand, `MOST_NOISE` times the usual ones at most, since what the bench gets wrong is no noise (of the
+drift, with the scatter of its landings), and `row` the noise and the resolution of single rows.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 
 import numpy as np
+import numpy.typing as npt
 
 from hexathermal.compare.bench_runs import UM
 from hexathermal.compare.evidence import CONTACT_SD, GAIN_SD
+from hexathermal.compare.measured import MeasuredRun
 from hexathermal.compare.noise import TYPICAL, Noise
 from hexathermal.compare.parameters import TOLERANCES
 from hexathermal.compare.scores import ChannelScore, ComparedRun, channel_of
 from hexathermal.compare.steps import Fit
+from hexathermal.learn.cleaning_channels import SMALLEST_MOVE_M
 from hexathermal.poses import FloatArray
 
-UNLIKE = 2.0
-"""A channel whose RMSE is more than so many times what is foretold is explained by no number of the bench."""
+UNLIKE, UNLIKE_IN_FEW = 2.0, 3.0
+"""A channel whose RMSE, before and after, is more than so many times what is foretold is explained by no number of the
+bench: in all runs together, or in those that are judged."""
 
 MOST_NOISE = 3.0
 """Slow errors of a campaign count up to so many times the usual ones."""
@@ -47,27 +53,86 @@ def tolerated(fit: Fit) -> FloatArray:
     return np.asarray(np.sqrt(made / np.maximum(whole, 1e-30)))
 
 
-def foretold(fit: Fit, runs: Sequence[ComparedRun]) -> FloatArray:
-    """Return the RMS that a bench as it should be leaves of each channel in runs, shape (s + 1,); K, the drift m."""
-    shares, noise = tolerated(fit), _slow(fit.noise)
+@dataclass(frozen=True, eq=False)
+class Left:
+    """What some runs leave of each channel, RMS, shape (s + 1,); K, the drift m.
+
+    Attributes
+    ----------
+    before, after : array
+        By the bench as it is, and with what was named.
+    foretold : array
+        By a bench as it should be.
+    """
+
+    before: FloatArray
+    after: FloatArray
+    foretold: FloatArray
+
+    def beyond(self, times: float) -> npt.NDArray[np.bool_]:
+        """Return the channels that are farther than so many times what is foretold, before as after."""
+        return np.asarray(np.minimum(self.before, self.after) > times * self.foretold)
+
+
+def left_of(fit: Fit, runs: Sequence[ComparedRun], measured: Sequence[MeasuredRun]) -> Left:
+    """Return what runs leave of each channel; thermocouples without a value leave nothing."""
+    shares, slow = tolerated(fit), _slow(fit.noise)
+    last = len(shares) - 1
     found = []
     for k, share in enumerate(shares):
-        shown = np.concatenate([channel_of(run.after, k) for run in runs])
-        slow = noise[0] if k < len(shares) - 1 else noise[1]
-        found.append(np.hypot(share * np.sqrt(np.mean(shown**2)), slow))
-    return np.array(found)
+        shown, before, after = (
+            np.concatenate(parts)
+            for parts in zip(*((channel_of(run.after, k), channel_of(run.before, k) - channel_of(run.measured, k),
+                                channel_of(run.after, k) - channel_of(run.measured, k)) for run in runs), strict=True)
+        )  # fmt: skip
+        rows = [_row_error(run, k) for run in measured]
+        known = np.hypot(share * _rms(shown), np.hypot(slow[int(k == last)], np.sqrt(np.mean(rows))))
+        found.append((_rms(before), _rms(after), float(known)))
+    return Left(*np.array(found).T)
+
+
+def _rms(values: FloatArray) -> float:
+    """Return the RMS of the values that are there; 0 without any."""
+    good = values[np.isfinite(values)]
+    return float(np.sqrt(np.mean(good**2))) if len(good) else 0.0
+
+
+def _row_error(run: MeasuredRun, k: int) -> float:
+    """Return the variance of single rows of a channel: from row to row where nothing moves, and by its resolution."""
+    values = run.rises[:, k] if k < run.rises.shape[1] else run.drift
+    step = np.diff(values)
+    near = np.diff(run.time) < 2.0 * np.median(np.diff(run.time))
+    if k == run.rises.shape[1]:
+        near &= np.abs(np.diff(run.row_q)) < SMALLEST_MOVE_M
+    step = step[near & np.isfinite(step)]
+    if not len(step):
+        return 0.0
+    moved = np.abs(step[step != 0.0])
+    resolution = float(np.median(moved)) if len(moved) else 0.0
+    return float(0.5 * np.mean(step**2) + resolution**2 / 12.0)
 
 
 def _slow(noise: Noise) -> tuple[float, float]:
-    """Return the slow errors of a thermocouple [K] and of the drift [m] that count."""
+    """Return the slow errors of a thermocouple [K], and of the drift with its landings' scatter [m]."""
     slow, common, _time, drift, _drift_time = (MOST_NOISE * value for value in TYPICAL)
     rise = np.hypot(min(noise.slow, slow), min(noise.common, common))
     return float(rise), float(np.hypot(min(noise.drift_slow, drift), noise.scatter)) / UM
 
 
-def unlike(scores: Sequence[ChannelScore]) -> tuple[ChannelScore, ...]:
-    """Return the channels that no number of the bench explains, the most unlike first."""
-    found = [one for one in scores if one.rmse_after > UNLIKE * one.foretold]
+def unlike(scores: Sequence[ChannelScore], names: Sequence[str], every: Left, judged: Left) -> tuple[ChannelScore, ...]:
+    """Return the channels that no number of the bench explains, the most unlike first.
+
+    Parameters
+    ----------
+    scores : sequence of ChannelScore
+    names : sequence of str
+        Of the thermocouples, in the order of `Left`.
+    every, judged : Left
+        Of all runs, and of those that are judged.
+    """
+    far = every.beyond(UNLIKE) | judged.beyond(UNLIKE_IN_FEW)
+    channels = {name for name, one in zip([*names, "drift"], far.tolist(), strict=True) if one}
+    found = [one for one in scores if one.channel in channels]
     return tuple(sorted(found, key=lambda one: -one.rmse_after / one.foretold))
 
 

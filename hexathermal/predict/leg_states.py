@@ -24,7 +24,7 @@ from hexathermal.predict.balance import balanced
 from hexathermal.predict.correction import base_warm, check_strokes, since_reference, with_added
 from hexathermal.predict.leg_drift import added_drift, machine_memories
 from hexathermal.predict.motion_rows import MotionRows, motion_rows
-from hexathermal.predict.temperatures import active_model, temperature_array
+from hexathermal.predict.temperatures import active_model, check_temperatures, temperature_array
 
 Inputs: TypeAlias = Mapping[str, npt.ArrayLike]
 """Recorded inputs by name, one value a row, in their own units."""
@@ -71,10 +71,12 @@ class LegControllers:
         inputs : mapping, optional
             Recorded inputs that a term reads.
         remember : bool
-            Whether the machine goes there. False: what was commanded, or reached, is told to `leg_drift`.
+            Whether the machine goes there. False: what was commanded, or reached, is told to `leg_drift`, and rows
+            `between` to `stay`.
         between : arrays, shape (u,) [s] and (u, s) [degC], optional
-            Times and temperatures of rows before and between these, in which the legs are told nothing new: they stay
-            as the row before told them, before the first of all as its pose asks of a cold machine. Not with `inputs`.
+            Times, never decreasing, and temperatures of rows before and between these, in which the legs are told
+            nothing new: they stay as the row before told them, before the first of all as that one tells them. Not
+            with `inputs`.
 
         Returns
         -------
@@ -84,6 +86,8 @@ class LegControllers:
         ------
         ArgumentError
             Time runs backwards, or shapes do not fit; otherwise as `Hexapod.corrected_leg_lengths`.
+        TemperatureError
+            A temperature, also of rows `between`, is out of the laws' range; the index is that among its own rows.
         """
         poses, readings = poses_of(pose), temperature_array(self.hexapod, temps)
         single = poses.ndim == 2
@@ -107,6 +111,24 @@ class LegControllers:
         """
         told, drift, _expansions = self._next(lengths, temps, time, inputs)
         return drift.reshape(told.shape)
+
+    def stay(self, temps: TemperaturesLike, time: npt.ArrayLike) -> None:
+        """Remember rows in which the legs are told nothing new.
+
+        Parameters
+        ----------
+        temps : array, shape (s,) or (n, s) [degC], or mapping
+        time : float or array, shape (n,) [s]
+
+        Raises
+        ------
+        ArgumentError
+            The legs were told nothing yet; otherwise as `leg_drift`.
+        """
+        if self._told is None:
+            raise ArgumentError("the legs were told nothing yet: rows before the first pose go with it, as `between`")
+        when = np.atleast_1d(as_array(time, "time"))
+        self.leg_drift(np.tile(self._told, (len(when), 1)), temps, when)
 
     def predicted_pose(
         self, lengths: npt.ArrayLike, temps: TemperaturesLike, time: npt.ArrayLike, *, inputs: Inputs | None = None
@@ -162,10 +184,13 @@ class LegControllers:
         times = np.atleast_1d(as_array(between[0], "time of the rows between"))
         if not len(times):
             return motion_rows(when, hot)
-        return motion_rows(when, hot, (
-            self._rows(times, times.shape, "rows between"),
-            _each_row(temperature_array(self.hexapod, between[1]), len(times)),
-        ))  # fmt: skip
+        readings = temperature_array(self.hexapod, between[1])
+        check_temperatures(self.hexapod, readings)
+        try:
+            times = self._rows(times, times.shape, "rows between")
+        except ArgumentError as error:
+            raise ArgumentError(f"rows between: {error}") from None
+        return motion_rows(when, hot, (times, _each_row(readings, len(times))))
 
     def _rows(self, time: npt.ArrayLike, lead: tuple[int, ...], what: str) -> FloatArray:
         """Return checked times of the next rows."""
@@ -187,13 +212,15 @@ class LegControllers:
         Where the lengths of many rows do not settle together (a reversal within the scale's noise), halves are taken.
         """
         memories, hot = self._memories, rows.hot[rows.own]
-        before = self.hexapod.inverse_kinematics(poses[0]) if self._told is None else self._told
         whole = since_reference(self.hexapod, rows.hot, (len(rows.time),))
 
         def added(told: FloatArray, _dT: FloatArray) -> FloatArray:
             nonlocal memories
             memories = [memory.copy() for memory in self._memories]
-            stood = told if rows.alone else np.concatenate([before[None], told])[rows.stand + 1]
+            stood = told
+            if not rows.alone:
+                before = told[:1] if self._told is None else self._told[None]  # what comes first was no motion
+                stood = np.concatenate([before, told])[rows.stand + 1]
             return added_drift(self.hexapod, stood, whole, rows.time, memories, inputs)[rows.own]
 
         try:

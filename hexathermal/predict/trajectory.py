@@ -166,7 +166,9 @@ class _Job:
         except KinematicsError as error:
             self._refuse(rows, error)
         except ArgumentError:
-            k = next(k for k in range(len(rows)) if self._is_far(T[k]))
+            k = next((k for k in range(len(rows)) if self._is_far(T[k])), None)
+            if k is None:
+                raise
             line = self.poses.line(rows.first + k)
             through = "" if self.frames is None else ", and pass through the user and object frames: check these too"
             said = f"{self.poses.path}, line {line}: {far_words(rows.numbers[k])}{through}"

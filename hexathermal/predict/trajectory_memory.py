@@ -26,35 +26,35 @@ class Motion:
 
     def __init__(self, hexapod: Hexapod) -> None:
         self.states, self.unmet = LegControllers(hexapod), 0
-        self._follows = bool(_following(hexapod))
-        self._stands: FloatArray | None = None
+        self._early = list[tuple[FloatArray, FloatArray]]()
+        self._moved = False
 
     def corrected(self, T: FloatArray, rows: Rows, followed: Temperatures) -> tuple[FloatArray, FloatArray | None]:
         """Return corrected lengths (n, 6) and times of the next poses (n, 4, 4), between which temperatures go on."""
         lengths, times = list[FloatArray](), list[FloatArray]()
-        for piece in followed.pieces(rows, unmet=self._follows):
-            part, between = slice(piece.first, piece.last), piece.between
-            self.unmet += len(between[0])
+        for piece in followed.pieces(rows, unmet=True):
+            self.unmet += len(piece.between[0])
             if piece.first < piece.last:
-                time = piece.time if rows.time is None else rows.time[part]
+                time = piece.time if rows.time is None else rows.time[piece.first : piece.last]
                 assert time is not None  # `motion_of` has asked for it
-                lengths.append(self._told(T[part], piece, time))
+                lengths.append(self._told(T[piece.first : piece.last], piece, time))
                 times.append(time)
-            elif len(between[0]):
-                stands = (
-                    self.states.hexapod.inverse_kinematics(T[piece.first]) if self._stands is None else self._stands
-                )
-                self.states.leg_drift(np.tile(stands, (len(between[0]), 1)), between[1], between[0])
+            elif not self._moved:
+                self._early.append(piece.between)  # the legs stand as the first pose will tell them
+            elif len(piece.between[0]):
+                self.states.stay(piece.between[1], piece.between[0])
         return np.concatenate(lengths), np.concatenate(times)
 
     def _told(self, T: FloatArray, piece: Piece, time: FloatArray) -> FloatArray:
         """Return corrected lengths of a piece; an error has the row among all."""
+        early = [*self._early, piece.between]
+        between = np.concatenate([one[0] for one in early]), np.concatenate([one[1] for one in early])
         try:
-            found = self.states.corrected_leg_lengths(T, piece.numbers, time, between=piece.between)
+            found = self.states.corrected_leg_lengths(T, piece.numbers, time, between=between)
         except KinematicsError as error:
             error.index = (error.index[0] + piece.first, *error.index[1:])
             raise
-        self._stands = found[-1]
+        self._early, self._moved = [], True
         return found
 
     @property

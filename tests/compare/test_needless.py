@@ -55,7 +55,7 @@ def test_channels_that_are_proven_worse_are_told() -> None:
     """Only those whose whole interval is a loss, the worst of them with its figures."""
 
     def scored(name: str, value: float, low: float, high: float) -> ChannelScore:
-        return ChannelScore(name, "body", 0.1, 1.0, 1.0, 1.0, 1.0, Figure(value, low, high), 1.0)
+        return ChannelScore(name, "body", 0.1, 1.0, 1.0, 1.0, 1.0, Figure(value, low, high), 0.5)
 
     scores = [scored("T01", 0.5, 0.4, 0.6), scored("T02", -0.3, -0.9, 0.1), scored("T03", -0.4, -0.8, -0.1)]
     assert _worse_words(_worse(scores[:2]), "validation") == []

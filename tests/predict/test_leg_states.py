@@ -14,7 +14,7 @@ from hypothesis import strategies as st
 
 import hexathermal as ht
 from hexathermal.cli import main
-from hexathermal.errors import ArgumentError, FileFormatError, OutOfStrokeError, ThermalModelError
+from hexathermal.errors import ArgumentError, FileFormatError, OutOfStrokeError, TemperatureError, ThermalModelError
 from hexathermal.learn.leg_law_files import write_leg_law
 from hexathermal.machine.leg_repairs import SensorRepair
 from hexathermal.machine.leg_signals import LegSignals
@@ -299,20 +299,57 @@ def test_temperatures_between_poses_are_remembered(tmp_path: Path, block: int, m
     found = correct_trajectory(machine, timed, hot, tmp_path / "o.csv")
     assert not found.warnings
     assert f"; {56 - len(chosen)} rows of temperatures before and between poses" in found.pairing
-    controllers, stands, wanted = machine.leg_controllers(), machine.inverse_kinematics(poses[chosen[0]]), []
+    controllers, wanted = machine.leg_controllers(), []
+    early = list(range(chosen[0]))
     for k in range(56):
         if k in chosen:
-            stands = controllers.corrected_leg_lengths(poses[k], temps[k], time[k])
-            wanted.append(stands)
-        else:
-            controllers.leg_drift(stands, temps[k], time[k])
+            between = None if wanted else (time[early], temps[early])
+            wanted.append(controllers.corrected_leg_lengths(poses[k], temps[k], time[k], between=between))
+        elif wanted:
+            controllers.stay(temps[k], time[k])
     told = lengths(tmp_path / "o.csv")
     assert np.abs(told - np.array(wanted) * 1e3).max() < EXACT_MM
     blind = machine.leg_controllers().corrected_leg_lengths(poses[chosen], temps[chosen], time[chosen])
     assert np.abs(told - blind * 1e3).max() > 1e-4
-    assert (
-        "before and between" not in correct_trajectory(with_terms(*STATES[1:]), timed, hot, tmp_path / "o7.csv").pairing
-    )  # nothing follows the temperatures there
+
+
+def test_rows_before_the_first_pose_are_no_motion(tmp_path: Path) -> None:
+    """In a room that stays, rows of temperatures before the first pose change nothing, whatever the laws remember: no
+    backlash is taken up, nothing creeps; and a term of no size changes nothing either.
+    """
+    lag, *others = STATES
+    assert lag.shape == "lag"
+    machine, nothing = with_terms(*STATES), dataclasses.replace(lag, amplitudes=1e-30 * lag.amplitudes)
+    poses, temps, _time = motion(4)
+    warm = np.tile(temps[0] + 3.0, (721, 1))
+    six = ht.coordinates_from_pose(poses, hexapod=machine)
+    head, time, stands = seven(warm)[0], np.arange(0.0, 7201.0, 10.0), np.array([60.0, 1800.0, 3600.0, 7200.0])
+    (tmp_path / "p.csv").write_text(text_of(f"time_s,{POSES}", np.column_stack([stands, six])), encoding="utf-8")
+    for name, rows in (("all", slice(None)), ("late", slice(6, None))):
+        text = text_of(f"time_s,{head}", np.column_stack([time, warm])[rows])
+        (tmp_path / f"{name}.csv").write_text(text, encoding="utf-8")
+
+    def told(law: ht.Hexapod, name: str) -> np.ndarray:
+        correct_trajectory(law, tmp_path / "p.csv", tmp_path / f"{name}.csv", tmp_path / "o.csv", overwrite=True)
+        return lengths(tmp_path / "o.csv")
+
+    assert np.abs(told(machine, "all") - told(machine, "late")).max() < EXACT_MM
+    assert np.abs(told(with_terms(*others), "all") - told(with_terms(nothing, *others), "all")).max() < EXACT_MM
+
+
+def test_temperatures_between_are_held_against_the_range() -> None:
+    """One that the law was never asked for is refused with its sensor, as a wrong order is; nothing is remembered."""
+    controllers = with_terms(*STATES).leg_controllers()
+    poses, temps, time = motion(2)
+    before = controllers.corrected_leg_lengths(poses, temps, time, remember=False)
+    for value in (500.0, np.nan):
+        with pytest.raises(TemperatureError, match="leg1_T1"):
+            controllers.corrected_leg_lengths(poses, temps, time, between=(time[:1], np.full((1, 7), value)))
+    with pytest.raises(ArgumentError, match="rows between: time must"):
+        controllers.corrected_leg_lengths(poses, temps, time, between=(time[::-1], temps))
+    assert np.array_equal(controllers.corrected_leg_lengths(poses, temps, time, remember=False), before)
+    with pytest.raises(ArgumentError, match="told nothing yet"):
+        controllers.stay(temps[0], time[0])
 
 
 def test_rows_between_have_no_inputs() -> None:

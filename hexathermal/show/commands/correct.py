@@ -42,10 +42,10 @@ which temperatures go with which pose:
   otherwise                     row k goes with row k; both files must have as many rows
 
 a law that remembers ('hexathermal apply' names what: a lag, stored heat, creep, backlash):
-  poses need time_s, rows in the order of the motion. Where both files have it, rows of temperatures before the first
-  pose and between poses are read as well, while the platform stands at each pose until the next; the legs are taken to
-  be at rest in the first row of all. Where only the temperatures have time_s, row k of the poses is taken to be at the
-  time of row k there, with a warning
+  poses need time_s, rows in the order of the motion. Where both files have it, rows of temperatures up to the last pose
+  are read, also those that no pose meets: the platform stands at each pose, and moves on between the last row before
+  the next pose and that. The legs are taken to be at rest in the first row of all. Where only the temperatures have
+  time_s, row k of the poses is taken to be at the time of row k there, with a warning
 
 conventions of the three angles:
   fixed-xyz   R = Rz(rz) Ry(ry) Rx(rx), the default (also called {_others("fixed-xyz")})
