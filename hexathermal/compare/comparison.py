@@ -106,7 +106,7 @@ class Comparison:
         left = unlike_words(self.unexplained, self.scored_role) if self.unexplained else ""
         if not self.differences:
             if left:
-                return f"Something differs that no number of the bench explains: {left}."
+                return f"Something differs that can be put down to no number of the bench: {left}."
             return "No difference from the virtual bench was found; the table says how large it would have to be."
         told = "; ".join(one.sentence for one in self.differences)
         if len(self.differences) < OTHER_LEG:
@@ -118,7 +118,7 @@ class Comparison:
             )
         worse = ", ".join(one.channel for one in self.worse)
         doubt = f" Yet {worse} {'is' if len(self.worse) == 1 else 'are'} simulated worse with it." if worse else ""
-        return f"{said}{doubt}" + (f" No number of the bench explains {left}." if left else "")
+        return f"{said}{doubt}" + (f" Put down to no number of the bench: {left}." if left else "")
 
 
 def compare_campaign(
