@@ -81,6 +81,13 @@ class Pooled:
         found = rows[self.used]
         return np.asarray(found if found.ndim == 2 else found[:, None])
 
+    def of_rows(self, rows: FloatArray, *, zeroed: bool = False) -> FloatArray:
+        """Return `means` of values in all rows, run after run, shape (n,) or (n, k)."""
+        from hexathermal.learn.diagnosis.window_loops import window_means
+
+        table = np.ascontiguousarray(rows if rows.ndim == 2 else rows[:, None], dtype=np.float64)
+        return np.asarray(window_means(table, self.used, self.edges, self.rows, self.zeros, zeroed))
+
     def means(self, usable: FloatArray, *, zeroed: bool = False) -> FloatArray:
         """Return the means of usable rows over windows, shape (w, k); where `zeroed`, less those of each run's zero."""
         # what never changes is 0 to the last bit: a mean less the zero would be rounding, and rounding a signal

@@ -162,7 +162,7 @@ class View:
 
     def windows(self, values: Iterable[FloatArray]) -> FloatArray:
         """Return means over windows of rows' values, run after run, shape (n, k)."""
-        return self.pooled.means(self.pooled.usable(np.concatenate(list(values))))
+        return self.pooled.of_rows(np.concatenate(list(values)))
 
     def windows_zeroed(self, values: Iterable[FloatArray]) -> FloatArray:
         """Return means over windows of rows' values, run after run, less those of the zero, shape (n, k)."""
@@ -170,7 +170,7 @@ class View:
 
     def _zeroed(self, rows: FloatArray) -> FloatArray:
         """Return means over windows of values in all rows, less those of the zero, shape (n, k)."""
-        return self.pooled.means(self.pooled.usable(rows), zeroed=self.zeroed_by_run)
+        return self.pooled.of_rows(rows, zeroed=self.zeroed_by_run)
 
     def columns(self, shape: str, parameters: Mapping[str, Any]) -> FloatArray:
         """Return a shape's columns in windows, less their value at each run's zero, shape (n, k).

@@ -9,7 +9,7 @@ import pytest
 
 from hexathermal.learn.diagnosis.all_trials import all_trials
 from hexathermal.learn.diagnosis.mending import mended, mended_view, told_by
-from hexathermal.learn.diagnosis.pieces import EDGES_S, LONGEST_S, pieces_of
+from hexathermal.learn.diagnosis.pieces import EDGES_S, LONGEST_S, Pooled, pieces_of
 from hexathermal.learn.diagnosis.read_later import read_later
 from hexathermal.learn.diagnosis.sensor_model import sensor_model
 from hexathermal.learn.diagnosis.smoothing import smoothed
@@ -297,3 +297,19 @@ def test_a_mended_view_keeps_only_what_the_repair_leaves(kind: str) -> None:
         assert (one.cause, one.target, one.shape) == (other.cause, other.target, other.shape)
         np.testing.assert_allclose(one.columns, other.columns, rtol=1e-6, atol=1e-9)
     assert kept.columns("relaxation", creep) is before, "motion was not mended"
+
+
+@pytest.mark.parametrize("zeroed", [False, True])
+def test_compiled_means_are_those_of_usable_rows(zeroed: bool) -> None:
+    """One pass gathers, takes the zero away and sums; what never changes is 0 to the last bit once zeroed."""
+    rng = np.random.default_rng(5)
+    used = np.flatnonzero(rng.uniform(size=400) < 0.7)
+    first = int((used < 250).sum())
+    edges = np.sort(np.unique(np.concatenate([[0, first], rng.choice(len(used), 30)])))
+    rows, zeros = np.diff(np.append(edges, len(used))).astype(float), np.repeat([0, first], [first, len(used) - first])
+    pooled = Pooled(used, edges, rows, zeros)
+    values = np.column_stack([rng.normal(size=(400, 3)), np.full(400, 0.1)])
+    found = pooled.of_rows(values, zeroed=zeroed)
+    assert np.allclose(found, pooled.means(pooled.usable(values), zeroed=zeroed), rtol=0.0, atol=1e-14)
+    assert np.array_equal(found[:, :1], pooled.of_rows(values[:, 0], zeroed=zeroed))
+    assert not zeroed or not found[:, 3].any()
