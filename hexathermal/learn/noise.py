@@ -148,7 +148,7 @@ def estimated_noise(
         return value, gradient
 
     bounds = [(-5.0, 2.0)] * 3 + [tuple(np.log(np.array([SHORTEST_TIME_S, LONGEST_TIME_S]) / USUAL_TIME_S))]
-    start, options = np.array([-0.7, -0.7, -0.7, 0.0]), {"maxiter": 60, "ftol": 1e-5}
+    start, options = np.array([-0.7, -0.7, -0.7, 0.0]), {"maxiter": 60, "ftol": 1e-7}
     if near is not None:
         start = np.log([near.landing / unit, near.slow / unit, near.offset / unit, near.slow_time / USUAL_TIME_S])
     return noise(minimize(objective, start, jac=True, method="L-BFGS-B", bounds=bounds, options=options).x)
