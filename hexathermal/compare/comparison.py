@@ -22,7 +22,7 @@ from hexathermal.compare.noise import Noise
 from hexathermal.compare.placing import Placed, placed, without_silent
 from hexathermal.compare.scores import ChannelScore, ComparedRun, channel_scores, compared_run
 from hexathermal.compare.steps import MOST_NAMED, Calibration, calibrated
-from hexathermal.compare.unlike import left_of, unlike, unlike_notes, unlike_words
+from hexathermal.compare.unlike import left_of, tolerated, unlike, unlike_notes, unlike_words
 from hexathermal.errors import DataError
 from hexathermal.learn.campaign import Campaign
 from hexathermal.learn.campaign_files import load_campaign
@@ -181,9 +181,10 @@ def _compared(
     scored = [k for k, run in enumerate(runs) if run.role == role]
     judged = [every[k] for k in scored]
     measured = [runs[k] for k in scored]
-    left = left_of(calibration.last, judged, measured)
+    shares, noise = tolerated(calibration.last), calibration.last.noise
+    left = left_of(shares, noise, judged, measured)
     score = channel_scores(judged, measured, names, where.places, left.foretold)
-    worse, rest = _worse(score), unlike(score, names, left_of(calibration.last, every, runs), left)
+    worse, rest = _worse(score), unlike(score, names, left_of(shares, noise, every, runs), left)
     coldest = min(float(run.air.min()) for run in runs)
     notes = [
         *notes, *_doubts(role, found, logs), *_gaps(runs, names),
@@ -193,7 +194,7 @@ def _compared(
     error_K, error_m = discretisation_error(bench, bench.runs[0])
     return Comparison(
         campaign.title or campaign.folder.name, where, names, found, parameters_found(calibration, names), score,
-        rest, worse, role, every, calibration.last.noise,
+        rest, worse, role, every, noise,
         float(np.max([run.step for run in runs])), error_K, error_m, tuple(notes),
     )  # fmt: skip
 

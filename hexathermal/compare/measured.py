@@ -308,10 +308,15 @@ def _scatter(rows: Block, windows: Windows) -> float:
     return float(np.sqrt(squares / free)) if free > 0 else 0.2e-6
 
 
+def near_rows(time: FloatArray) -> npt.NDArray[np.bool_]:
+    """Return which rows follow the one before without a pause, shape (n - 1,)."""
+    step = np.diff(time)
+    return np.asarray(step < 2.0 * np.median(step))
+
+
 def _row_noise(rises: FloatArray, time: FloatArray) -> FloatArray:
     """Return the standard deviation of single readings, from differences between neighbouring rows."""
-    near = np.diff(time) < 2.0 * np.median(np.diff(time))
-    step = np.diff(rises, axis=0)[near]
+    step = np.diff(rises, axis=0)[near_rows(time)]
     with np.errstate(invalid="ignore"):
         squares = np.array([np.mean(column[np.isfinite(column)] ** 2) if np.isfinite(column).any() else 0.0
                             for column in step.T])  # fmt: skip

@@ -12,17 +12,16 @@ drift, with the scatter of its landings), and `row` the noise and the resolution
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
+from operator import attrgetter
 
 import numpy as np
 import numpy.typing as npt
 
-from hexathermal.compare.bench_runs import UM
-from hexathermal.compare.evidence import CONTACT_SD, GAIN_SD
-from hexathermal.compare.measured import MeasuredRun
+from hexathermal.compare.bench_runs import UM, RunCurves
+from hexathermal.compare.measured import MeasuredRun, near_rows
 from hexathermal.compare.noise import TYPICAL, Noise
-from hexathermal.compare.parameters import TOLERANCES
 from hexathermal.compare.scores import ChannelScore, ComparedRun, channel_of
 from hexathermal.compare.steps import Fit
 from hexathermal.learn.cleaning_channels import SMALLEST_MOVE_M
@@ -41,8 +40,7 @@ AGAINST = -0.7
 
 def tolerated(fit: Fit) -> FloatArray:
     """Return what tolerances make of each thermocouple and the drift, RMS over that of the channel, shape (s + 1,)."""
-    sensors = fit.sums.sensors
-    deviation = np.concatenate([TOLERANCES, np.full(sensors, CONTACT_SD), np.full(sensors, GAIN_SD)])
+    sensors, deviation = fit.sums.sensors, fit.sums.precision() ** -0.5
     made, whole = np.zeros(sensors + 1), np.zeros(sensors + 1)
     for simulated, table, used in zip(fit.found.simulated, fit.found.tables, fit.found.used, strict=True):
         shown = np.asarray(simulated.values[0])
@@ -74,21 +72,24 @@ class Left:
         return np.asarray(np.minimum(self.before, self.after) > times * self.foretold)
 
 
-def left_of(fit: Fit, runs: Sequence[ComparedRun], measured: Sequence[MeasuredRun]) -> Left:
-    """Return what runs leave of each channel; thermocouples without a value leave nothing."""
-    shares, slow = tolerated(fit), _slow(fit.noise)
-    last = len(shares) - 1
+def left_of(shares: FloatArray, noise: Noise, runs: Sequence[ComparedRun], measured: Sequence[MeasuredRun]) -> Left:
+    """Return what runs leave of each channel, `shares` as `tolerated`; thermocouples without a value leave nothing."""
+    slow, last = _slow(noise), len(shares) - 1
     found = []
     for k, share in enumerate(shares):
-        shown, before, after = (
-            np.concatenate(parts)
-            for parts in zip(*((channel_of(run.after, k), channel_of(run.before, k) - channel_of(run.measured, k),
-                                channel_of(run.after, k) - channel_of(run.measured, k)) for run in runs), strict=True)
-        )  # fmt: skip
+        true, before, after = (_course(map(of, runs), k) for of in (_MEASURED, _BEFORE, _AFTER))
         rows = [_row_error(run, k) for run in measured]
-        known = np.hypot(share * _rms(shown), np.hypot(slow[int(k == last)], np.sqrt(np.mean(rows))))
-        found.append((_rms(before), _rms(after), float(known)))
+        known = np.hypot(share * _rms(after), np.hypot(slow[int(k == last)], np.sqrt(np.mean(rows))))
+        found.append((_rms(before - true), _rms(after - true), float(known)))
     return Left(*np.array(found).T)
+
+
+_MEASURED, _BEFORE, _AFTER = attrgetter("measured"), attrgetter("before"), attrgetter("after")
+
+
+def _course(curves: Iterable[RunCurves], k: int) -> FloatArray:
+    """Return the course of a channel, run after run."""
+    return np.concatenate([channel_of(one, k) for one in curves])
 
 
 def _rms(values: FloatArray) -> float:
@@ -101,7 +102,7 @@ def _row_error(run: MeasuredRun, k: int) -> float:
     """Return the variance of single rows of a channel: from row to row where nothing moves, and by its resolution."""
     values = run.rises[:, k] if k < run.rises.shape[1] else run.drift
     step = np.diff(values)
-    near = np.diff(run.time) < 2.0 * np.median(np.diff(run.time))
+    near = near_rows(run.time)
     if k == run.rises.shape[1]:
         near &= np.abs(np.diff(run.row_q)) < SMALLEST_MOVE_M
     step = step[near & np.isfinite(step)]
@@ -155,9 +156,8 @@ def unlike_notes(channels: Sequence[ChannelScore], runs: Sequence[ComparedRun]) 
     notes = []
     if any(one.channel == "drift" for one in channels):
         k = runs[0].measured.rises.shape[1]
-        both = [np.concatenate([channel_of(curves, k) for curves in part])
-                for part in ([run.measured for run in runs], [run.before for run in runs])]  # fmt: skip
-        if all(np.ptp(one) > 0.0 for one in both) and np.corrcoef(both)[0, 1] < AGAINST:
+        both = [_course(map(of, runs), k) for of in (_MEASURED, _BEFORE)]
+        if all(np.ptp(one) > 0.0 for one in both) and np.asarray(np.corrcoef(both))[0, 1] < AGAINST:
             notes.append("the measured drift goes against the simulated: have the beams the other sign?")
     names = [one.channel for one in channels if one.channel != "drift"]
     if names and len(names) <= max(runs[0].measured.rises.shape[1] // 2, 1):

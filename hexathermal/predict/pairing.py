@@ -66,7 +66,12 @@ class Piece:
 
 def _all(poses: Rows, numbers: FloatArray, time: FloatArray | None) -> Piece:
     """Return all of the next poses as one piece, none of whose rows goes unmet."""
-    return Piece(0, len(poses), numbers, time, (np.empty(0), np.empty((0, numbers.shape[-1]))))
+    return Piece(0, len(poses), numbers, time, _none(numbers.shape[-1]))
+
+
+def _none(sensors: int) -> tuple[FloatArray, FloatArray]:
+    """Return the times and temperatures of no rows."""
+    return np.empty(0), np.empty((0, sensors))
 
 
 class _Checked:
@@ -182,7 +187,9 @@ class _ByTime:
             if self.time.size and (until > done or (unmet and len(self.time) > 1)):
                 numbers = interpolated(self.time, self.numbers, time[done:until])
                 # a block without a pose has passed; of one with the last pose, what lies behind it has not
-                between = self._between(time[done:until], done < until == len(poses)) if unmet else self._none()
+                between = (
+                    self._between(time[done:until], done < until == len(poses)) if unmet else _none(numbers.shape[1])
+                )
                 yield Piece(done, until, numbers, None, between)
                 done = until
             if done == len(poses):
@@ -193,10 +200,6 @@ class _ByTime:
             # the last row stays: a pose may stand between two blocks
             self.time = np.concatenate([self.time[-1:], _time(rows)])
             self.numbers = np.concatenate([self.numbers[-1:], rows.numbers])
-
-    def _none(self) -> tuple[FloatArray, FloatArray]:
-        """Return no rows."""
-        return np.empty(0), self.numbers[:0]
 
     def _between(self, time: FloatArray, to_last: bool) -> tuple[FloatArray, FloatArray]:
         """Return the rows at hand that no pose has met nor meets at these times, up to the last pose or all of them."""

@@ -26,8 +26,7 @@ class Motion:
 
     def __init__(self, hexapod: Hexapod) -> None:
         self.states, self.unmet = LegControllers(hexapod), 0
-        self._early = list[tuple[FloatArray, FloatArray]]()
-        self._moved = False
+        self._early: list[tuple[FloatArray, FloatArray]] | None = []  # None once a pose was told
 
     def corrected(self, T: FloatArray, rows: Rows, followed: Temperatures) -> tuple[FloatArray, FloatArray | None]:
         """Return corrected lengths (n, 6) and times of the next poses (n, 4, 4), between which temperatures go on."""
@@ -39,7 +38,7 @@ class Motion:
                 assert time is not None  # `motion_of` has asked for it
                 lengths.append(self._told(T[piece.first : piece.last], piece, time))
                 times.append(time)
-            elif not self._moved:
+            elif self._early is not None:
                 self._early.append(piece.between)  # the legs stand as the first pose will tell them
             elif len(piece.between[0]):
                 self.states.stay(piece.between[1], piece.between[0])
@@ -47,14 +46,14 @@ class Motion:
 
     def _told(self, T: FloatArray, piece: Piece, time: FloatArray) -> FloatArray:
         """Return corrected lengths of a piece; an error has the row among all."""
-        early = [*self._early, piece.between]
+        early = [*(self._early or ()), piece.between]
         between = np.concatenate([one[0] for one in early]), np.concatenate([one[1] for one in early])
         try:
             found = self.states.corrected_leg_lengths(T, piece.numbers, time, between=between)
         except KinematicsError as error:
             error.index = (error.index[0] + piece.first, *error.index[1:])
             raise
-        self._early, self._moved = [], True
+        self._early = None
         return found
 
     @property

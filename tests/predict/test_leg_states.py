@@ -14,7 +14,7 @@ from hypothesis import strategies as st
 
 import hexathermal as ht
 from hexathermal.cli import main
-from hexathermal.errors import ArgumentError, FileFormatError, OutOfStrokeError, TemperatureError, ThermalModelError
+from hexathermal.errors import ArgumentError, FileFormatError, OutOfStrokeError, ThermalModelError
 from hexathermal.learn.leg_law_files import write_leg_law
 from hexathermal.machine.leg_repairs import SensorRepair
 from hexathermal.machine.leg_signals import LegSignals
@@ -22,34 +22,9 @@ from hexathermal.machine.leg_states import STATELESS, of_bench
 from hexathermal.machine.leg_terms import LegTerm
 from hexathermal.predict.budget_blocks import blocks
 from hexathermal.predict.budget_inputs import situation
-from hexathermal.predict.trajectory import POSE_COLUMNS, correct_trajectory
 from tests.learn.extended_laws import EXAMPLES, law_with, terms_of
 from tests.machines import random_poses
-from tests.trajectory_files import EXACT_MM, POSES, SENSORS, columns, lengths, text_of
-
-Q0 = 0.6
-SQUARE = LegTerm("nonlinear-expansion", "square", {"sensor": "T1", "ratio": 0.5}, [2e-8])
-AGAIN = LegTerm("missing-sensor", "temperature", {"sensor": "T1", "ratio": 0.3}, [0.4e-6])
-SCALE = LegTerm("scale-error", "position", {}, [3e-6])
-SCREW = LegTerm("periodic-screw-error", "periodic", {"pitch_m": 0.00203}, [0.1e-6, -0.2e-6])
-LAG = LegTerm("thermal-lag", "lag", {"sensor": "T1", "ratio": 0.5, "time_constant_s": 900.0}, [1e-6])
-SLACK = LegTerm("backlash", "direction", {}, [0.31e-6])
-HEAT = LegTerm("hidden-heat", "stored-heat", {"source": "motion", "time_constant_s": 600.0, "ratio": 0.3}, [1e-2])
-CREEP = LegTerm("creep", "relaxation", {"time_constant_s": 200.0, "kick": "step"}, [0.2e-6])
-ONE_ROW, STATES = (SQUARE, AGAIN, SCALE, SCREW), (LAG, SLACK, HEAT, CREEP)
-
-
-def with_terms(*terms: LegTerm, legs: tuple[int, ...] = tuple(range(6))) -> ht.Hexapod:
-    """Return the reference machine whose legs carry terms."""
-    hexapod = ht.load_hexapod("reference")
-    model = hexapod.thermal
-    laws = [ht.LegLaw(law.sensors, law.A, law.B, terms=terms if k in legs else ()) for k, law in enumerate(model.legs)]
-    plates = (ht.PlateLaw(1.6e-6, "T1"), model.base)
-    reference = model.reference_temperature_degC[0]
-    return dataclasses.replace(hexapod, thermal=ht.ThermalModel(laws, *plates, reference, model.valid_degC))
-
-
-MACHINE = with_terms(*ONE_ROW)
+from tests.predict.remembering import LAG, MACHINE, ONE_ROW, Q0, SCALE, SCREW, SLACK, STATES, motion, with_terms
 
 
 @given(seed=st.integers(0, 10**6))
@@ -114,15 +89,6 @@ def test_states_are_refused_where_a_row_does_not_tell_them(term: LegTerm) -> Non
             call(machine)
         call(rest)
     assert rest == with_terms(SCALE)
-
-
-def motion(rows: int, seed: int = 5) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Return poses that rest and move, temperatures that wander, and uneven times."""
-    rng = np.random.default_rng(seed)
-    some = random_poses(MACHINE, rows, rng)
-    poses = some[np.maximum.accumulate(np.where(rng.random(rows) < 0.4, np.arange(rows), 0))]
-    temps = 22.0 + np.cumsum(rng.normal(size=(rows, 7)) * 0.1, axis=0)
-    return poses, temps, 50.0 + np.cumsum(rng.choice([1.0, 20.0, 300.0], rows))
 
 
 def test_legs_that_remember_are_corrected_to_zero() -> None:
@@ -222,144 +188,6 @@ def test_what_was_reached_may_differ_from_what_was_asked() -> None:
     cold = pumped.corrected_leg_lengths(poses[0], temps[0], 0.0, inputs={"pump_W": 0.0})
     warm = pumped.corrected_leg_lengths(poses[0], temps[0], 600.0, inputs={"pump_W": 1000.0})
     assert (warm < cold).all()
-
-
-def seven(temps: np.ndarray) -> tuple[str, np.ndarray]:
-    """Return the temperatures' header and rows of a machine with a thermometer on its platform."""
-    return f"{SENSORS},platform_T1_degC", temps
-
-
-@pytest.mark.parametrize("block", [300, 1 << 21])
-def test_a_trajectory_with_times_remembers(tmp_path: Path, block: int, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Each row of the file is what the controllers answer, however the file is cut; without times it is refused."""
-    from hexathermal.predict import table_streams
-
-    monkeypatch.setattr(table_streams, "BLOCK_BYTES", block)
-    machine = with_terms(*STATES, SCREW)
-    poses, temps, time = motion(60)
-    six = ht.coordinates_from_pose(poses, hexapod=machine)
-    timed, plain = tmp_path / "timed.csv", tmp_path / "p.csv"
-    timed.write_text(text_of(f"time_s,{POSES}", np.column_stack([time, six])), encoding="utf-8")
-    plain.write_text(text_of(POSES, six), encoding="utf-8")
-    (tmp_path / "t.csv").write_text(text_of(*seven(temps)), encoding="utf-8")
-    correct_trajectory(machine, timed, tmp_path / "t.csv", tmp_path / "o.csv")
-    wanted = machine.leg_controllers().corrected_leg_lengths(poses, temps, time)
-    assert np.abs(lengths(tmp_path / "o.csv") - wanted * 1e3).max() < EXACT_MM
-    assert np.array_equal(columns(tmp_path / "o.csv", "time_s")[:, 0], time)
-    with pytest.raises(ThermalModelError, match=r"thermal-lag, backlash, hidden-heat, creep.*add time_s"):
-        correct_trajectory(machine, plain, tmp_path / "t.csv", tmp_path / "o2.csv")
-    assert not (tmp_path / "o2.csv").exists()
-    heat = LegTerm("hidden-heat", "stored-heat", {"source": "pump_W", "time_constant_s": 60.0}, [1e-9])
-    with pytest.raises(ThermalModelError, match="recorded input 'pump_W'"):
-        correct_trajectory(with_terms(heat), timed, tmp_path / "t.csv", tmp_path / "o2.csv")
-    assert POSE_COLUMNS == tuple(POSES.split(","))
-
-
-def test_times_that_are_not_the_poses_own_are_told(tmp_path: Path) -> None:
-    """Where only the temperatures have times, these are taken and that is said; one row of them is no motion. One row
-    for poses with times leaves a lag at 0, which is said too.
-    """
-    machine = with_terms(*STATES)
-    poses, temps, time = motion(5)
-    six = ht.coordinates_from_pose(poses, hexapod=machine)
-    head, heat = seven(temps)
-    plain, timed, hot, one = (tmp_path / f"{name}.csv" for name in ("plain", "timed", "hot", "one"))
-    plain.write_text(text_of(POSES, six), encoding="utf-8")
-    timed.write_text(text_of(f"time_s,{POSES}", np.column_stack([time, six])), encoding="utf-8")
-    hot.write_text(text_of(f"time_s,{head}", np.column_stack([time, heat])), encoding="utf-8")
-    one.write_text(text_of(f"time_s,{head}", np.column_stack([time, heat])[:1]), encoding="utf-8")
-    found = correct_trajectory(machine, plain, hot, tmp_path / "o.csv")
-    assert "plain.csv has no time_s" in found.warnings[0]
-    wanted = machine.leg_controllers().corrected_leg_lengths(poses, temps, time)
-    assert np.abs(lengths(tmp_path / "o.csv") - wanted * 1e3).max() < EXACT_MM
-    with pytest.raises(ThermalModelError, match=r"add time_s \[s\] to .*plain.csv"):
-        correct_trajectory(machine, plain, one, tmp_path / "o2.csv")
-    assert not (tmp_path / "o2.csv").exists()
-    assert "leave thermal-lag at 0" in correct_trajectory(machine, timed, one, tmp_path / "o3.csv").warnings[0]
-    assert not correct_trajectory(machine, timed, hot, tmp_path / "o4.csv").warnings
-    assert not correct_trajectory(MACHINE, plain, hot, tmp_path / "o5.csv").warnings
-
-
-@pytest.mark.parametrize("block", [300, 1 << 21])
-def test_temperatures_between_poses_are_remembered(tmp_path: Path, block: int, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Few poses among many rows of temperatures: the lengths are those of a controller that is given every row, told to
-    stay between the poses; without the rows between, a lag is micrometres off. However the files are cut.
-    """
-    from hexathermal.predict import table_streams
-
-    monkeypatch.setattr(table_streams, "BLOCK_BYTES", block)
-    machine = with_terms(*STATES, SCREW)
-    poses, temps, time = motion(80)
-    head, heat = seven(temps)
-    chosen = [7, 8, 30, 31, 55]
-    six = ht.coordinates_from_pose(poses, hexapod=machine)
-    timed, hot = tmp_path / "few.csv", tmp_path / "hot.csv"
-    timed.write_text(text_of(f"time_s,{POSES}", np.column_stack([time, six])[chosen]), encoding="utf-8")
-    hot.write_text(text_of(f"time_s,{head}", np.column_stack([time, heat])), encoding="utf-8")
-    found = correct_trajectory(machine, timed, hot, tmp_path / "o.csv")
-    assert not found.warnings
-    assert f"; {56 - len(chosen)} rows of temperatures before and between poses" in found.pairing
-    controllers, wanted = machine.leg_controllers(), []
-    early = list(range(chosen[0]))
-    for k in range(56):
-        if k in chosen:
-            between = None if wanted else (time[early], temps[early])
-            wanted.append(controllers.corrected_leg_lengths(poses[k], temps[k], time[k], between=between))
-        elif wanted:
-            controllers.stay(temps[k], time[k])
-    told = lengths(tmp_path / "o.csv")
-    assert np.abs(told - np.array(wanted) * 1e3).max() < EXACT_MM
-    blind = machine.leg_controllers().corrected_leg_lengths(poses[chosen], temps[chosen], time[chosen])
-    assert np.abs(told - blind * 1e3).max() > 1e-4
-
-
-def test_rows_before_the_first_pose_are_no_motion(tmp_path: Path) -> None:
-    """In a room that stays, rows of temperatures before the first pose change nothing, whatever the laws remember: no
-    backlash is taken up, nothing creeps; and a term of no size changes nothing either.
-    """
-    lag, *others = STATES
-    assert lag.shape == "lag"
-    machine, nothing = with_terms(*STATES), dataclasses.replace(lag, amplitudes=1e-30 * lag.amplitudes)
-    poses, temps, _time = motion(4)
-    warm = np.tile(temps[0] + 3.0, (721, 1))
-    six = ht.coordinates_from_pose(poses, hexapod=machine)
-    head, time, stands = seven(warm)[0], np.arange(0.0, 7201.0, 10.0), np.array([60.0, 1800.0, 3600.0, 7200.0])
-    (tmp_path / "p.csv").write_text(text_of(f"time_s,{POSES}", np.column_stack([stands, six])), encoding="utf-8")
-    for name, rows in (("all", slice(None)), ("late", slice(6, None))):
-        text = text_of(f"time_s,{head}", np.column_stack([time, warm])[rows])
-        (tmp_path / f"{name}.csv").write_text(text, encoding="utf-8")
-
-    def told(law: ht.Hexapod, name: str) -> np.ndarray:
-        correct_trajectory(law, tmp_path / "p.csv", tmp_path / f"{name}.csv", tmp_path / "o.csv", overwrite=True)
-        return lengths(tmp_path / "o.csv")
-
-    assert np.abs(told(machine, "all") - told(machine, "late")).max() < EXACT_MM
-    assert np.abs(told(with_terms(*others), "all") - told(with_terms(nothing, *others), "all")).max() < EXACT_MM
-
-
-def test_temperatures_between_are_held_against_the_range() -> None:
-    """One that the law was never asked for is refused with its sensor, as a wrong order is; nothing is remembered."""
-    controllers = with_terms(*STATES).leg_controllers()
-    poses, temps, time = motion(2)
-    before = controllers.corrected_leg_lengths(poses, temps, time, remember=False)
-    for value in (500.0, np.nan):
-        with pytest.raises(TemperatureError, match="leg1_T1"):
-            controllers.corrected_leg_lengths(poses, temps, time, between=(time[:1], np.full((1, 7), value)))
-    with pytest.raises(ArgumentError, match="rows between: time must"):
-        controllers.corrected_leg_lengths(poses, temps, time, between=(time[::-1], temps))
-    assert np.array_equal(controllers.corrected_leg_lengths(poses, temps, time, remember=False), before)
-    with pytest.raises(ArgumentError, match="told nothing yet"):
-        controllers.stay(temps[0], time[0])
-
-
-def test_rows_between_have_no_inputs() -> None:
-    """Recorded inputs are of the poses' rows; rows between have none, and that is refused."""
-    poses, temps, time = motion(3)
-    controllers = with_terms(*STATES).leg_controllers()
-    with pytest.raises(ArgumentError, match="no recorded inputs"):
-        controllers.corrected_leg_lengths(
-            poses, temps, time, inputs={"pump_W": np.zeros(3)}, between=(time[:1], temps[:1])
-        )
 
 
 def test_a_budget_holds_the_terms() -> None:

@@ -76,22 +76,16 @@ class Pooled:
     rows: FloatArray
     zeros: npt.NDArray[np.int64]
 
-    def usable(self, rows: FloatArray) -> FloatArray:
-        """Return the usable ones of values in all rows, shape (n,) or (n, k), run after run, shape (u, k)."""
-        found = rows[self.used]
-        return np.asarray(found if found.ndim == 2 else found[:, None])
+    def means(self, rows: FloatArray, *, zeroed: bool = False) -> FloatArray:
+        """Return the means over windows of values in all rows, run after run, shape (n,) or (n, k) to (w, k).
 
-    def of_rows(self, rows: FloatArray, *, zeroed: bool = False) -> FloatArray:
-        """Return `means` of values in all rows, run after run, shape (n,) or (n, k)."""
+        Where `zeroed`, less those of each run's zero: row by row, since what never changes is then 0 to the last bit,
+        while a mean less the zero would be rounding, and rounding a signal.
+        """
         from hexathermal.learn.diagnosis.window_loops import window_means
 
         table = np.ascontiguousarray(rows if rows.ndim == 2 else rows[:, None], dtype=np.float64)
         return np.asarray(window_means(table, self.used, self.edges, self.rows, self.zeros, zeroed))
-
-    def means(self, usable: FloatArray, *, zeroed: bool = False) -> FloatArray:
-        """Return the means of usable rows over windows, shape (w, k); where `zeroed`, less those of each run's zero."""
-        # what never changes is 0 to the last bit: a mean less the zero would be rounding, and rounding a signal
-        return _means(usable - usable[self.zeros] if zeroed else usable, self.edges, self.rows)
 
 
 def pooled(pieces: Sequence[Pieces], rows: Sequence[int]) -> Pooled:

@@ -162,7 +162,7 @@ class View:
 
     def windows(self, values: Iterable[FloatArray]) -> FloatArray:
         """Return means over windows of rows' values, run after run, shape (n, k)."""
-        return self.pooled.of_rows(np.concatenate(list(values)))
+        return self.pooled.means(np.concatenate(list(values)))
 
     def windows_zeroed(self, values: Iterable[FloatArray]) -> FloatArray:
         """Return means over windows of rows' values, run after run, less those of the zero, shape (n, k)."""
@@ -170,7 +170,7 @@ class View:
 
     def _zeroed(self, rows: FloatArray) -> FloatArray:
         """Return means over windows of values in all rows, less those of the zero, shape (n, k)."""
-        return self.pooled.of_rows(rows, zeroed=self.zeroed_by_run)
+        return self.pooled.means(rows, zeroed=self.zeroed_by_run)
 
     def columns(self, shape: str, parameters: Mapping[str, Any]) -> FloatArray:
         """Return a shape's columns in windows, less their value at each run's zero, shape (n, k).
@@ -243,14 +243,13 @@ class View:
 
     def _lengths(self, shape: str, parameters: Mapping[str, Any]) -> FloatArray:
         """Return a shape's columns for the retracted length, then for the displacement, shape (n, 2 k)."""
-        usable = self.pooled.usable(self.rows.columns(shape, parameters))
-        both = np.concatenate([usable, usable * self._stroke], axis=1)
-        return self.pooled.means(both, zeroed=self.zeroed_by_run)
+        rows = self.rows.columns(shape, parameters)
+        return self._zeroed(np.concatenate([rows, rows * self._stroke], axis=1))
 
     @cached_property
     def _stroke(self) -> FloatArray:
-        """The displacement of usable rows over the retracted length, shape (u, 1)."""
-        return self.pooled.usable(np.concatenate([one.q / one.retracted_length for one in self.signals]))
+        """The displacement of all rows over the retracted length, shape (n, 1)."""
+        return np.concatenate([one.q / one.retracted_length for one in self.signals])[:, None]
 
     @cached_property
     def travelled(self) -> tuple[FloatArray, FloatArray]:

@@ -309,7 +309,9 @@ def test_compiled_means_are_those_of_usable_rows(zeroed: bool) -> None:
     rows, zeros = np.diff(np.append(edges, len(used))).astype(float), np.repeat([0, first], [first, len(used) - first])
     pooled = Pooled(used, edges, rows, zeros)
     values = np.column_stack([rng.normal(size=(400, 3)), np.full(400, 0.1)])
-    found = pooled.of_rows(values, zeroed=zeroed)
-    assert np.allclose(found, pooled.means(pooled.usable(values), zeroed=zeroed), rtol=0.0, atol=1e-14)
-    assert np.array_equal(found[:, :1], pooled.of_rows(values[:, 0], zeroed=zeroed))
+    found = pooled.means(values, zeroed=zeroed)
+    told = values[used] - values[used[zeros]] if zeroed else values[used]
+    wanted = [part.mean(axis=0) for part in np.split(told, edges[1:])]
+    assert np.allclose(found, wanted, rtol=0.0, atol=1e-14)
+    assert np.array_equal(found[:, :1], pooled.means(values[:, 0], zeroed=zeroed))
     assert not zeroed or not found[:, 3].any()
