@@ -93,40 +93,11 @@ def ablated(found: dict[Job, Outcome], count: int, draws: Sequence[tuple[str, in
 ABOUT = """\
 # The diagnosis on {what}, measured
 
-{count} draws of `hexathermal.simulate.hidden`, seed {seed}, bench: {benches}. The generator shares no code with the
-diagnosis. Rates of the benches but `held_out` were looked at while it was made; `held_out` was made last. What went
-wrong in its earlier draws (seeds 20261121, 77120, 99331, 41707, 60317, 88117, 52711, 61343, 73811, 90257, 31337,
-46021, 90811, 13577, 24680, 55127, 83219, 90417, 36571, 48611, 60913, 52390, 77431, 68213, 94157, 61987, 72951, 83017,
-41893, 58211, 84213, 51877, 70211, 33871, 69461, 44127, 91925, 93187, 71829, 38317, 64417, 27183, 15807, 90533, 51203,
-62417, 73309, 28657, 46368, 75025, 75026, 84127, 83126, 83127, 84331, 84332, 26188, 30911, 26192, and a hundred more)
-was seen before the last changes, which were worked out and measured on other benches and generators, but for these: of
-52711 two draws of steps, of 61343 a kink, wear, two frames and a drifting thermometer, of 90417 two expansions that
-are not linear, of 48611 and 83126 seven floors that tilt, of 52390 a clean leg, of 77431 and 84213 eight missing
-thermometers were looked at closely, of 83017 it was seen that five lags were called clocks, and of all it was counted
-which names, and pairs of names, were missed, and what it costs and saves to ask more of a name that is hardly ahead of
-wear or a kink, or that is faint; alarms of drifting thermometers in 90811 and 13577 took a change back; of 64417 and
-27183 it was seen how many of which cause are missed between 0.35 and 0.7 of the noise, exchanges and lags above all,
-of 15807 four thermometers that came off were looked at closely, and of 71829, 38317 and 51203 it was seen by how much
-lags act, and how often wear or a kink stands just behind a name, and of 62417 one kink was looked at closely; two
-misses of 28657 and 46368 were diagnosed again once other changes were made. A table of it is of draws made after that.
-`free_convection` came when the diagnosis was made, and nothing was changed by what it showed (seeds 4711, 8629, 30517,
-62903, 58231). `held_out_actuator` makes parts with a stroke of the physics of `held_out`: of its seed 40193 it was
-seen which names were missed, four missing thermometers of it were looked at closely ([decision
-22](decisions/0022-parts-that-move-tens-of-micrometres.md)), and of 30021 and 30022 it was seen that landings of a part
-scatter as those of a leg do, which the diagnosis had not allowed for. `held_out_axis` makes them as axes that are
-measured where they stand; sixty draws of its seed 991, and forty of 4321, were seen while their law was made
-([decision 36](decisions/0036-axes-that-are-measured-where-they-stand.md)). After all of these the effects took
-[further](decisions/0014-forms-that-others-write.md) [forms](decisions/0015-faults-that-begin-and-lags-as-a-whole.md)
-on every bench, and in every third campaign the logger gives all thermometers [one
-error](decisions/0016-what-all-thermometers-share.md). Of 127 draws of four benches, `held_out` and `free_convection`
-among them, it was seen how [decision 18](decisions/0018-warmth-is-not-alike-in-all-places.md) changes them, which was
-worked out on other generators. In every third campaign now the thermometers [let in some of the
-air](decisions/0019-what-a-reading-is-worth.md), and of every third jump of the zero one beam loses count. Of 57 draws
-of 51877 it was seen how [decision 20](decisions/0020-what-few-thermometers-prove.md) changes them, which was worked
-out on another generator; of 51877 and 70211 four exchanges were looked at closely, and for one change 19. Causes,
-strengths (log-uniform 0.25 to 2), noise, bias of the sensors and the number of effects are drawn. Each campaign is a
-folder, diagnosed from its files with the sensors of the base law; the answer is read afterwards. [How it is
-done](diagnosis.md). Repeat:
+{count} draws of `hexathermal.simulate.hidden`, seed {seed}, bench: {benches}.
+Causes, strengths (log-uniform 0.25 to 2), noise, bias of the sensors and the number of effects are drawn. Each campaign
+is a folder, diagnosed from its files with the sensors of the base law; the answer is read afterwards. The generator
+shares no code with the diagnosis; [what was seen](diagnosis-figures-seen.md) of its draws before these is kept book of.
+[How it is done](diagnosis.md). Repeat:
 
 ```text
 python -m benchmarks.diagnosis --draws {count} --seed {seed} {options}--page docs/{name}
