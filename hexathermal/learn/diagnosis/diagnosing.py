@@ -29,7 +29,7 @@ from hexathermal.learn.diagnosis.recorded import judged_runs, partly_recorded, r
 from hexathermal.learn.diagnosis.replugged import Exchange, exchanges_between_runs, told_of
 from hexathermal.learn.diagnosis.residuals import run_residuals, whiteness
 from hexathermal.learn.diagnosis.result import Candidate, Diagnosis, Effect, Limit
-from hexathermal.learn.diagnosis.rivals import STEP, TILT
+from hexathermal.learn.diagnosis.rivals import LATE, OFF, STEP, TILT
 from hexathermal.learn.diagnosis.search import REPEATED
 from hexathermal.learn.diagnosis.stage import view_of
 from hexathermal.learn.diagnosis.trials import Trial
@@ -228,6 +228,11 @@ def _notes(course: Course) -> tuple[str, ...]:
             notes.append(f"{which} does not pay on runs left out of the fit: it does not join the law")
     notes += [_told(item.trial) for item in course.last.joined
               if item.trial.cause == REPEATED and "weights" in item.trial.parameters]  # fmt: skip
+    late = course.last.late
+    if late is not None and not {LATE, OFF} & {one.ranked.cause for one in course.found}:
+        how = f"{'late' if late > 0.0 else 'early'} by some {abs(late):.0f} s"
+        notes.append(f"the temperatures are {how} against the drift: thermometers and loggers are late by so much, and "
+                     "it has no name")  # fmt: skip
     view = course.first.view
     pitches = [one.ranked.best.trial.parameters.get("pitch_m") for one in course.found]
     alike = alias_words(view, next((pitch for pitch in pitches if pitch is not None), None))

@@ -14,6 +14,7 @@ from hexathermal.learn.diagnosis.all_trials import all_trials
 from hexathermal.learn.diagnosis.channels import Channel, Levels
 from hexathermal.learn.diagnosis.evidence import Base, Scored
 from hexathermal.learn.diagnosis.foresight import FAINT, repeated
+from hexathermal.learn.diagnosis.little_errors import little_errors
 from hexathermal.learn.diagnosis.mending import Told, mended_view, remade, told_after, told_by, told_late
 from hexathermal.learn.diagnosis.ranking import Ranked, Step
 from hexathermal.learn.diagnosis.recorded import silent_inputs, silent_sensors, without_inputs
@@ -32,9 +33,6 @@ TAKEN_BACK = 0.5e-6
 DISBELIEVED = float(1.0 / np.sqrt(3.0))
 """Part of what a thermometer of the law tells beside the others, or quickly, that is not believed: none to all of it,
 RMS."""
-
-CONTACT = 0.03
-"""Part of the room's air that a thermometer on a surface lets in, RMS: tape and stem conduct. Engineering value."""
 
 FIRST_ROW = 2.0
 """Size of the error of the row from which all runs of a campaign count, over the noise: one row's, and readings'."""
@@ -85,6 +83,8 @@ class Stage:
         Of the view's sensors, as far as they were made: stages with the same view share them.
     most : mapping of str to float, optional
         Most that causes may say beside what the null tolerates.
+    late : float, optional [s]
+        By how much the law's thermometers are late, as such are, where the null has that.
     """
 
     view: View
@@ -94,6 +94,7 @@ class Stage:
     refused: tuple[str, ...] = ()
     models: dict[str, SensorModel | None] = field(default_factory=dict)
     most: Mapping[str, float] | None = None
+    late: float | None = None
 
     @cached_property
     def channel(self) -> Channel:
@@ -158,9 +159,7 @@ class Stage:
         moved = [bench.slopes[sensor] * bench.slopes_span(sensor) for sensor in self.view.base]
         alike = np.sum([one[:, None] * table for one, table in zip(moved, told.alike, strict=True)], axis=0)
         base = base.extended(alike, np.full(alike.shape[1], DISBELIEVED), little=True)
-        if self.view.airs is not None:
-            contacts = np.column_stack(moved) * self.view.windows_zeroed(self.view.airs)
-            base = base.extended(contacts, np.full(contacts.shape[1], CONTACT), little=True)
+        base = base.extended(*little_errors(bench, late=self.late is not None), little=True)
         steps = self.view.taken_back
         return base.extended(steps, np.full(steps.shape[1], TAKEN_BACK))
 
@@ -185,7 +184,7 @@ class Stage:
         """All trials."""
         return all_trials(self.bench, self._null[0].slow)
 
-    def _against(self, **changes: Any) -> Stage:
+    def against(self, **changes: Any) -> Stage:
         """Return the stage with another null, or other causes out of the race: what joined is as it was."""
         other = replace(self, **changes)
         known = ("_plain", "levels", "plain", "bench", "_trials", "_left")
@@ -199,7 +198,7 @@ class Stage:
         thermometer of the law would have read.
         """
         most = {item.cause: item.value for item in self.step.ranking} if feigned else self.most
-        return self._against(tolerated=(*self.tolerated, scored), most=most)
+        return self.against(tolerated=(*self.tolerated, scored), most=most)
 
     def _repaired_base(self, trial: Trial) -> Base:
         """Return the base of the data that a trial mends, errors of the thermometers as they are then."""
@@ -260,7 +259,7 @@ class Stage:
     def without(self, scored: Scored) -> Stage:
         """Return the stage with a trial's cause out of the race, and its columns among what the null tolerates."""
         tolerated = (*self.tolerated, scored) if scored.trial.columns.shape[1] else self.tolerated
-        return self._against(tolerated=tolerated, refused=(*self.refused, scored.trial.cause))
+        return self.against(tolerated=tolerated, refused=(*self.refused, scored.trial.cause))
 
     @cached_property
     def step(self) -> Step:

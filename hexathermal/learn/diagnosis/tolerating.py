@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from hexathermal.learn.diagnosis.deciding import hardly_behind
 from hexathermal.learn.diagnosis.foresight import FAINT
+from hexathermal.learn.diagnosis.little_errors import usual_lateness
 from hexathermal.learn.diagnosis.stage import Stage
 
 MOST_TOLERATED = 2
@@ -14,7 +15,11 @@ def tolerant(stage: Stage, threshold: float) -> Stage:
 
     What leads only by its own starts of each run, which a slow noise imitates, is not among what leads. Where a name
     stands by `FAINT` or more for which these data speak as they do for what leads, that one may be there as well.
+    Seconds by which all temperatures are late stand there too.
     """
+    late = usual_lateness(stage.step, threshold)
+    if late is not None and stage.late is None:
+        stage = stage.against(late=late)
     for _turn in range(MOST_TOLERATED):
         ranking = [item for item in stage.step.ranking
                    if not item.best.trial.starts or item.value - item.best.trial.doubt >= threshold]  # fmt: skip
