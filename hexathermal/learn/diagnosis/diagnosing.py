@@ -231,7 +231,7 @@ def _notes(course: Course) -> tuple[str, ...]:
     late = course.last.late
     if late is not None and not {LATE, OFF} & {one.ranked.cause for one in course.found}:
         how = f"{'late' if late > 0.0 else 'early'} by some {abs(late):.0f} s"
-        notes.append(f"the temperatures are {how} against the drift: thermometers and loggers are late by so much, and "
+        notes.append(f"the temperatures are {how} against the drift: thermometers and loggers are off by so much, and "
                      "it has no name")  # fmt: skip
     view = course.first.view
     pitches = [one.ranked.best.trial.parameters.get("pitch_m") for one in course.found]

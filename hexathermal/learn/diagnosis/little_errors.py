@@ -47,7 +47,7 @@ def usual_lateness(step: Step, threshold: float) -> float | None:
     """Return by how many seconds temperatures are late where that leads, and is how thermometers are; else None."""
     top = step.ranking[0]
     clock = next((item for item in step.ranking if item.cause == OFF), None)
-    if clock is None or top.cause not in (LATE, OFF) or top.value < max(threshold, clock.value):
+    if clock is None or top.cause not in (LATE, OFF) or top.value < threshold:
         return None
     late = float(clock.best.trial.parameters.get("offset_s", np.inf))
     return late if abs(late) <= MOST_LATE_S and clock.value > AS_GOOD * top.value else None
