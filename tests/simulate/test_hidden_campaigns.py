@@ -94,7 +94,10 @@ def test_the_noise_is_what_the_true_law_leaves_with_nothing_hidden(component: Ca
 
 @pytest.mark.parametrize("bench", ["quiet", "component"])
 def test_a_wanted_strength_is_reached(bench: str, seed: int) -> None:
-    """Effects with an amplitude get the wanted strength within 2 %, or stand at their limit."""
+    """Effects with an amplitude get the wanted strength within 2 %, or stand at their limit, or where they show most.
+
+    A law that is fitted again does without a thermometer that is at fault: more of the fault shows no more.
+    """
     clean, _ = campaign_of(bench, seed, causes=())
     within, tried = 0, np.random.default_rng(seed).permutation(possible_causes(clean))[:9]
     for name in tried.tolist():
@@ -109,7 +112,11 @@ def test_a_wanted_strength_is_reached(bench: str, seed: int) -> None:
         low, high = effect.limits
         assert low * (1 - 1e-9) <= size <= high * (1 + 1e-9)
         reached = abs(answer.strengths[0] / 0.7 - 1.0) < 0.02
-        assert reached or min(size / low, high / size) < 1.001, (name, answer)
+        if not reached and min(size / low, high / size) >= 1.001:
+            assert effect.readings, (name, answer)
+            other = [{**answer.parameters[0], effect.amplitude: part * size} for part in (0.5, 2.0)]
+            most = max(visible_strength(clean, effect.hidden_by(parameters)) for parameters in other)
+            assert most < 1.01 * answer.strengths[0] < 0.7, (name, answer)
         within += reached
     assert within >= 4
 

@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from hexathermal.learn.diagnosis import stage as stages
+from hexathermal.learn.diagnosis import little_errors
 from hexathermal.learn.diagnosis.causes import frame_expansion, missing_sensor
 from hexathermal.learn.diagnosis.evidence import LEAST
 from hexathermal.learn.diagnosis.feigning import feigned_by
@@ -104,7 +104,7 @@ def test_thermometers_that_let_in_some_of_the_air_are_no_bench(monkeypatch: pyte
         return found
 
     assert first_name(taped()) is None
-    monkeypatch.setattr(stages, "CONTACT", 1e-9)
+    monkeypatch.setattr(little_errors, "CONTACT", 1e-9)
     assert first_name(taped()) is not None
 
 
