@@ -114,7 +114,10 @@ def test_a_wanted_strength_is_reached(bench: str, seed: int) -> None:
         reached = abs(answer.strengths[0] / 0.7 - 1.0) < 0.02
         if not reached and min(size / low, high / size) >= 1.001:
             assert effect.readings, (name, answer)
-            other = [{**answer.parameters[0], effect.amplitude: part * size} for part in (0.5, 2.0)]
+            other = [
+                {**answer.parameters[0], effect.amplitude: part * float(answer.parameters[0][effect.amplitude])}
+                for part in (0.5, 2.0)
+            ]
             most = max(visible_strength(clean, effect.hidden_by(parameters)) for parameters in other)
             assert most < 1.01 * answer.strengths[0] < 0.7, (name, answer)
         within += reached
