@@ -12,7 +12,7 @@ from __future__ import annotations
 import numpy as np
 
 from hexathermal.learn.diagnosis.ranking import Step
-from hexathermal.learn.diagnosis.rivals import LATE, OFF
+from hexathermal.learn.diagnosis.rivals import LATE, OFF, of_cause
 from hexathermal.learn.diagnosis.trials import Workbench
 from hexathermal.poses import FloatArray
 
@@ -34,8 +34,7 @@ def little_errors(bench: Workbench, *, late: bool) -> tuple[FloatArray, FloatArr
     """
     view, columns, sizes = bench.view, [np.zeros((len(bench.view.q), 0))], list[float]()
     if view.airs is not None:
-        moved = [bench.slopes[name] * bench.slopes_span(name) for name in view.base]
-        columns.append(np.column_stack(moved) * view.windows_zeroed(view.airs))
+        columns.append(np.column_stack([bench.moving(name) for name in view.base]) * view.windows_zeroed(view.airs))
         sizes += [CONTACT] * columns[-1].shape[1]
     if late:
         columns += [bench.slopes[name] * _rate(bench, name, seen) for name in view.base for seen in SEEN_S]
@@ -46,7 +45,7 @@ def little_errors(bench: Workbench, *, late: bool) -> tuple[FloatArray, FloatArr
 def usual_lateness(step: Step, threshold: float) -> float | None:
     """Return by how many seconds temperatures are late where that leads, and is how thermometers are; else None."""
     top = step.ranking[0]
-    clock = next((item for item in step.ranking if item.cause == OFF), None)
+    clock = of_cause(step.ranking, OFF)
     if clock is None or top.cause not in (LATE, OFF) or top.value < threshold:
         return None
     late = float(clock.best.trial.parameters.get("offset_s", np.inf))

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -137,7 +137,7 @@ def lagging(channel: Channel, system: System, sensors: tuple[str, ...], ranked: 
     is late shows what is yet to come, and not the reverse. Low passes and rates of a temperature imitate stored heat,
     another place, or a clock that is far off, by any amplitude.
     """
-    late = _item(ranked, LATE)
+    late = of_cause(ranked, LATE)
     if late is None or late.best.trial.target not in sensors or not late.best.trial.carried:
         return ranked
     trial, base = late.best.trial, system(late.best)
@@ -160,7 +160,7 @@ def refracted(channel: Channel, system: System, ranked: list[Ranked]) -> list[Ra
 
     A thermometer of the law that reads the air makes the law lack what goes with the air, by any amount.
     """
-    air = _item(ranked, AIR)
+    air = of_cause(ranked, AIR)
     if air is None or not air.best.trial.columns.shape[1]:
         return ranked
     base = system(air.best)
@@ -178,7 +178,7 @@ def late_or_off(ranked: list[Ranked], *, timed: bool) -> list[Ranked]:
     clock stands for the lag: where the clock leads without motion, and where times are known (`timed`), since motion
     would know of a clock.
     """
-    late, off = _item(ranked, LATE), _item(ranked, OFF)
+    late, off = of_cause(ranked, LATE), of_cause(ranked, OFF)
     if late is None or off is None or late.hardly_shows or off.gated < LEAST:
         return ranked
     if off.value > (1.0 + SHIFTED) * late.value:
@@ -198,7 +198,7 @@ def exchanged(ranked: list[Ranked]) -> list[Ranked]:
     for itself; where it is there indeed, an exchange explains little of it. What stands for the best of these stands
     for the exchange, then.
     """
-    plugs = _item(ranked, PLUGS)
+    plugs = of_cause(ranked, PLUGS)
     rivals = sorted((item for item in ranked if _imitates(item)), key=lambda item: -item.value)
     if plugs is None or plugs.hardly_shows or not rivals or plugs.value < IMITATED * rivals[0].value:
         return ranked
@@ -241,7 +241,7 @@ def never_on_its_part(ranked: list[Ranked]) -> list[Ranked]:
     What reads mostly air tells of no place, and a neighbour's reading stands for its own as well as all others do: of
     an exchange the order along the leg knows, of the air the parity.
     """
-    plugs, lost = _item(ranked, PLUGS), _item(ranked, LOST)
+    plugs, lost = of_cause(ranked, PLUGS), of_cause(ranked, LOST)
     if plugs is None or lost is None or not NEARLY * plugs.value < lost.value < plugs.value or lost.gated < LEAST:
         return ranked
     begun = "since" in lost.best.trial.parameters and "from_run" not in plugs.best.trial.parameters
@@ -280,7 +280,7 @@ def stepped(channel: Channel, values: FloatArray) -> float:
 
 def drifting(channel: Channel, system: System, ranked: list[Ranked]) -> list[Ranked]:
     """Return the ranking in which tilt that goes as time is the drift of the zero: of a beam, or of its target."""
-    tilt, drift = _item(ranked, TILT), _item(ranked, DRIFT)
+    tilt, drift = of_cause(ranked, TILT), of_cause(ranked, DRIFT)
     if tilt is None or drift is None or drift.gated < LEAST or drift.value < DRIFTED * tilt.value:
         return ranked
     base, columns = system(tilt.best), tilt.best.trial.columns
@@ -301,7 +301,7 @@ def stepping(channel: Channel, system: System, ranked: list[Ranked]) -> list[Ran
     In the run of the step what tilt explains correlates with it, and other runs have steps of their own: in all of them
     together one step in each is most of it. Where the rod moves once, all that goes with its place steps.
     """
-    tilt, step = _item(ranked, TILT), _item(ranked, STEP)
+    tilt, step = of_cause(ranked, TILT), of_cause(ranked, STEP)
     if tilt is None or step is None or step.gated < LEAST or tilt.value < step.value:
         return ranked
     base, columns = system(tilt.best), tilt.best.trial.columns
@@ -318,7 +318,7 @@ def tilted(ranked: list[Ranked]) -> list[Ranked]:
     Tilt is measured, with the beams' noise, and it is there for a reason: temperatures, heat or the place of the rod go
     with it, and imitate it. Where it is not the cause, it explains little, but for a beam that jumps, or drifts.
     """
-    tilt = _item(ranked, TILT)
+    tilt = of_cause(ranked, TILT)
     if tilt is None or tilt.gated < LEAST:
         return ranked
     first = max(ranked, key=lambda item: item.value)
@@ -358,7 +358,7 @@ def _over(channel: Channel, system: System, item: Ranked, first: Ranked) -> Rank
     return replace(item, value=max(item.value, value)) if lead > 0.0 else item
 
 
-def _item(ranked: list[Ranked], cause: str) -> Ranked | None:
+def of_cause(ranked: Sequence[Ranked], cause: str) -> Ranked | None:
     """Return a cause of the ranking, where it is there."""
     return next((item for item in ranked if item.cause == cause), None)
 

@@ -156,7 +156,7 @@ class Stage:
         for sensor, doubts in zip(self.view.base, told.doubts, strict=True):
             sizes = np.full(doubts.shape[1], DISBELIEVED * abs(bench.slopes[sensor]))
             base = base.extended(bench.slopes_span(sensor)[:, None] * doubts, sizes)
-        moved = [bench.slopes[sensor] * bench.slopes_span(sensor) for sensor in self.view.base]
+        moved = [bench.moving(sensor) for sensor in self.view.base]
         alike = np.sum([one[:, None] * table for one, table in zip(moved, told.alike, strict=True)], axis=0)
         base = base.extended(alike, np.full(alike.shape[1], DISBELIEVED), little=True)
         base = base.extended(*little_errors(bench, late=self.late is not None), little=True)

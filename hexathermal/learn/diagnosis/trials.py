@@ -321,6 +321,10 @@ class Workbench:
         models = [model for name in self.bystanders(ASKED) if (model := self.model(name)) is not None]
         return float(np.median([level(model.null[0]) for model in models])) if models else USUAL_BIAS_K
 
+    def moving(self, sensor: str) -> FloatArray:
+        """Return what a sensor of the law moves the part by in each window, shape (n,) [m/K]."""
+        return np.asarray(self.slopes[sensor] * self.slopes_span(sensor))
+
     def moved_by(self, sensor: str) -> float:
         """Return what a sensor of the law moves the part by, RMS over its windows [m/K]."""
         return float(self.slopes[sensor] * np.sqrt((self.slopes_span(sensor) ** 2).mean()))
