@@ -16,6 +16,7 @@ LABELS = {
     "renewed": "what earlier moves left",
     "approach": "first positions of runs were reached",
     "play_m": "way of a reversal",
+    "way_m": "way of a reversal",
     "fixed_again": "fixed to the part again",
     "weather": "index left out",
     "role": "run for",

@@ -341,6 +341,10 @@ ADVICE = {
     "at the rates against the hour, and let the bench stand still for a day and a night.",
     "the rest since a move": " A step some time after each stop, all at once, is no creep: see what lets go, closes or "
     "is switched off when nothing has moved for so long, as a brake or the current of a motor at rest does.",
+    "the way since a reversal": " What turns round over centimetres after each reversal, and stays when the rod rests, "
+    "is drawn along: see what hangs on the rod, as a cable, a hose or a cover, and what the guide wipes.",
+    "the speed of the last move": " What depends on how fast the rod came, and stays when it rests, is often a film of "
+    "grease or a controller that stops short: drive to the same places slowly and quickly.",
 }
 """What to look for, by what the name of something unexplained holds."""
 

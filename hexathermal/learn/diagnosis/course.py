@@ -11,7 +11,7 @@ from hexathermal.errors import ArgumentError, DataError, UnknownNameError
 from hexathermal.learn.campaign import Campaign
 from hexathermal.learn.campaign_laws import identify_campaign
 from hexathermal.learn.diagnosis.base_choice import FEWEST_WINDOWS, likelier_sensors
-from hexathermal.learn.diagnosis.causes import catalogue
+from hexathermal.learn.diagnosis.causes import confused
 from hexathermal.learn.diagnosis.chance import LEAST_THRESHOLD, chance_threshold
 from hexathermal.learn.diagnosis.deciding import Decision, decided, together
 from hexathermal.learn.diagnosis.evidence import Scored
@@ -23,6 +23,7 @@ from hexathermal.learn.diagnosis.law_form import grows_along
 from hexathermal.learn.diagnosis.pruning import pruned
 from hexathermal.learn.diagnosis.ranking import Ranked, Step
 from hexathermal.learn.diagnosis.reading_noise import with_reading_noise
+from hexathermal.learn.diagnosis.reopening import form_beside
 from hexathermal.learn.diagnosis.rivals import SHAPE_ERROR
 from hexathermal.learn.diagnosis.search import REPEATED
 from hexathermal.learn.diagnosis.stage import Stage, view_of
@@ -177,10 +178,9 @@ def searched(
                 stage, decision = stages[0], other
                 steps, stages, found = steps[:1], [], []
                 continue
-        stage = tolerant(next_stage(stage, after, found, threshold), threshold + LATER)
         said(1 + len(found), MOST_EFFECTS + 2, f"{leader.cause} named; trying what is left")
+        stage, found, decision = _gone_on(stage, after, found, threshold)
         steps.append(stage.step)
-        decision = _later(stage, found, threshold)
     if given_for_two and len(found) == 1:  # the other one did not stand: something nameless led
         stage, steps, stages, found, decision = stages[0], steps[:1], [], [], alone
     end = _not_denied(stage, decision)
@@ -210,6 +210,29 @@ def _later(stage: Stage, found: Sequence[Found], threshold: float) -> Decision:
         step = replace(step, ranking=tuple(item for item in step.ranking if item is not leader))
 
 
+def _gone_on(
+    before: Stage, after: Stage, found: Sequence[Found], threshold: float
+) -> tuple[Stage, list[Found], Decision]:  # fmt: skip
+    """Return the stage after one at which a cause was named, what was found as it stands there, and the decision.
+
+    Where nothing stands beside a first name, that has another form if a second name stands beside it then.
+    """
+    stage, stands = next_stage(before, after, found, threshold)
+    stage = tolerant(stage, threshold + LATER)
+    decision = _later(stage, stands, threshold)
+    alone = len(stands) == 1 and stands[0].joined and not decision.named
+    form = form_beside(before, stands[0].ranked, stage.step) if alone else None
+    if form is None:
+        return stage, stands, decision
+    ranked = replace(stands[0].ranked, best=form)
+    amplitudes, spread = before.amplitudes(ranked)
+    one = replace(stands[0], ranked=ranked, amplitudes=amplitudes, spread=spread)
+    other, others = next_stage(before, before.with_effect(form), [one], threshold)
+    other = tolerant(other, threshold + LATER)
+    second = _later(other, others, threshold)
+    return (other, others, second) if second.named else (stage, stands, decision)
+
+
 def _too_faint(leader: Ranked, found: Sequence[Found], threshold: float) -> bool:
     """Return whether a later cause says too little."""
     if tells_of_one_run(leader) and leader.gated < threshold + UNSEEN:
@@ -224,7 +247,7 @@ def _may_be_left(before: Ranked, leader: Ranked) -> bool:
 
     What is slow says less than what is quick does of the same size: it is no rest of a quick one that is as small.
     """
-    part = LATER_PART if _confused(before.cause, leader.cause) else APART
+    part = LATER_PART if confused(before.cause, leader.cause) else APART
     small = leader.best.visible < math.sqrt(part) * before.best.visible * LEFT_SIZE
     return small and leader.value < part * before.value
 
@@ -320,14 +343,8 @@ def _mopped_up(leader: Ranked, found: Sequence[Found]) -> float:
     """
     if any(one.ranked.cause == leader.cause for one in found):
         return 0.0
-    kindred = (one.ranked.value for one in found if _confused(one.ranked.cause, leader.cause))
+    kindred = (one.ranked.value for one in found if confused(one.ranked.cause, leader.cause))
     return SHAPE_ERROR * max(kindred, default=0.0)
-
-
-def _confused(one: str, other: str) -> bool:
-    """Return whether the catalogue says that one cause is confused with another, or that with it."""
-    known = catalogue()
-    return other in known[one].CAUSE.confused_with or one in known[other].CAUSE.confused_with
 
 
 def _refuse_too_little(view: View) -> None:

@@ -17,7 +17,7 @@ import numpy as np
 
 from hexathermal.learn.diagnosis.ranking import NONE, Ranked, Step
 from hexathermal.learn.diagnosis.rivals import SHAPE_ERROR
-from hexathermal.learn.diagnosis.trials import STOOD, WORN
+from hexathermal.learn.diagnosis.trials import MOVED, STOOD, WORN
 
 NAMED_PRIOR = 0.75
 """Of the catalogue, against something nameless."""
@@ -33,6 +33,10 @@ NAME_AHEAD, AHEAD_SHARE, AHEAD_OF_WEAR = 0.5, 0.05, 0.02
 """Of one column without a name, which imitates nothing, it must be that far ahead, and by this part of what that says:
 the shape of either may be a little wrong. Less of wear, which goes as the way travelled: what imitates that, as time
 does, is one column as well, while what is not linear bends as a kink does."""
+
+AHEAD_OF_MOVES = -0.01
+"""The same of one column that follows moves: a cable that is drawn along, a brake that closes and creep are sketches of
+one another, and whichever explains more is likelier."""
 
 IMITATED = 0.6
 """Part of what is nameless that counts for a name which is given although something nameless fits as well."""
@@ -209,7 +213,7 @@ def _wanted(standing: Sequence[Ranked], before: float) -> float:
 
 def _share(item: Ranked) -> float:
     """Return the part of what one column without a name says by which a name must be ahead of it."""
-    return AHEAD_OF_WEAR if item.best.trial.target == WORN else AHEAD_SHARE
+    return {WORN: AHEAD_OF_WEAR, MOVED: AHEAD_OF_MOVES}.get(str(item.best.trial.target), AHEAD_SHARE)
 
 
 def _cool(best: Ranked) -> float:

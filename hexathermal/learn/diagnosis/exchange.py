@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 
+from hexathermal.learn.diagnosis.causes import confused
 from hexathermal.learn.diagnosis.deciding import Decision, decided
 from hexathermal.learn.diagnosis.evidence import Scored
 from hexathermal.learn.diagnosis.foresight import worth
@@ -15,7 +16,7 @@ from hexathermal.learn.diagnosis.ranking import Ranked
 from hexathermal.learn.diagnosis.stage import Stage
 
 RIVAL = 0.5
-"""A name with this part of the first one's evidence may stand in its place."""
+"""A name with this part of the first one's evidence may stand in its place, and any that is confused with it."""
 
 AHEAD = 1.0
 """Log evidence by which it must lead beside the second name."""
@@ -35,8 +36,8 @@ def rival_beside(stage: Stage, first: Ranked, second: Scored, threshold: float) 
     threshold : float
         Log evidence that a name needs.
     """
-    rivals = {item.cause for item in stage.step.ranking
-              if item.named and item.gated >= threshold and item.value >= RIVAL * first.value}  # fmt: skip
+    rivals = {item.cause for item in stage.step.ranking if item.named and item.gated >= threshold
+              and (item.value >= RIVAL * first.value or confused(item.cause, first.cause))}  # fmt: skip
     rivals -= {first.cause, second.trial.cause}
     if not rivals or first.cause == second.trial.cause:
         return None

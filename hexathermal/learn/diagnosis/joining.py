@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from hexathermal.learn.diagnosis.deciding import Decision
 from hexathermal.learn.diagnosis.evidence import Scored, screened, stacked_columns
 from hexathermal.learn.diagnosis.foresight import LEAST_SHARE, part_saved
+from hexathermal.learn.diagnosis.growing import grown
 from hexathermal.learn.diagnosis.ranking import Ranked
 from hexathermal.learn.diagnosis.spans import beside
 from hexathermal.learn.diagnosis.stage import Stage
@@ -48,20 +49,27 @@ class Found:
     spread: FloatArray
 
 
-def next_stage(before: Stage, after: Stage, found: Sequence[Found], threshold: float) -> Stage:
+def next_stage(
+    before: Stage, after: Stage, found: Sequence[Found], threshold: float
+) -> tuple[Stage, list[Found]]:  # fmt: skip
     """Return the stage after one with the last cause joined: more of its own shapes beside, errors of them tolerated.
 
-    Where it mends data, what is tolerated of the shapes of causes named before is made anew. What joins no law leaves
-    its shape in the null.
+    And what was found, as it stands in that stage. Where the last one mends data, what is tolerated of the shapes of
+    causes named before is made anew. What joins no law leaves its shape in the null.
     """
     leader = found[-1].ranked
     if not found[-1].joined:
-        return before.beside(leader.best)
-    stage = _with_kin(_refined(before, after, leader, threshold), before, leader)
+        return before.beside(leader.best), list(found)
+    refined = _refined(before, after, leader, threshold)
+    stage = grown(refined, leader.levels)
+    now = {id(one): other for one, other in zip(refined.joined, stage.joined, strict=True)}
+    stands = [replace(one, ranked=replace(one.ranked, best=now.get(id(one.ranked.best), one.ranked.best)))
+              for one in found]  # fmt: skip
+    stage = _with_kin(stage, before, leader)
     if leader.best.trial.repair is not None:
-        for one in found[:-1]:
+        for one in stands[:-1]:
             stage = _with_kin(stage, stage, one.ranked)
-    return stage
+    return stage, stands
 
 
 def _kin(stage: Stage, leader: Ranked) -> list[Trial]:

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
-from typing import TypeGuard
+from typing import Any, TypeGuard
 
 import numpy as np
 
@@ -16,7 +16,7 @@ from hexathermal.learn.diagnosis.run_after_run import read_by
 from hexathermal.learn.diagnosis.sensor_model import FEWEST_DOUBTING, SensorModel, sensor_model
 from hexathermal.learn.diagnosis.smoothing import smoothed
 from hexathermal.learn.diagnosis.steadied import motion_of
-from hexathermal.learn.diagnosis.trials import Delay
+from hexathermal.learn.diagnosis.trials import Delay, Trial
 from hexathermal.learn.diagnosis.view import View
 from hexathermal.learn.signals import RunRows
 from hexathermal.machine.leg_repairs import SensorRepair, repaired
@@ -157,15 +157,23 @@ def remade(scored: Scored, repair: SensorRepair, before: View, view: View) -> Sc
     own = trial.parameters
     if not trial.shape or not read_by(own) & touched(view, repair):
         return scored
-    carried, starts = trial.columns[:, : trial.carried], trial.columns[:, trial.carried :]
-    # made of rows or of windows, of smoothed temperatures or of those as recorded: as they were made before
+    starts = trial.columns[:, trial.carried :]
+    anew = columns_anew(trial, own, before, view)
+    return replace(scored, trial=replace(trial, columns=np.column_stack([anew, starts])))
+
+
+def columns_anew(trial: Trial, parameters: Mapping[str, Any], before: View, view: View) -> FloatArray:
+    """Return the columns of a trial that a law carries, with other parameters, or of another view, as they were made.
+
+    That is of rows or of windows, of smoothed temperatures or of those as recorded.
+    """
+    carried = trial.columns[:, : trial.carried]
     pairs = [(before, view), (before.as_recorded, view.as_recorded)]
     ways = [(one.columns, other.columns) for one, other in pairs] + [
         (one.quick_columns, other.quick_columns) for one, other in pairs
     ]
-    apart = [float(np.abs(made(trial.shape, own) - carried).max()) for made, _other in ways]
-    anew = ways[int(np.argmin(apart))][1](trial.shape, own)
-    return replace(scored, trial=replace(trial, columns=np.column_stack([anew, starts])))
+    apart = [float(np.abs(made(trial.shape, trial.parameters) - carried).max()) for made, _other in ways]
+    return ways[int(np.argmin(apart))][1](trial.shape, parameters)
 
 
 def mended_view(view: View, repair: SensorRepair) -> View:

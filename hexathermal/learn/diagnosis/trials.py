@@ -25,8 +25,8 @@ Item = TypeVar("Item")
 PREFIX = "follows "
 """What a nameless trial's cause begins with."""
 
-STOOD, WORN = "qt", "travel"
-"""Targets of what follows the time that the rod was at each displacement, and the way that it travelled."""
+MOVED, STOOD, WORN = "q", "qt", "travel"
+"""Targets of what follows moves, the time that the rod was at each displacement, and the way that it travelled."""
 
 USUAL_BIAS_K = 0.05
 """Slow bias of a thermometer of which nothing is known."""

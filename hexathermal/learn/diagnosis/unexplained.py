@@ -8,10 +8,12 @@ import numpy as np
 import numpy.typing as npt
 from scipy.integrate import cumulative_trapezoid
 
+from hexathermal.learn.diagnosis.drag import drags
 from hexathermal.learn.diagnosis.last_move import last_moves, steps_at_rest
 from hexathermal.learn.diagnosis.own_rates import each_run, own_rates
+from hexathermal.learn.diagnosis.pace import paces
 from hexathermal.learn.diagnosis.pieces import going_on
-from hexathermal.learn.diagnosis.trials import PREFIX, STOOD, WORN, Trial, Workbench
+from hexathermal.learn.diagnosis.trials import MOVED, PREFIX, STOOD, WORN, Trial, Workbench
 from hexathermal.learn.diagnosis.view import View
 from hexathermal.poses import FloatArray
 
@@ -34,7 +36,7 @@ WEAR = (1.0, 0.75, 0.5)
 LATE_S, SWELLING_S = 1800.0, (7200.0, 21600.0)
 """Low passes of pressure and humidity [s], and of the humidity alone: granite, polymers and glue swell for hours."""
 
-LIKE_TIME = 2.0
+LIKE_TIME = 3.0
 """Log evidence that the time at each displacement has less: where a rod is out about as long as it is in, that goes as
 time does, as a zero that drifts, and leads it by so much by chance."""
 
@@ -46,24 +48,7 @@ def flexible_trials(bench: Workbench) -> Iterator[Trial]:
     """Give banks of smooth bumps in position, temperature and time, rhythms, weather, inputs and travel."""
     view = bench.view
     if view.moves:
-        q = view.q
-        for count in (6, 14, 30):
-            yield Trial(PREFIX + "the displacement", _bumps(q, count), "q", "", {"bumps": count})
-        for power in (2, 3):
-            yield Trial(PREFIX + "the displacement", _powers(q, power), "q", "", {"power": power})
-        way, zero = view.travelled
-        for wear in WEAR:
-            yield Trial(PREFIX + "the way travelled", (way**wear - zero**wear)[:, None], WORN, "", {"power": wear})
-        since = np.maximum(way - zero, 0.0)
-        for columns in (since * q / np.ptp(q), np.sqrt(since), _worn_at_place(view)):
-            yield Trial(PREFIX + "the way travelled", columns[:, None], WORN)
-        stood = view.once((PREFIX, "stood"), lambda: _stood(view), ())
-        for columns in (stood[:, None], np.column_stack([view.time, stood])):
-            yield Trial(PREFIX + "the time at each displacement", columns, STOOD, advantage=-LIKE_TIME)
-        for columns in view.once((PREFIX, "last moves"), lambda: tuple(last_moves(view)), ()):
-            yield Trial(PREFIX + "the last move", columns, "q")
-        for time, step in view.once((PREFIX, "steps at rest"), lambda: tuple(steps_at_rest(view)), ()):
-            yield Trial(PREFIX + "the rest since a move", step, "q", "", {"step_after_s": time})
+        yield from _moved(view)
     for sensor in view.base:
         T = view.temperatures(sensor)
         yield from _kinks(bench, sensor)
@@ -82,6 +67,32 @@ def flexible_trials(bench: Workbench) -> Iterator[Trial]:
         values = np.concatenate([s.inputs[name] for s in view.windowed])
         if np.ptp(values) > 0.0:
             yield Trial(PREFIX + f"the input {name}", _hinges(values, 5), "input")
+
+
+def _moved(view: View) -> Iterator[Trial]:
+    """Give what follows the displacement, the way travelled, and how, and how long ago, the rod came where it is."""
+    q = view.q
+    for count in (6, 14, 30):
+        yield Trial(PREFIX + "the displacement", _bumps(q, count), MOVED, "", {"bumps": count})
+    for power in (2, 3):
+        yield Trial(PREFIX + "the displacement", _powers(q, power), MOVED, "", {"power": power})
+    way, zero = view.travelled
+    for wear in WEAR:
+        yield Trial(PREFIX + "the way travelled", (way**wear - zero**wear)[:, None], WORN, "", {"power": wear})
+    since = np.maximum(way - zero, 0.0)
+    for columns in (since * q / np.ptp(q), np.sqrt(since), _worn_at_place(view)):
+        yield Trial(PREFIX + "the way travelled", columns[:, None], WORN)
+    stood = view.once((PREFIX, "stood"), lambda: _stood(view), ())
+    for columns in (stood[:, None], np.column_stack([view.time, stood])):
+        yield Trial(PREFIX + "the time at each displacement", columns, STOOD, advantage=-LIKE_TIME)
+    for columns in view.once((PREFIX, "last moves"), lambda: tuple(last_moves(view)), ()):
+        yield Trial(PREFIX + "the last move", columns, MOVED)
+    for columns in view.once((PREFIX, "paces"), lambda: tuple(paces(view)), ()):
+        yield Trial(PREFIX + "the speed of the last move", columns, MOVED)
+    for way_m, columns in view.once((PREFIX, "drags"), lambda: tuple(drags(view)), ()):
+        yield Trial(PREFIX + "the way since a reversal", columns, MOVED, "", {"way_m": way_m})
+    for time, step in view.once((PREFIX, "steps at rest"), lambda: tuple(steps_at_rest(view)), ()):
+        yield Trial(PREFIX + "the rest since a move", step, MOVED, "", {"step_after_s": time})
 
 
 def _worn_at_place(view: View) -> FloatArray:

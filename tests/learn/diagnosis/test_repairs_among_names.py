@@ -89,12 +89,12 @@ def test_errors_of_a_named_shape_stay_tolerated_after_a_repair(stage: Stage) -> 
     """Stored heat, then a repair: what a sketch of the heat left was creep once data were mended."""
     heat = next(trial for trial in stage.search.trials if trial.cause == "hidden-heat" and trial.shape)
     found = [a_found(scored(heat), stage)]
-    before = next_stage(stage, stage.with_effect(found[0].ranked.best), found, threshold=np.inf)
+    before, found = next_stage(stage, stage.with_effect(found[0].ranked.best), found, threshold=np.inf)
     assert [one.trial.cause for one in before.tolerated] == ["hidden-heat"]
     repair = a_repair(before, "sensor-drift")
     after = before.with_effect(repair)
     assert not after.tolerated
-    mended = next_stage(before, after, [*found, a_found(repair, before)], threshold=np.inf)
+    mended, _found = next_stage(before, after, [*found, a_found(repair, before)], threshold=np.inf)
     (shapes,) = mended.tolerated
     assert shapes.trial.cause == "hidden-heat"
     assert shapes.trial.columns.shape[1] > 0
