@@ -4,10 +4,12 @@ from __future__ import annotations
 
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from hexathermal.learn.campaign_files import load_campaign
 from hexathermal.learn.diagnosis import joining
+from hexathermal.learn.diagnosis.channels import Levels
 from hexathermal.learn.diagnosis.course import Course, base_law, searched
 from hexathermal.learn.signals import campaign_rows
 from hexathermal.simulate.hidden.drawing import campaign_of
@@ -29,15 +31,24 @@ def off(course: Course) -> float:
     return abs(trial.parameters["ratio"] - course.last.bench.ratios[str(trial.target)])
 
 
+def evidence(course: Course, levels: Levels) -> float:
+    """The log evidence of the law with all that joined it, and of nothing else."""
+    X, sd = course.last.view.base_columns, course.last.channel.loose(course.last.view.base_columns)
+    joined = course.last.joined
+    X = np.column_stack([X, *(item.trial.columns for item in joined)])
+    sd = np.concatenate([sd, *(4.0 * item.size for item in joined)])
+    return course.last.channel.evidences(X, sd, [levels])[0]
+
+
 def test_a_lag_has_the_ratio_of_the_law_beside_a_scale(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """A scale that is wrong bends B / A, and with it the lag that is named before it; both are put right together."""
     causes = ("thermal-lag", "scale-error")
     course = searched_for(tmp_path / "grown", "finite_volume", 1, causes)
-    names, own, left = [one.ranked.cause for one in course.found], off(course), course.last.kinder_left
+    names, own, said = [one.ranked.cause for one in course.found], off(course), evidence(course, course.last.levels)
     assert names == list(causes)
     assert own < 0.25
     monkeypatch.setattr(joining, "grown", lambda stage, _levels: stage)
     stiff = searched_for(tmp_path / "stiff", "finite_volume", 1, causes)
-    bent, more = off(stiff), stiff.last.kinder_left
+    bent, less = off(stiff), evidence(stiff, stiff.last.levels)
     assert bent > 0.5
-    assert left < more
+    assert said > less + 10.0
