@@ -15,7 +15,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from hexathermal.show.diagnosis_page import running
-from hexathermal.show.figures import BLACK, BLUE, GREEN, GREY, PURPLE, STYLE, VERMILION, draw
+from hexathermal.show.figures import BLACK, BLUE, GREEN, GREY, PURPLE, STYLE, VERMILION, draw, laid_out
 from hexathermal.show.svg_size import compact_svg, svg_address
 
 if TYPE_CHECKING:
@@ -72,11 +72,10 @@ class Picture:
 
     def drawn(self, png: Path) -> str:
         """Write the picture as PNG and return it as a figure of a page, with both widths inside."""
-        figure = self.drawing(WIDE_IN)
+        figure = laid_out(self.drawing(WIDE_IN))
         wide = svg_address(compact_svg(themed_svg(figure, self.name)))
-        figure.set_layout_engine("none")  # as it stands: laid out once
         draw(figure, png, "png")
-        narrow = svg_address(compact_svg(themed_svg(self.drawing(NARROW_IN), self.name)))
+        narrow = svg_address(compact_svg(themed_svg(laid_out(self.drawing(NARROW_IN)), self.name)))
         return (
             f'<figure id="{self.name}"><picture><source media="(max-width: 40rem)" srcset="{narrow}">'
             f'<img src="{wide}" alt="{html.escape(self.alt, quote=True)}"></picture>'

@@ -176,6 +176,15 @@ def save_figure(figure: Figure, path: str | Path) -> Path:
     return file
 
 
+def laid_out(figure: Figure) -> Figure:
+    """Return a figure laid out once: each file of a figure that lays itself out is drawn twice."""
+    engine = figure.get_layout_engine()
+    if engine is not None:
+        engine.execute(figure)
+        figure.set_layout_engine(None)
+    return figure
+
+
 def draw(figure: Figure, path: Path, kind: str) -> None:
     """Write a figure to a file in a format given by name: png, svg or pdf."""
     figure.savefig(path, format=kind, dpi=200, metadata={"Software" if kind == "png" else "Creator": MARK})

@@ -6,7 +6,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 from hexathermal.predict.table_writing import written_folder
-from hexathermal.show.figures import draw
+from hexathermal.show.figures import draw, laid_out
 from hexathermal.show.report_chart import columns_of, csv_text
 from hexathermal.show.report_page import Report
 from hexathermal.show.report_still import still_figure
@@ -34,9 +34,8 @@ def write_figures(report: Report, folder: Path, progress: Callable[[int, int, st
     with written_folder(folder, force=True) as part:  # asked before
         for k, chart in enumerate(report.charts):
             progress(k, len(report.charts), f"writing {chart.name}")
-            figure = still_figure(chart)
+            figure = laid_out(still_figure(chart))
             draw(figure, part / f"{chart.name}.svg", "svg")
-            figure.set_layout_engine("none")  # as it stands: laid out once
             draw(figure, part / f"{chart.name}.png", "png")
             (part / f"{chart.name}.csv").write_text(csv_text(columns_of(chart)), encoding="utf-8")
             names += [f"{chart.name}{ending}" for ending in ENDINGS]

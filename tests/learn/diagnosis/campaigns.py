@@ -5,7 +5,7 @@ from __future__ import annotations
 import csv
 from collections.abc import Callable
 from dataclasses import replace
-from functools import cache
+from functools import lru_cache
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
@@ -25,8 +25,11 @@ from hexathermal.poses import FloatArray
 from hexathermal.simulate.hidden.drawing import Answer, campaign_of
 from hexathermal.simulate.hidden.writing import write_campaign
 
+MOST_KEPT = 8
+"""Views keep all that was ever made of them: a hundred of them fill a machine."""
 
-@cache
+
+@lru_cache(maxsize=MOST_KEPT)
 def viewed(bench: str, seed: int, causes: tuple[str, ...], strength: float) -> tuple[View, Answer]:
     """The runs for identification of a campaign, from its files, and its answer."""
     truth, answer = campaign_of(bench, seed, causes=causes, strength=strength)

@@ -55,8 +55,7 @@ def film(time: FloatArray, q: FloatArray) -> FloatArray:
     return np.nan_to_num(out / np.nanmedian(out), nan=1.0)
 
 
-@pytest.mark.parametrize("bench", ["finite_volume", "modal"])
-@pytest.mark.parametrize("drawn", [hose, taut])
+@pytest.mark.parametrize(("bench", "drawn"), [("finite_volume", hose), ("modal", taut)])
 def test_what_turns_round_over_centimetres_has_no_name(
     bench: str, drawn: Callable[[FloatArray, float], FloatArray]
 ) -> None:
@@ -65,10 +64,9 @@ def test_what_turns_round_over_centimetres_has_no_name(
     assert first_name(with_drift(view, [drawn(rows.signals.q, 0.045) for rows in view.runs], 1.5)) == DRAWN
 
 
-@pytest.mark.parametrize("bench", ["finite_volume", "modal"])
-def test_what_depends_on_the_speed_has_no_name(bench: str) -> None:
+def test_what_depends_on_the_speed_has_no_name() -> None:
     """Neither creep nor a step of the zero, which a few fast moves look like."""
-    view, _ = viewed(bench, 12, (), 1.0)
+    view, _ = viewed("modal", 12, (), 1.0)
     runs = (rows.signals for rows in view.runs)
     assert first_name(with_drift(view, [film(signals.time, signals.q) for signals in runs], 1.5)) == FAST
 

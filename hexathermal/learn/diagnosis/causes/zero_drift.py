@@ -18,6 +18,7 @@ CAUSE = Cause(
     parameters=(
         Parameter("rate", "m/h", "visible effect of 0.25 to 4 times the noise; runs may differ about it"),
         Parameter("time_constant_s", "s", "1000 s to 150 min, of an instrument that warms up when a run begins"),
+        Parameter("decades", "1", "of such times, 0 or 1.5"),
     ),
     confused_with=(
         "creep",
@@ -34,7 +35,10 @@ CAUSE = Cause(
 WARMED_S = (1000.0, 1700.0, 3000.0, 5200.0, 9000.0)
 """Times in which an instrument warms up."""
 
-SELDOM = -4.0
+BROAD_S, DECADES = (300.0, 800.0, 2000.0), 1.5
+"""The shortest of times over so many decades, with which it goes as the logarithm of time."""
+
+SELDOM = -3.0
 """Log evidence of that beforehand: it is what creep from the beginning of runs is, by more of a name's few trials."""
 
 UNLIKE = 0.5
@@ -50,6 +54,9 @@ def trials(bench: Workbench) -> Iterator[Trial]:
         for tau in WARMED_S if begins_anew(bench.view) else WARMED_S[::2]:
             warmed = bench.term(CAUSE.name, "relaxation", None, time_constant_s=tau, kick="begin")
             yield replace(warmed, advantage=SELDOM)
+        for tau in BROAD_S if begins_anew(bench.view) else ():
+            broad = bench.term(CAUSE.name, "relaxation", None, time_constant_s=tau, kick="begin", decades=DECADES)
+            yield replace(broad, advantage=SELDOM)
     own = own_rates(bench.view)
     if own is not None:
         yield replace(trial, columns=np.column_stack([trial.columns, own]), starts=own.shape[1],
