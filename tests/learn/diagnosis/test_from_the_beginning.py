@@ -15,7 +15,7 @@ from hexathermal.learn.diagnosis.own_rates import FEWEST_RATES, own_rates
 from hexathermal.learn.diagnosis.stage import Stage
 from hexathermal.learn.diagnosis.tolerating import tolerant
 from hexathermal.learn.diagnosis.unexplained import flexible_trials
-from tests.learn.diagnosis.campaigns import altered, first_name, viewed
+from tests.learn.diagnosis.campaigns import first_name, viewed
 
 
 @pytest.mark.parametrize("seed", [7])
@@ -114,12 +114,3 @@ def test_an_instrument_warms_up_beside_a_part_that_never_moves(rng: np.random.Ge
     leader = stage.step.ranking[0]
     assert leader.cause == "zero-drift"
     assert leader.best.trial.parameters["time_constant_s"] == 3000.0
-
-
-@pytest.mark.parametrize("bench", ["finite_volume", "modal"])
-def test_a_reading_that_comes_to_rest_in_each_run_drifts(bench: str) -> None:
-    """It acts through the law, longer where the leg is longer, as neither creep nor a zero that warms up does."""
-    view, _ = viewed(bench, 12, (), 1.0)
-    sensor = view.base[0]
-    drifting = altered(view, sensor, lambda _run, own: own.dT[sensor] - 1.2 * np.expm1(-own.time / 5000.0))
-    assert first_name(drifting) == "sensor-drift"

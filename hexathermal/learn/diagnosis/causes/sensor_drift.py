@@ -28,7 +28,6 @@ CAUSE = Cause(
         Parameter("rate", "K/h", "0.25 to 4 times the noise in the drift"),
         Parameter("from_share", "1", "0 to 0.6 of the running time"),
         Parameter("power", "1", "of the time since, 0.7 to 1.6"),
-        Parameter("time_constant_s", "s", "none, 40 min or 2 h: it comes to rest in each run"),
         Parameter("wander", "K", "as the other thermometers tell"),
     ),
     confused_with=(
@@ -48,26 +47,17 @@ ONSETS, POWERS = (0.0, 0.2, 0.4, 0.6), (0.7, 1.0, 1.6)
 """Parts of the campaign's running time from which on it may drift, and powers of the time with which it does."""
 
 
-SETTLED_S = (2400.0, 7200.0)
-"""Times in which it comes to rest in each run."""
-
-
 @dataclass(frozen=True)
 class Course:
-    """How a reading drifts: in each run, less from run to run; or, without `decay_runs`, in all of them together.
-
-    In each run it may come to rest, by a time constant.
-    """
+    """How a reading drifts: in each run, less from run to run; or, without `decay_runs`, in all of them together."""
 
     decay_runs: float = 0.0
     from_share: float = 0.0
     power: float = 1.0
-    time_constant_s: float = 0.0
 
 
 COURSES = (
     *(Course(decay) for decay in DECAYS),
-    *(Course(DECAYS[0], time_constant_s=tau) for tau in SETTLED_S),
     *(Course(0.0, share, power) for share in ONSETS for power in POWERS if (share, power) != (0.0, 1.0)),
 )
 STEADY = COURSES[0]
@@ -105,8 +95,6 @@ def _hours(view: View, course: Course) -> list[FloatArray]:
 
     They run with the runs, or on the campaign's clock.
     """
-    if tau := course.time_constant_s:
-        return [-tau / 3600.0 * np.expm1(-(one.time - one.time[0]) / tau) for one in view.signals]
     if course.decay_runs:
         return [one.time / 3600.0 * np.exp(-run / course.decay_runs) for run, one in enumerate(view.signals)]
     clocks, begun = list[FloatArray](), 0.0
@@ -131,7 +119,7 @@ def _lessened(
 
     Each run drifts at its mean rate; runs that were not looked at as the last one before them did.
     """
-    if course.time_constant_s or (not view.zeroed_by_run and course != STEADY):
+    if not view.zeroed_by_run and course != STEADY:
         return None
     shares = [3600.0 * float((own[-1] - own[0]) / (signals.time[-1] - signals.time[0]))
               for own, signals in zip(hours, view.signals, strict=True)]  # fmt: skip
