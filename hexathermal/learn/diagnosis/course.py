@@ -217,20 +217,25 @@ def _gone_on(
 
     Where nothing stands beside a first name, that has another form if a second name stands beside it then.
     """
-    stage, stands = next_stage(before, after, found, threshold)
-    stage = tolerant(stage, threshold + LATER)
-    decision = _later(stage, stands, threshold)
-    alone = len(stands) == 1 and stands[0].joined and not decision.named
-    form = form_beside(before, stands[0].ranked, stage.step) if alone else None
+    stage, stands, decision = _beside_all(before, after, found, threshold)
+    first = stands[0]
+    alone = len(stands) == 1 and first.joined and not decision.named
+    form = form_beside(before, first.ranked, stage.step) if alone else None
     if form is None:
         return stage, stands, decision
-    ranked = replace(stands[0].ranked, best=form)
-    amplitudes, spread = before.amplitudes(ranked)
-    one = replace(stands[0], ranked=ranked, amplitudes=amplitudes, spread=spread)
-    other, others = next_stage(before, before.with_effect(form), [one], threshold)
-    other = tolerant(other, threshold + LATER)
-    second = _later(other, others, threshold)
-    return (other, others, second) if second.named else (stage, stands, decision)
+    ranked = replace(first.ranked, best=form)
+    one = Found(ranked, first.decision, first.joined, *before.amplitudes(ranked))
+    other = _beside_all(before, before.with_effect(form), [one], threshold)
+    return other if other[-1].named else (stage, stands, decision)
+
+
+def _beside_all(
+    before: Stage, after: Stage, found: Sequence[Found], threshold: float
+) -> tuple[Stage, list[Found], Decision]:  # fmt: skip
+    """Return the stage with all that was found, that as it stands there, and the decision on what is left."""
+    stage, stands = next_stage(before, after, found, threshold)
+    stage = tolerant(stage, threshold + LATER)
+    return stage, stands, _later(stage, stands, threshold)
 
 
 def _too_faint(leader: Ranked, found: Sequence[Found], threshold: float) -> bool:

@@ -14,6 +14,7 @@ import pytest
 
 from hexathermal.learn.campaign_files import load_campaign
 from hexathermal.learn.diagnosis import feigning, mending
+from hexathermal.learn.diagnosis.course import Course, base_law, searched
 from hexathermal.learn.diagnosis.deciding import decided
 from hexathermal.learn.diagnosis.evidence import LEAST
 from hexathermal.learn.diagnosis.stage import Stage, view_of
@@ -38,6 +39,15 @@ def viewed(bench: str, seed: int, causes: tuple[str, ...], strength: float) -> t
         write_campaign(folder, truth, answer)
         campaign = load_campaign(folder)
         return view_of(campaign, campaign_rows(campaign, "identification"), answer.base), answer
+
+
+def course_of(folder: Path, bench: str, seed: int, causes: tuple[str, ...], strength: float) -> Course:
+    """The course of a diagnosis of a campaign that is written into a folder and read back."""
+    truth, answer = campaign_of(bench, seed, causes=causes, strength=strength)
+    write_campaign(folder, truth, answer)
+    campaign = load_campaign(folder)
+    rows = campaign_rows(campaign, "identification")
+    return searched(campaign, base_law(campaign, rows, answer.base, None), rows)
 
 
 def first_name(view: View) -> str | None:

@@ -6,29 +6,21 @@ from pathlib import Path
 
 import pytest
 
-from hexathermal.learn.campaign_files import load_campaign
 from hexathermal.learn.diagnosis import course
 from hexathermal.learn.diagnosis.channels import Levels
-from hexathermal.learn.diagnosis.course import Course, base_law, searched
+from hexathermal.learn.diagnosis.course import Course
 from hexathermal.learn.diagnosis.evidence import Scored
 from hexathermal.learn.diagnosis.search import MENDED, Search
 from hexathermal.learn.diagnosis.stage import Stage
 from hexathermal.learn.diagnosis.trials import Trial
-from hexathermal.learn.signals import campaign_rows
-from hexathermal.simulate.hidden.drawing import campaign_of
-from hexathermal.simulate.hidden.writing import write_campaign
-from tests.learn.diagnosis.campaigns import viewed
+from tests.learn.diagnosis.campaigns import course_of, viewed
 
 PAIRS = [(2033, ("clock-offset", "abbe-tilt"))]
 
 
 def diagnosed(folder: Path, seed: int, causes: tuple[str, ...]) -> Course:
     """The course of a diagnosis of two effects of a little more than the noise."""
-    truth, answer = campaign_of("finite_volume", seed, causes=causes, strength=1.1)
-    write_campaign(folder, truth, answer)
-    campaign = load_campaign(folder)
-    rows = campaign_rows(campaign, "identification")
-    return searched(campaign, base_law(campaign, rows, answer.base, None), rows)
+    return course_of(folder, "finite_volume", seed, causes, 1.1)
 
 
 @pytest.mark.parametrize(("seed", "causes"), PAIRS)

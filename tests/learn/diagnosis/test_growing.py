@@ -7,22 +7,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from hexathermal.learn.campaign_files import load_campaign
 from hexathermal.learn.diagnosis import joining
 from hexathermal.learn.diagnosis.channels import Levels
-from hexathermal.learn.diagnosis.course import Course, base_law, searched
-from hexathermal.learn.signals import campaign_rows
-from hexathermal.simulate.hidden.drawing import campaign_of
-from hexathermal.simulate.hidden.writing import write_campaign
-
-
-def searched_for(folder: Path, bench: str, seed: int, causes: tuple[str, ...]) -> Course:
-    """The course of a diagnosis of some effects, each 1.5 times the noise."""
-    truth, answer = campaign_of(bench, seed, causes=causes, strength=1.5)
-    write_campaign(folder, truth, answer)
-    campaign = load_campaign(folder)
-    rows = campaign_rows(campaign, "identification")
-    return searched(campaign, base_law(campaign, rows, answer.base, None), rows)
+from hexathermal.learn.diagnosis.course import Course
+from tests.learn.diagnosis.campaigns import course_of
 
 
 def off(course: Course) -> float:
@@ -43,12 +31,12 @@ def evidence(course: Course, levels: Levels) -> float:
 def test_a_lag_has_the_ratio_of_the_law_beside_a_scale(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """A scale that is wrong bends B / A, and with it the lag that is named before it; both are put right together."""
     causes = ("thermal-lag", "scale-error")
-    course = searched_for(tmp_path / "grown", "finite_volume", 1, causes)
+    course = course_of(tmp_path / "grown", "finite_volume", 1, causes, 1.5)
     names, own, said = [one.ranked.cause for one in course.found], off(course), evidence(course, course.last.levels)
     assert names == list(causes)
     assert own < 0.25
     monkeypatch.setattr(joining, "grown", lambda stage, _levels: stage)
-    stiff = searched_for(tmp_path / "stiff", "finite_volume", 1, causes)
+    stiff = course_of(tmp_path / "stiff", "finite_volume", 1, causes, 1.5)
     bent, less = off(stiff), evidence(stiff, stiff.last.levels)
     assert bent > 0.5
     assert said > less + 10.0

@@ -7,23 +7,16 @@ from pathlib import Path
 
 import pytest
 
-from hexathermal.learn.campaign_files import load_campaign
 from hexathermal.learn.diagnosis import course
-from hexathermal.learn.diagnosis.course import Course, base_law, searched
+from hexathermal.learn.diagnosis.course import Course
 from hexathermal.learn.diagnosis.deciding import Decision
 from hexathermal.learn.diagnosis.stage import Stage
-from hexathermal.learn.signals import campaign_rows
-from hexathermal.simulate.hidden.drawing import campaign_of
-from hexathermal.simulate.hidden.writing import write_campaign
+from tests.learn.diagnosis.campaigns import course_of
 
 
 def diagnosed(folder: Path) -> Course:
     """The course of a diagnosis of two effects, a kink and a play."""
-    truth, answer = campaign_of("quiet", 733, causes=("outside: kink", "backlash"), strength=1.5)
-    write_campaign(folder, truth, answer)
-    campaign = load_campaign(folder)
-    rows = campaign_rows(campaign, "identification")
-    return searched(campaign, base_law(campaign, rows, answer.base, None), rows)
+    return course_of(folder, "quiet", 733, ("outside: kink", "backlash"), 1.5)
 
 
 def for_two(stage: Stage, decision: Decision, threshold: float) -> Decision:

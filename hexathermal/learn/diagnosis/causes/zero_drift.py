@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 
@@ -51,12 +52,11 @@ def trials(bench: Workbench) -> Iterator[Trial]:
     yield trial
     if often_begun(bench.view):
         # of a part that never moves nothing else is told from its beginnings on: fewer do
-        for tau in WARMED_S if begins_anew(bench.view) else WARMED_S[::2]:
-            warmed = bench.term(CAUSE.name, "relaxation", None, time_constant_s=tau, kick="begin")
-            yield replace(warmed, advantage=SELDOM)
-        for tau in BROAD_S if begins_anew(bench.view) else ():
-            broad = bench.term(CAUSE.name, "relaxation", None, time_constant_s=tau, kick="begin", decades=DECADES)
-            yield replace(broad, advantage=SELDOM)
+        anew = begins_anew(bench.view)
+        forms: list[dict[str, Any]] = [{"time_constant_s": tau} for tau in (WARMED_S if anew else WARMED_S[::2])]
+        forms += [{"time_constant_s": tau, "decades": DECADES} for tau in BROAD_S if anew]
+        for form in forms:
+            yield replace(bench.term(CAUSE.name, "relaxation", None, kick="begin", **form), advantage=SELDOM)
     own = own_rates(bench.view)
     if own is not None:
         yield replace(trial, columns=np.column_stack([trial.columns, own]), starts=own.shape[1],
