@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+from pathlib import Path
 
 # before numba is imported: tests must not depend on how many threads a machine has
 os.environ.setdefault("OMP_NUM_THREADS", "1")
@@ -25,6 +26,21 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
     drawn = sum("outcomes" in getattr(item, "fixturenames", ()) for item in items)
     first, half = drawn // 2, len(items) // 2
     items[:] = items[:first] + items[drawn : drawn + half - first] + items[first:drawn] + items[drawn + half - first :]
+
+
+@pytest.fixture
+def dots(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Pictures of a report are a dot each: for tests of its files, not of what they show."""
+    from matplotlib.figure import Figure
+
+    from hexathermal.show.diagnosis_pictures import Picture
+    from hexathermal.show.figures import draw
+
+    def drawn(one: Picture, png: Path) -> str:
+        draw(Figure((0.02, 0.02)), png, "png")
+        return f'<figure id="{one.name}"></figure>'
+
+    monkeypatch.setattr(Picture, "drawn", drawn)
 
 
 @pytest.fixture

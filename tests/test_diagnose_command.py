@@ -172,6 +172,7 @@ def test_where_nothing_joins_the_law_is_written_and_said(
     assert "RMSE after" not in shown.out
 
 
+@pytest.mark.usefixtures("dots")
 @pytest.mark.parametrize("found", [{}], indirect=True)
 @pytest.mark.parametrize("place", ["new/report/law.toml", "new/law.toml"])
 def test_a_law_may_go_into_the_folder_that_the_report_makes(

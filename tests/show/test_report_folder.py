@@ -14,6 +14,8 @@ from hexathermal.show.diagnosis_tables import diagnosis_facts
 from hexathermal.show.report_folder import files_of_earlier, refuse_foreign
 from tests.show.drawn_diagnoses import drawn
 
+pytestmark = pytest.mark.usefixtures("dots")
+
 
 def _written(found: Diagnosis, folder: Path) -> set[str]:
     """Write a report; returns the names of its files."""
