@@ -118,6 +118,8 @@ class Campaign:
         Names of the format and the names that the logger gave them, where they differ.
     accepted : tuple of str
         Faults of the tables that the campaign takes as they are, see `ACCEPTED`.
+    stated : tuple of str
+        Columns of the format that stand among the campaign's inputs: its tables must have them.
     """
 
     folder: Path
@@ -132,6 +134,7 @@ class Campaign:
     hexapod: Path | None = None
     columns: Mapping[str, str] = field(default_factory=dict)
     accepted: tuple[str, ...] = ()
+    stated: tuple[str, ...] = ()
 
     @property
     def file(self) -> Path:

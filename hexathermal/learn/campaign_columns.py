@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from difflib import get_close_matches
 
 import numpy as np
@@ -12,6 +12,9 @@ import numpy as np
 from hexathermal.learn.campaign import AIR_COLUMN, Campaign
 
 AIR = (AIR_COLUMN, "air_pressure_hPa", "air_humidity_percent")
+ALSO_INPUTS = ("q_mm", "settled", *AIR)
+"""Columns of the format that a campaign may list among its inputs: they are causes that it records."""
+
 BEAMS = ("beam1_mm", "beam2_mm", "beam3_mm")
 POSE = ("x_mm", "y_mm", "z_mm", "rx_deg", "ry_deg", "rz_deg")
 MEASURED_POSE = tuple(f"measured_{name}" for name in POSE)
@@ -56,6 +59,13 @@ class Column:
 
 def columns_of(campaign: Campaign) -> tuple[Column, ...]:
     """Return the columns that the tables of a campaign have or may have, in the format's order."""
+    return tuple(
+        replace(column, required=True) if column.name in campaign.stated else column for column in _columns(campaign)
+    )
+
+
+def _columns(campaign: Campaign) -> tuple[Column, ...]:
+    """Return the columns that the format knows of a campaign's kind, with its own thermometers and inputs."""
     heat = tuple(Column(f"{name}_degC", "temperature") for name in campaign.sensors)
     inputs = tuple(Column(item.name, "input") for item in campaign.inputs)
     taken = {column.name for column in heat}

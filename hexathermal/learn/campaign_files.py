@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -26,7 +27,7 @@ from hexathermal.learn.campaign import (
     RunFile,
     Thermocouple,
 )
-from hexathermal.learn.campaign_columns import MACHINE_THERMOMETER, columns_of
+from hexathermal.learn.campaign_columns import AIR, ALSO_INPUTS, MACHINE_THERMOMETER, columns_of
 from hexathermal.learn.campaign_faults import Faults
 from hexathermal.learn.campaign_scan import scan_tables
 from hexathermal.learn.campaign_streams import header_names
@@ -113,16 +114,19 @@ def _campaign(form: Form, folder: Path, needed: tuple[str, ...]) -> Campaign | N
     zero = _one_of(form, top, "zero", ZEROS, "run")
     runs = _runs(form, top, folder, needed)
     thermocouples = _thermocouples(form, top, kind)
-    inputs = tuple(
+    named = tuple(
         RecordedInput(item["name"], item.get("description", ""))
         for item, _at in _entries(form, top, "inputs", lambda item, at: None)
     )
+    also = ALSO_INPUTS if kind != "hexapod" else AIR
+    inputs = tuple(item for item in named if item.name not in also)
     leg, beams, hexapod = _leg(form, top, kind), _beams(form, top, kind), _hexapod(form, top, kind, folder)
     if not kind:
         return None
     sensors = thermocouples or (_machine_thermometers(runs) if kind == "hexapod" else ())
     campaign = Campaign(folder, kind, top.get("title", ""), zero, runs, sensors, inputs, leg, beams, hexapod,
-                        accepted=_accepted(form, top))  # fmt: skip
+                        accepted=_accepted(form, top),
+                        stated=tuple(item.name for item in named if item.name in also))  # fmt: skip
     return _with_columns(form, top, campaign)
 
 
@@ -315,9 +319,7 @@ def _with_columns(form: Form, top: dict[str, Any], campaign: Campaign) -> Campai
         else:
             own[name] = other.strip()
     _refuse_shared(form, own, names)
-    return Campaign(campaign.folder, campaign.kind, campaign.title, campaign.zero, campaign.runs,
-                    campaign.thermocouples, campaign.inputs, campaign.leg, campaign.beams, campaign.hexapod, own,
-                    campaign.accepted)  # fmt: skip
+    return replace(campaign, columns=own)
 
 
 def _refuse_shared(form: Form, own: dict[str, str], names: list[str]) -> None:
