@@ -22,7 +22,6 @@ from hexathermal.learn.campaign_streams import RunTable
 from hexathermal.learn.cleaning_beam_scales import beam_scales, measured, resting
 from hexathermal.learn.cleaning_beams import BeamRules, without_missing
 from hexathermal.learn.cleaning_channels import (
-    SMALLEST_MOVE_M,
     UNSETTLED,
     ChannelRules,
     displaced,
@@ -30,10 +29,10 @@ from hexathermal.learn.cleaning_channels import (
     settled_rows,
     studied,
 )
+from hexathermal.learn.cleaning_landings import Landings
 from hexathermal.learn.cleaning_moving_steps import without_moving_steps
 from hexathermal.learn.cleaning_record import NOTED, ROW, CleaningRecord, Ledger
 from hexathermal.learn.cleaning_rests import MOVES, with_rests
-from hexathermal.learn.cleaning_rules import noise_of
 from hexathermal.learn.cleaning_sheets import Sheet, sheets_of
 from hexathermal.learn.interferometer import corrected_beams, index_along_run
 from hexathermal.poses import FloatArray
@@ -49,9 +48,6 @@ LEAST_USED = 0.1
 
 LARGEST_START_M = 1e-4
 """A run that begins farther off the campaign's first row does not count from there."""
-
-INPUT_NOISES = 8.0
-"""An input that changes by more than so many of its noises starts another stretch."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -189,7 +185,7 @@ class UsableBlocks(Iterator[Block]):
     def _zeroed(self) -> Iterator[Block]:
         """Return the cleaned rows as blocks that count from the zero."""
         zero: Zero | None = None
-        landings = _Landings(self.campaign)
+        landings = Landings(self.campaign)
         for sheet in self._clean():
             if zero is None:
                 self._ledger.zero_time = float(sheet.time[0, 0])
@@ -259,33 +255,6 @@ class UsableBlocks(Iterator[Block]):
             drift = back.mean(axis=1) - (q - zero.q)
         time = sheet.time[:, 0] - self._ledger.first_time
         return Block(self.run, time, sheet.heat - zero.heat, drift, q, landing, sheet.inputs, sheet.air)
-
-
-class _Landings:
-    """Numbers the rests of a run, or the stretches between changes of its inputs."""
-
-    def __init__(self, campaign: Campaign) -> None:
-        self._by_inputs = campaign.kind == "component"
-        self._number = -1
-        self._last: FloatArray | None = None
-        self._limit: FloatArray | None = None
-
-    def numbered(self, sheet: Sheet) -> npt.NDArray[np.int64]:
-        """Return the number of the landing of each row."""
-        watched = sheet.q if sheet.q.shape[1] else sheet.inputs
-        if self._limit is None:
-            floor = SMALLEST_MOVE_M if sheet.q.shape[1] else 1e-9
-            noise = np.nan_to_num(noise_of(watched)) if len(watched) > 2 else np.zeros(watched.shape[1])
-            self._limit = np.maximum(INPUT_NOISES * noise, floor) if not sheet.q.shape[1] else np.array([floor])
-        before = watched[:1] if self._last is None else self._last
-        step = np.abs(np.diff(watched, axis=0, prepend=before)) > self._limit
-        fresh = step.any(axis=1) | sheet.fresh[:, 0].astype(bool)
-        if self._number < 0:
-            fresh[0] = True
-        self._last = watched[-1:].copy()
-        numbers = self._number + np.cumsum(fresh)
-        self._number = int(numbers[-1])
-        return numbers.astype(np.int64)
 
 
 def _part(block: Block, rows: slice) -> Block:

@@ -42,6 +42,9 @@ LATER = 2.0
 TWO_LEAD = 5.0
 """Log evidence by which two names must beat what is nameless."""
 
+FIRST_OF_TWO = 2
+"""So many of the best names are tried as the first of two."""
+
 PROVEN = 40.0
 """A fault of a thermometer that its parity shows by so much is named although no run left out needs it."""
 
@@ -298,22 +301,24 @@ def _asked_again(course: Course) -> Course:
 def _two_for(stage: Stage, decision: Decision, threshold: float) -> Decision:
     """Return a decision for the best name where it and another one explain more than something nameless that leads.
 
-    What is nameless imitates two causes at once. Two names in its place leave nothing, and beat it by `TWO_LEAD`.
+    What is nameless imitates two causes at once. Two names in its place beat it by `TWO_LEAD`, and leave nothing but
+    errors of their shapes, or what thermometers may feign as well.
     """
     alone = decision.leader
     names = [item for item in stage.step.ranking if item.named and item.gated >= threshold]
-    if alone is None or alone.named or not names:
+    if alone is None or alone.named:
         return decision
-    after = stage.with_effect(names[0].best)
-    next_best = decided(after.step, threshold + LATER, before=names[0].value)
-    second = next_best.leader
-    if second is None or not next_best.named or names[0].value + second.value < alone.value + TWO_LEAD:
-        return decision
-    both = max(names[0].value, second.value)
-    left = decided(after.with_effect(second.best).step, threshold + LATER, before=both).leader
-    if left is not None and left.value > SHAPE_ERROR * both:
-        return decision
-    return replace(decision, leader=names[0], probability=together(names[0], second, alone))
+    for first in names[:FIRST_OF_TWO]:
+        after = stage.with_effect(first.best)
+        next_best = decided(after.step, threshold + LATER, before=first.value)
+        second = next_best.leader
+        if second is None or not next_best.named or first.value + second.value < alone.value + TWO_LEAD:
+            continue
+        both = max(first.value, second.value)
+        left = decided(after.with_effect(second.best).step, threshold + LATER, before=both).leader
+        if left is None or left.value <= SHAPE_ERROR * both or left.gated <= SHAPE_ERROR * (first.value + second.value):
+            return replace(decision, leader=first, probability=together(first, second, alone))
+    return decision
 
 
 def _leader(stage: Stage, decision: Decision, threshold: float, *, first: bool) -> Ranked | None:

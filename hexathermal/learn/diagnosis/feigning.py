@@ -33,7 +33,7 @@ def feigned_by(bench: Workbench, slow: float | None = None) -> float:
         step, noise = bench.reading(sensor)
         biases.append(bench.moved_by(sensor) * bench.bias(sensor))
         steps.append(bench.moved_by(sensor) * step / np.sqrt(12.0))
-        noises.append(bench.moved_by(sensor) * noise * bench.view.noise_left)
+        noises.append(bench.moved_by(sensor) * noise * bench.view.noise_left(sensor))
     alike = common_error(bench.view)
     together = abs(sum(bench.moved_by(sensor) for sensor in bench.view.base))
     shared = 0.0 if alike is None else together * alike.beside(bench.usual_bias)

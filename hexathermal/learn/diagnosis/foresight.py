@@ -12,6 +12,7 @@ import numpy as np
 from hexathermal.learn.diagnosis.borne_out import JOLT
 from hexathermal.learn.diagnosis.ranking import Ranked
 from hexathermal.learn.diagnosis.rivals import STEP
+from hexathermal.learn.diagnosis.spans import beside
 from hexathermal.poses import FloatArray
 
 if TYPE_CHECKING:
@@ -29,6 +30,9 @@ FALLING = 0.2
 FAINT = 9.0
 """What has less evidence, named or not, may not add to the squares of runs left out by more than they scatter:
 thermometers that wander, and landings that stand off, which no noise is drawn with, feign a little now and then."""
+
+CLEAR_STEP = 13.0
+"""Log evidence that a step of one run needs: it may begin at any landing, of which a few stand off far."""
 
 FORESEEN, CLEARLY_FORESEEN = 10.0, 30.0
 """Log likelihood of runs left out from which on a first cause, or a later one, joins although their squares do not
@@ -73,13 +77,33 @@ def worth(stage: Stage, after: Stage, leader: Ranked, *, later: bool) -> tuple[b
     pays = (sure > 0.0 or falls) and not denied(stage, after, leader) and (clear or share > least)
     # what was before a run left out is not known: it is seen, although a law of its rows alone does without it
     seen = leader.best.trial.starts > 0 and leader.gated >= FAINT
-    return pays or seen, pays and (share > 0.0 or clear)
+    told = later or share > 0.0 or stage.view.kind != "leg" or saved_besides(stage, after, leader) > 0.0
+    return told and (pays or seen), told and pays and (share > 0.0 or clear)
+
+
+def saved_besides(before: Stage, after: Stage, leader: Ranked) -> float:
+    """Return by which part less is left of runs left out, besides their zeros and what each may have begun with.
+
+    A first cause that takes nothing from them stands for the law, which noise of its thermometers shrinks in quick
+    changes: beside whatever goes as temperatures do, with less noise, it fits quick changes better and slow ones worse.
+    """
+    trial, run = leader.best.trial, before.channel.run
+    weight = np.sqrt(before.channel.rows)[:, None]
+    begun = weight * np.column_stack([np.ones(len(run)), trial.columns[:, trial.carried :]])
+    sums = []
+    for stage in (before, after):
+        found = [weight * stage.left_out(levels)[0][:, None] for levels in (leader.levels, before.plain)]
+        kinder = min(found, key=lambda left: float((left**2).sum()))
+        own = [run == k for k in np.unique(run)]
+        apart = [beside(kinder[k], begun[k][:, np.any(begun[k] != 0.0, axis=0)]) for k in own]
+        sums.append(sum(float((left**2).sum()) for left in apart))
+    return 1.0 - sums[1] / sums[0]
 
 
 def denied(stage: Stage, after: Stage, leader: Ranked) -> bool:
     """Return whether a leader is faint, and runs left out speak against it, or none can tell of it."""
     if tells_of_one_run(leader):
-        return leader.value < FAINT
+        return leader.value < CLEAR_STEP
     return leader.gated < FAINT and part_saved(stage, after, leader) <= -part_spread(stage, after, leader)
 
 

@@ -12,7 +12,7 @@ from hexathermal.learn.diagnosis.channels import Channel
 from hexathermal.learn.diagnosis.evidence import LEAST, Base, Scored, relevance
 from hexathermal.learn.diagnosis.ranking import SURE_WITNESS, Ranked
 from hexathermal.learn.diagnosis.spans import beside
-from hexathermal.machine.leg_terms import BY_MOTION
+from hexathermal.machine.leg_terms import BY_MOTION, PRESSURE
 from hexathermal.poses import FloatArray
 
 LATE, OFF, SHIFTED = "thermal-lag", "clock-offset", 0.08
@@ -158,16 +158,19 @@ def lagging(channel: Channel, system: System, sensors: tuple[str, ...], ranked: 
 def refracted(channel: Channel, system: System, ranked: list[Ranked]) -> list[Ranked]:
     """Return the ranking in which an index of which far more than all was left out counts for less.
 
-    A thermometer of the law that reads the air makes the law lack what goes with the air, by any amount.
+    A thermometer of the law that reads the air makes the law lack what goes with the air, by any amount. A pressure
+    alone by which the path seems shorter counts for nothing: no index was left out, it presses.
     """
     air = of_cause(ranked, AIR)
     if air is None or not air.best.trial.columns.shape[1]:
         return ranked
     base = system(air.best)
     mean, covariance = channel.estimated(base.X, base.sd, air.levels)
-    if abs(mean[-1]) - 2.0 * np.sqrt(covariance[-1, -1]) <= MOST_INDEX:
+    sure = 2.0 * np.sqrt(covariance[-1, -1])
+    presses = air.best.trial.parameters.get("weather") == PRESSURE and mean[-1] < -sure
+    if abs(mean[-1]) - sure <= MOST_INDEX and not presses:
         return ranked
-    return _with(ranked, replace(air, value=UNLIKELY * air.value, unlikely=True))
+    return _with(ranked, replace(air, value=0.0 if presses else UNLIKELY * air.value, unlikely=True))
 
 
 def late_or_off(ranked: list[Ranked], *, timed: bool) -> list[Ranked]:

@@ -17,6 +17,9 @@ SMOOTHED_S = 300.0
 FEWEST_SMOOTHED = 5
 """Fewer rows than this are not smoothed."""
 
+BANDS_S = (SMOOTHED_S, 900.0, 2400.0)
+"""Times over which a temperature is smoothed to tell what in it is how quick."""
+
 THINNED_ROWS = 300
 """About so many rows of a run are enough to tell its leading profiles."""
 
@@ -145,6 +148,12 @@ def _parabola(count: int) -> FloatArray:
     weights = design[: count // 2 + 1] @ np.linalg.pinv(design)
     weights.flags.writeable = False
     return weights
+
+
+def bands(time: FloatArray, values: FloatArray) -> FloatArray:
+    """Return what smoothing over each of `BANDS_S` takes that the one before left of values, shape (n,), as (n, 3)."""
+    slower = [values, *(smoothed(time, values[:, None], over)[:, 0] for over in BANDS_S)]
+    return np.asarray(-np.diff(np.column_stack(slower), axis=1))
 
 
 def leading_profiles(tables: Sequence[FloatArray], count: int) -> FloatArray:

@@ -12,7 +12,8 @@ import numpy as np
 from hexathermal.learn.diagnosis.channels import Channel
 from hexathermal.learn.diagnosis.pieces import Pieces, Pooled, going_on, mean_signals, pieces_of, pooled
 from hexathermal.learn.diagnosis.run_after_run import RunAfterRun, read_by
-from hexathermal.learn.diagnosis.smoothing import noise_left, smoothed
+from hexathermal.learn.diagnosis.smoothing import SMOOTHED_S, bands, noise_left, smoothed
+from hexathermal.learn.diagnosis.smoothing_times import smoothed_each, smoothing_times
 from hexathermal.learn.signals import RunRows, follows_on
 from hexathermal.machine.leg_signals import LegSignals, Memory
 from hexathermal.poses import FloatArray
@@ -22,9 +23,6 @@ UNMOVED = ("pieces", "pooled", "channel", "time", "q", "goes_on", "travelled")
 
 LEAST_MOVE = 1e-4
 """A rod whose places differ by less stands still [m]."""
-
-LONGER_S = (900.0, 2400.0)
-"""Longer smoothing, for what the law may rather not believe of a thermometer."""
 
 Made = TypeVar("Made")
 
@@ -109,10 +107,15 @@ class View:
 
     def _smoothed(self, signals: LegSignals, piece: Pieces, sensors: Iterable[str]) -> dict[str, FloatArray]:
         """Return the smoothed temperatures of some sensors in all rows of a run [K]."""
-        names = list(sensors)
-        table = smoothed(signals.time, np.column_stack([signals.dT[name] for name in names]))
+        read = {name: signals.dT[name] for name in sensors}
+        table = smoothed_each(signals.time, read, self.smoothing)
         zero = table[piece.used[0]] if self.zeroed_by_run else 0.0
-        return dict(zip(names, (table - zero).T, strict=True))
+        return dict(zip(read, (table - zero).T, strict=True))
+
+    @cached_property
+    def smoothing(self) -> dict[str, float]:
+        """Over how long the readings of each thermometer are smoothed [s]: those of the law's longer, if noisy."""
+        return dict.fromkeys(self.sensors, SMOOTHED_S) | smoothing_times(self.runs, self.base)
 
     @cached_property
     def goes_on(self) -> tuple[bool, ...]:
@@ -126,10 +129,10 @@ class View:
         """Time from row to row, the middle one of the first run [s]."""
         return float(np.median(np.diff(self.signals[0].time)))
 
-    @cached_property
-    def noise_left(self) -> float:
-        """What smoothing leaves of the white noise of readings at rest, RMS; 1 where nothing is smoothed."""
-        found = [noise_left(one.signals.time)[piece.used] for one, piece in zip(self.runs, self.pieces, strict=True)]
+    def noise_left(self, sensor: str) -> float:
+        """Return what smoothing leaves of the white noise of a reading at rest, RMS; 1 where nothing is smoothed."""
+        pairs, over = list(zip(self.runs, self.pieces, strict=True)), self.smoothing[sensor]
+        found = [noise_left(one.signals.time, over)[piece.used] for one, piece in pairs]
         return float(np.sqrt((np.concatenate(found) ** 2).mean()))
 
     def tables(self, sensors: Sequence[str]) -> list[FloatArray]:
@@ -147,7 +150,7 @@ class View:
             step = np.diff(time, prepend=time[:1])
             parts.append((piece.means(rows.drift), start, fresh, step, piece.rows, np.full(w, k)))
         y, start, fresh, step, count, run = (np.concatenate(items) for items in zip(*parts, strict=True))
-        has = self.moves and bool((fresh & ~start).any())
+        has = bool((fresh & ~start).any()) and (self.moves or self.kind != "leg")
         tied = self.zeroed_by_run and self.kind == "leg"  # of a part thermometers' first rows are most of an offset
         return Channel(y, start, fresh, step, count, run, has, tied, self.zeroed_by_run, self._shown, self.floor, tied)
 
@@ -203,7 +206,8 @@ class View:
         other, changed = replace(self, runs=runs), frozenset(sensors)
         kept = {key: item for key, item in self._made.items() if not item[1] & changed}
         unmoved = {name: self.__dict__[name] for name in UNMOVED if name in self.__dict__}
-        other.__dict__.update(unmoved, _made=kept)
+        smoothing = self.smoothing | smoothing_times(runs, [name for name in self.base if name in changed])
+        other.__dict__.update(unmoved, _made=kept, smoothing=smoothing)
         if self.smooths and "signals" in self.__dict__:
             again = zip(self.signals, runs, self.pieces, strict=True)
             other.__dict__["signals"] = tuple(
@@ -325,7 +329,12 @@ class View:
     @property
     def indexed(self) -> bool:
         """Whether beams measure, in air of which the index is known."""
-        return self.kind == "leg" and all(rows.signals.index is not None for rows in self.runs)
+        return self.kind == "leg" and self.weathered
+
+    @property
+    def weathered(self) -> bool:
+        """Whether the weather tells the index of air in all runs."""
+        return all(rows.signals.index is not None for rows in self.runs)
 
     def temperatures(self, sensor: str) -> FloatArray:
         """Return a sensor's smoothed temperature in windows [K]."""
@@ -362,16 +371,8 @@ class View:
 
     def bands(self, sensor: str) -> list[FloatArray]:
         """Return what `quick` takes the means of, in all rows of each run, shape (n, 3) [K]."""
-        return self.once(("bands", sensor), lambda: self._bands(sensor), [sensor])
-
-    def _bands(self, sensor: str) -> list[FloatArray]:
-        """Return what `bands` keeps."""
-        found = []
-        for rows, signals in zip(self.runs, self.signals, strict=True):
-            raw, once = rows.signals.dT[sensor], signals.dT[sensor]
-            longer = [smoothed(signals.time, raw[:, None], over)[:, 0] for over in LONGER_S]
-            found.append(np.column_stack([raw - once, once - longer[0], longer[0] - longer[1]]))
-        return found
+        key, own = ("bands", sensor), [rows.signals for rows in self.runs]
+        return self.once(key, lambda: [bands(one.time, one.dT[sensor]) for one in own], [sensor])
 
     @cached_property
     def taken_back(self) -> FloatArray:

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
 
 from hexathermal.learn.coverage import TWO_SIDED
+from hexathermal.learn.diagnosis.alike_by_nature import alike_by_nature
 from hexathermal.learn.diagnosis.causes import catalogue
 from hexathermal.learn.diagnosis.causes.sensor_detached import share_of
 from hexathermal.learn.diagnosis.extension import terms_of_law
@@ -153,9 +154,10 @@ def effect_of(found: Found, stage: Stage, final: Stage, covariance: FloatArray, 
     visible = found.ranked.best.visible
     sentence = _sentence(trial.cause, trial.target, parameters, settings, visible, joined=found.joined)
     sentence = sentence if stage.view.kind == "leg" else sentence.replace("the leg", "the part")
-    sentence = sentence.removesuffix(".") + _doubts(found, amplitudes, spread) + "."
-    return Effect(trial.cause, trial.target, parameters, settings, found.decision.probability,
-                  found.decision.equivalent, visible, sentence, found.joined)  # fmt: skip
+    alike = tuple(dict.fromkeys((*found.decision.equivalent, *alike_by_nature(stage.view, trial))))
+    sentence = sentence.removesuffix(".") + _doubts(found, amplitudes, spread, alike) + "."
+    return Effect(trial.cause, trial.target, parameters, settings, found.decision.probability, alike, visible, sentence,
+                  found.joined)  # fmt: skip
 
 
 def of_part(name: str, unit: str, factor: float) -> tuple[str, float]:
@@ -281,9 +283,9 @@ def _sentence(
     return f"The residual is {cause}{inside}: {words}; {stays}{alone}."
 
 
-def _doubts(found: Found, amplitudes: FloatArray, spread: FloatArray) -> str:
+def _doubts(found: Found, amplitudes: FloatArray, spread: FloatArray, alike: Sequence[str]) -> str:
     """Return what a sentence adds where a size is not told from none, or another name is not ruled out."""
-    shape, alike = found.ranked.best.trial.shape, found.decision.equivalent
+    shape = found.ranked.best.trial.shape
     seen = float(np.linalg.norm(amplitudes / np.maximum(spread, 1e-300)))
     loose = bool(shape) and len(amplitudes) > 0 and seen < UNSURE
     size = "; beside the law's own coefficients neither its size nor its sign is sure" if loose else ""

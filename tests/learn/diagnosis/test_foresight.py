@@ -16,13 +16,18 @@ from hexathermal.learn.diagnosis.channels import Levels
 from hexathermal.learn.diagnosis.course import _not_denied
 from hexathermal.learn.diagnosis.deciding import Decision
 from hexathermal.learn.diagnosis.evidence import LEAST, Scored
-from hexathermal.learn.diagnosis.foresight import FAINT, worth
+from hexathermal.learn.diagnosis.foresight import CLEAR_STEP, FAINT, worth
 from hexathermal.learn.diagnosis.ranking import Ranked
 from hexathermal.learn.diagnosis.stage import Stage
 from hexathermal.learn.diagnosis.trials import Trial
 from tests.learn.diagnosis.campaigns import viewed
 
 LEVELS = Levels(1e-7, 1e-7, 1e-7, 1e-7)
+
+
+def stage_of(kind: str = "leg") -> Any:
+    """What stands for a stage of a leg, or of another part."""
+    return SimpleNamespace(view=SimpleNamespace(kind=kind))
 
 
 @pytest.mark.parametrize(("evidence", "share", "pays"), [
@@ -39,10 +44,28 @@ def test_a_faint_name_may_not_add_to_the_squares_of_runs_left_out(
     monkeypatch.setattr(foresight, "part_saved", saved)
     monkeypatch.setattr(foresight, "part_spread", lambda *_stages: 0.1)
     monkeypatch.setattr(foresight, "foresight", lambda *_stages: 40.0)
+    monkeypatch.setattr(foresight, "saved_besides", lambda *_stages: 0.1)
     trial = Trial("frame-expansion", np.zeros((1, 1)))
     best = Scored(trial, evidence, 10.0 * LEVELS.rms, LEVELS.rms, 0.0, 1.0, np.ones(1))
-    nothing: Any = None
-    assert worth(nothing, nothing, Ranked("frame-expansion", evidence, best, LEVELS), later=False)[0] == pays
+    leader = Ranked("frame-expansion", evidence, best, LEVELS)
+    assert worth(stage_of(), stage_of(), leader, later=False)[0] == pays
+
+
+@pytest.mark.parametrize(("kind", "later", "share", "besides", "pays"), [
+    ("leg", False, -0.05, 0.1, True), ("leg", False, -0.05, -0.01, False), ("leg", False, 0.05, -0.01, True),
+    ("component", False, -0.05, -0.01, True), ("leg", True, -0.05, -0.01, True),
+])  # fmt: skip
+def test_a_first_name_of_a_leg_takes_something_from_runs_left_out(
+    monkeypatch: pytest.MonkeyPatch, kind: str, later: bool, share: float, besides: float, pays: bool
+) -> None:
+    """Besides their zeros and what they began with; the law of a part, which they speak for, is not shrunk."""
+    monkeypatch.setattr(foresight, "part_saved", lambda *_stages, within=False: share)
+    monkeypatch.setattr(foresight, "part_spread", lambda *_stages: 0.1)
+    monkeypatch.setattr(foresight, "foresight", lambda *_stages: 40.0)
+    monkeypatch.setattr(foresight, "saved_besides", lambda *_stages: besides)
+    best = Scored(Trial("hidden-heat", np.zeros((1, 1))), 40.0, 10.0 * LEVELS.rms, LEVELS.rms, 0.0, 1.0, np.ones(1))
+    leader = Ranked("hidden-heat", 40.0, best, LEVELS)
+    assert worth(stage_of(kind), stage_of(kind), leader, later=later) == (pays, pays)
 
 
 @pytest.mark.parametrize(("evidence", "share", "later", "pays"), [
@@ -56,8 +79,9 @@ def test_a_first_name_whose_squares_fall_pays_though_runs_become_no_likelier(
     monkeypatch.setattr(foresight, "part_saved", lambda *_stages, within=False: share)
     monkeypatch.setattr(foresight, "part_spread", lambda *_stages: 0.1)
     monkeypatch.setattr(foresight, "foresight", lambda *_stages: -10.0)
+    monkeypatch.setattr(foresight, "saved_besides", lambda *_stages: share)
     best = Scored(Trial("zero-drift", np.zeros((1, 1))), evidence, 1e-5, LEVELS.rms, 0.0, 1.0, np.ones(1))
-    nothing: Any = None
+    nothing = stage_of()
     assert worth(nothing, nothing, Ranked("zero-drift", evidence, best, LEVELS), later=later) == (pays, pays)
 
 
@@ -72,7 +96,7 @@ def test_runs_left_out_do_not_refuse_what_they_cannot_know(
     monkeypatch.setattr(foresight, "foresight", lambda *_stages: 5.0)
     trial = Trial("frame-expansion", np.zeros((1, 2)), starts=starts)
     best = Scored(trial, evidence, 10.0 * LEVELS.rms, LEVELS.rms, 0.0, 1.0, np.ones(2))
-    nothing: Any = None
+    nothing = stage_of()
     leader = Ranked("frame-expansion", evidence, best, LEVELS)
     assert worth(nothing, nothing, leader, later=True) == (named, False)
 
@@ -91,7 +115,8 @@ def test_something_faint_without_a_name_is_denied_alike(
 
 
 @pytest.mark.parametrize(("evidence", "seen", "given"), [
-    (LEAST + 1.0, 10.0, False), (FAINT + 1.0, 10.0, True), (FAINT + 1.0, 0.17, True),
+    (LEAST + 1.0, 10.0, False), (CLEAR_STEP - 1.0, 10.0, False), (CLEAR_STEP + 1.0, 10.0, True),
+    (CLEAR_STEP + 1.0, 0.17, True),
 ])  # fmt: skip
 def test_a_faint_step_of_one_run_is_not_given(
     monkeypatch: pytest.MonkeyPatch, evidence: float, seen: float, given: bool
@@ -99,7 +124,7 @@ def test_a_faint_step_of_one_run_is_not_given(
     """No run left out can tell of a step in one run: it must be clear by itself, however small it is over all runs."""
     monkeypatch.setattr(foresight, "part_spread", lambda *_stages: 0.1)
     best = Scored(Trial("zero-jump", np.zeros((1, 1))), evidence, seen * LEVELS.rms, LEVELS.rms, 0.0, 1.0, np.ones(1))
-    nothing: Any = None
+    nothing = stage_of()
     assert worth(nothing, nothing, Ranked("zero-jump", evidence, best, LEVELS), later=False)[0] == given
 
 

@@ -71,7 +71,7 @@ def test_what_smoothing_leaves_of_noise_is_a_parabolas(rng: np.random.Generator)
     once, again = (with_noise(view, sensor, size, np.random.default_rng(k)) for k in (1, 2))
     pairs = zip(once.signals, again.signals, strict=True)
     left = np.concatenate([off - off.mean() for off in (a.dT[sensor] - b.dT[sensor] for a, b in pairs)])
-    assert left.std() / np.sqrt(2.0) / size == pytest.approx(view.noise_left, rel=0.15)
+    assert left.std() / np.sqrt(2.0) / size == pytest.approx(view.noise_left(sensor), rel=0.15)
 
 
 def test_only_thermometers_that_go_alike_are_exchanged() -> None:

@@ -43,6 +43,9 @@ CAUSE = Cause(
 ENCLOSED_S = (300.0, 900.0)
 """Time constants of air along the beams behind that at the station."""
 
+STATED_M, SHORT_M = 1.0, 0.2
+"""Path of light before a part of which none is stated, the share tells the rest; and before one that moves along it."""
+
 
 def trials(bench: Workbench) -> Iterator[Trial]:
     """Give the index over the dead path, over the path with the stroke, and with the leg, along which light may pass.
@@ -52,6 +55,9 @@ def trials(bench: Workbench) -> Iterator[Trial]:
     or the temperature was: what it does follows the air at once, which no frame does.
     """
     view = bench.view
+    if view.kind != "leg":
+        yield from _of_part(bench)
+        return
     if not view.indexed:
         return
     zeros = [rows.signals.zero_index for rows in view.runs]
@@ -69,6 +75,20 @@ def trials(bench: Workbench) -> Iterator[Trial]:
     if view.dead_path <= 0.0:
         yield bench.term(CAUSE.name, "air-index", None, quick=True, weather=WARMTH, path_m=view.length,
                          stroke_share=0.0)  # fmt: skip
+
+
+def _of_part(bench: Workbench) -> Iterator[Trial]:
+    """Give the whole index over a path that nobody stated, of a part that light may have measured.
+
+    Pressure and temperature together, as the index has them: what follows one of them alone may be the part itself.
+    """
+    if not bench.view.weathered:
+        return
+    for share in (0.0, 1.0) if bench.view.moves else (0.0,):
+        own: dict[str, Any] = {"path_m": STATED_M if share == 0.0 else SHORT_M, "stroke_share": share}
+        yield replace(bench.term(CAUSE.name, "air-index", None, quick=True, **own), unfeigned=True)
+        for late in ENCLOSED_S:
+            yield replace(bench.term(CAUSE.name, "air-index", None, time_constant_s=late, **own), unfeigned=True)
 
 
 def _paths(view: View) -> list[tuple[float, float]]:

@@ -11,7 +11,6 @@ import numpy as np
 
 from hexathermal.learn.diagnosis.mending import law_late
 from hexathermal.learn.diagnosis.sensor_model import SensorModel
-from hexathermal.learn.diagnosis.smoothing import SMOOTHED_S
 from hexathermal.learn.diagnosis.steadied import motion_of
 from hexathermal.learn.diagnosis.trials import Cause, Delay, Parameter, Trial, Workbench
 from hexathermal.learn.diagnosis.view import View
@@ -152,7 +151,8 @@ def _unlate(view: View, target: str, sensors: tuple[str, ...]) -> Trial:
 def _read(bench: Workbench, trial: Trial) -> Iterator[Trial]:
     """Give a trial, and where lag and warming are quick also with temperatures as recorded: smoothing takes that."""
     yield trial
-    if trial.parameters["time_constant_s"] < SMOOTHED_S and bench.warms_quickly(trial.parameters["sensor"]):
+    sensor = trial.parameters["sensor"]
+    if trial.parameters["time_constant_s"] < bench.view.smoothing[sensor] and bench.warms_quickly(sensor):
         yield replace(trial, columns=bench.view.as_recorded.columns(trial.shape, trial.parameters))
 
 

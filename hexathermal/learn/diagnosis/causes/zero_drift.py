@@ -39,7 +39,7 @@ WARMED_S = (1000.0, 1700.0, 3000.0, 5200.0, 9000.0)
 BROAD_S, DECADES = (300.0, 800.0, 2000.0), 1.5
 """The shortest of times over so many decades, with which it goes as the logarithm of time."""
 
-SELDOM = -3.0
+SELDOM = -2.0
 """Log evidence of that beforehand: it is what creep from the beginning of runs is, by more of a name's few trials."""
 
 UNLIKE = 0.5

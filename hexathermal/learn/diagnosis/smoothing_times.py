@@ -1,0 +1,65 @@
+"""How long the readings of each thermometer are smoothed: longer than usual where that takes little but their noise.
+
+A reading that errs makes the law's coefficients too small (Fuller, Measurement Error Models, 1987, 1.1), most of all
+where what wanders in the drift is slow: quick changes weigh most then, and of those a noisy reading knows least.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from itertools import pairwise
+
+import numpy as np
+
+from hexathermal.learn.diagnosis.recorded import row_noise
+from hexathermal.learn.diagnosis.smoothing import SMOOTHED_S, noise_left, smoothed
+from hexathermal.learn.signals import RunRows
+from hexathermal.poses import FloatArray
+
+SMOOTHING_S = (SMOOTHED_S, 600.0, 1200.0)
+"""Times over which temperatures may be smoothed."""
+
+LOST = 0.5
+"""What longer smoothing may take of the temperature itself, over what it takes of its noise, variances."""
+
+
+def smoothing_times(runs: Sequence[RunRows], sensors: Sequence[str]) -> dict[str, float]:
+    """Return over how many seconds the readings of each thermometer are smoothed.
+
+    The next longer time serves where ``mean (S - L)² - taken`` is less than `LOST` of ``taken``, which is
+    ``noise² mean (s² - l²)``: S and L are the readings smoothed over the one and the other time, s and l what these
+    leave of white noise, whose covariance is l² (the longer parabola is one to the shorter, too).
+
+    Parameters
+    ----------
+    runs : sequence of RunRows
+        Of n rows in all.
+    sensors : sequence of str
+    """
+    times = [rows.signals.time for rows in runs]
+    left = {over: np.concatenate([noise_left(time, over) for time in times]) ** 2 for over in SMOOTHING_S}
+    found = dict.fromkeys(sensors, SMOOTHED_S)
+    for before, longer in pairwise(SMOOTHING_S):
+        asked = [name for name in sensors if found[name] == before]
+        if not asked:
+            break
+        tables = [np.column_stack([rows.signals.dT[name] for name in asked]) for rows in runs]
+        apart = [smoothed(time, table, before) - smoothed(time, table, longer)
+                 for time, table in zip(times, tables, strict=True)]  # fmt: skip
+        whole = (np.concatenate(apart) ** 2).mean(axis=0)
+        part = float((left[before] - left[longer]).mean())
+        for name, square in zip(asked, whole, strict=True):
+            taken = part * row_noise(runs, name) ** 2
+            if square - taken < LOST * taken:
+                found[name] = longer
+    return found
+
+
+def smoothed_each(time: FloatArray, values: Mapping[str, FloatArray], over: Mapping[str, float]) -> FloatArray:
+    """Return readings by name, shape (n,) each, smoothed over each thermometer's own time, shape (n, s)."""
+    out = np.empty((len(time), len(values)))
+    names = list(values)
+    for span in {over[name] for name in names}:
+        own = [k for k, name in enumerate(names) if over[name] == span]
+        out[:, own] = smoothed(time, np.column_stack([values[names[k]] for k in own]), span)
+    return out
