@@ -39,8 +39,9 @@ WARMED_S = (1000.0, 1700.0, 3000.0, 5200.0, 9000.0)
 BROAD_S, DECADES = (300.0, 800.0, 2000.0), 1.5
 """The shortest of times over so many decades, with which it goes as the logarithm of time."""
 
-SELDOM = -2.0
-"""Log evidence of that beforehand: it is what creep from the beginning of runs is, by more of a name's few trials."""
+SELDOM, LONG_S, AT_LONG = -3.0, 4000.0, -2.0
+"""Log evidence of that beforehand: it is what creep from the beginning of runs is, by more of a name's few trials. What
+takes longer than an hour is an instrument's warming rather than what gives way."""
 
 UNLIKE = 0.5
 """Size of what rates of single runs differ by, as `Trial.started`: a third of the common rate."""
@@ -56,7 +57,8 @@ def trials(bench: Workbench) -> Iterator[Trial]:
         forms: list[dict[str, Any]] = [{"time_constant_s": tau} for tau in (WARMED_S if anew else WARMED_S[::2])]
         forms += [{"time_constant_s": tau, "decades": DECADES} for tau in BROAD_S if anew]
         for form in forms:
-            yield replace(bench.term(CAUSE.name, "relaxation", None, kick="begin", **form), advantage=SELDOM)
+            warming = bench.term(CAUSE.name, "relaxation", None, kick="begin", **form)
+            yield replace(warming, advantage=AT_LONG if form["time_constant_s"] > LONG_S else SELDOM)
     own = own_rates(bench.view)
     if own is not None:
         yield replace(trial, columns=np.column_stack([trial.columns, own]), starts=own.shape[1],
