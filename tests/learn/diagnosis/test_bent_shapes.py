@@ -107,7 +107,9 @@ def test_a_form_that_explains_more_leads_only_with_something_alike_in_all_runs()
     assert whole.gated == pytest.approx(14.0)
 
 
-@pytest.mark.parametrize(("left", "named"), [(SHAPE_ERROR * 200.0 - 1.0, True), (SHAPE_ERROR * 200.0 + 1.0, False)])
+@pytest.mark.parametrize(("left", "named"), [
+    (SHAPE_ERROR * 200.0 - 1.0, True), (SHAPE_ERROR * 350.0 - 1.0, True), (SHAPE_ERROR * 350.0 + 1.0, False),
+])  # fmt: skip
 def test_two_names_are_taken_although_a_trifle_is_left(
     monkeypatch: pytest.MonkeyPatch, left: float, named: bool
 ) -> None:
@@ -123,6 +125,18 @@ def test_two_names_are_taken_although_a_trifle_is_left(
     stage.with_effect = lambda _best: stage
     alone = Decision(nameless, 0.9, {}, ())
     assert (_two_for(stage, alone, THRESHOLD).leader is first) is named
+
+
+def test_the_second_best_name_may_be_the_first_of_two(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Beside the best one something nameless leads again, which stands for what the other one and it do together."""
+    nameless = ranked("follows displacement and temperature", 337.0)
+    best, other = ranked("nonlinear-expansion", 298.0), ranked("scale-error", 240.0)
+    found = [ranked("follows displacement and temperature", 157.0), ranked("nonlinear-expansion", 276.0), None]
+    decisions = iter([Decision(leader, 0.9, {}, ()) for leader in found])
+    monkeypatch.setattr(course, "decided", lambda *_args, **_more: next(decisions))
+    stage: Any = SimpleNamespace(step=step(nameless, best, other))
+    stage.with_effect = lambda _best: stage
+    assert _two_for(stage, Decision(nameless, 0.9, {}, ()), THRESHOLD).leader is other
 
 
 @pytest.mark.parametrize(

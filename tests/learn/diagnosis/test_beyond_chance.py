@@ -111,3 +111,21 @@ def test_no_path_lacks_far_more_than_its_index(share: float, likely: bool, rng: 
     )
     assert after.unlikely != likely
     assert after.value == pytest.approx(50.0 if likely else UNLIKELY * 50.0)
+
+
+@pytest.mark.parametrize(("share", "weather", "counts"), [
+    (0.9, {"weather": "pressure"}, True), (-0.9, {"weather": "pressure"}, False), (-0.9, {}, True),
+    (-0.003, {"weather": "pressure"}, True),
+])  # fmt: skip
+def test_a_pressure_that_acts_the_wrong_way_round_was_left_out_of_no_index(
+    share: float, weather: dict[str, str], counts: bool, rng: np.random.Generator
+) -> None:
+    """Alone it presses, and is nameless; the whole index may have been taken off twice."""
+    channel = channel_like(rng, runs=4, windows=50)
+    column = rng.standard_normal((len(channel), 1))
+    data = channel.with_y(share * column[:, 0] + 0.02 * rng.standard_normal(len(channel)))
+    base = Base(rng.standard_normal((len(channel), 1)), np.ones(1), 1)
+    air = item("air-refraction", 50.0, column)
+    air = replace(air, best=replace(air.best, trial=replace(air.best.trial, parameters=weather)))
+    (after,) = refracted(data, lambda scored: base.extended(scored.trial.columns, scored.size), [air])
+    assert after.value == pytest.approx(50.0 if counts else 0.0)
