@@ -56,6 +56,7 @@ SPOKEN = {
     "coefficient_per_K": "coefficient", "A_per_K": "A", "B_per_K": "B",
     "coefficient_um_per_K": "coefficient", "curvature_per_K2": "curvature", "cubic_per_K3": "cubic part",
     "saturation_m": "long moves from", "amplitude_um": "amplitude", "share": "share", "amplitude_per_K": "coefficient",
+    "path_m": "path",
 }  # fmt: skip
 """Words of parameters that a sentence tells."""
 
@@ -135,6 +136,11 @@ def effect_of(found: Found, stage: Stage, final: Stage, covariance: FloatArray, 
             said, error = late * found.amplitudes[0], abs(late) * found.spread[0]
             parameters["time_constant_s"] = Quantity(float(said), float(np.hypot(error, RATE_ERROR * said)), "s")
             del parameters[names[0]]  # it belongs to the time of the term
+        if trial.shape == "air-index" and stage.view.kind != "leg":  # nobody stated a path
+            path, share = trial.parameters["path_m"], parameters["share"]
+            parameters["path_m"] = Quantity(share.value * path, share.std * path, "m")
+            if not trial.parameters["stroke_share"]:
+                del parameters["share"]
         if trial.shape == "periodic":
             parameters["amplitude_um"] = _length(amplitudes * UM, spread * UM)
     elif trial.wanders:
