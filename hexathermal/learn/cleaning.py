@@ -185,7 +185,7 @@ class UsableBlocks(Iterator[Block]):
     def _zeroed(self) -> Iterator[Block]:
         """Return the cleaned rows as blocks that count from the zero."""
         zero: Zero | None = None
-        landings = Landings(self.campaign)
+        landings = Landings()
         for sheet in self._clean():
             if zero is None:
                 self._ledger.zero_time = float(sheet.time[0, 0])

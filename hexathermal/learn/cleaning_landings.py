@@ -5,7 +5,6 @@ from __future__ import annotations
 import numpy as np
 import numpy.typing as npt
 
-from hexathermal.learn.campaign import Campaign
 from hexathermal.learn.cleaning_channels import SMALLEST_MOVE_M
 from hexathermal.learn.cleaning_rules import noise_of
 from hexathermal.learn.cleaning_sheets import Sheet
@@ -19,8 +18,7 @@ nothing so far, starts another stretch: a motor that stood still at first had no
 class Landings:
     """Numbers the rests of a run, or the stretches between changes of its inputs."""
 
-    def __init__(self, campaign: Campaign) -> None:
-        self._by_inputs = campaign.kind == "component"
+    def __init__(self) -> None:
         self._number = -1
         self._last: FloatArray | None = None
         self._limit: FloatArray | None = None
