@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from hexathermal.learn.diagnosis.borne_out import JOLT
+from hexathermal.learn.diagnosis.grid_spread import grid_spread
 from hexathermal.learn.diagnosis.ranking import Ranked
 from hexathermal.learn.diagnosis.rivals import STEP
 from hexathermal.learn.diagnosis.spans import beside
@@ -33,6 +34,9 @@ thermometers that wander, and landings that stand off, which no noise is drawn w
 
 CLEAR_STEP = 13.0
 """Log evidence that a step of one run needs: it may begin at any landing, of which a few stand off far."""
+
+BLURRED_S = 1800.0
+"""A step of the zero whose moment is known no better than this, one standard uncertainty, is none: it wanders."""
 
 FORESEEN, CLEARLY_FORESEEN = 10.0, 30.0
 """Log likelihood of runs left out from which on a first cause, or a later one, joins although their squares do not
@@ -103,7 +107,8 @@ def saved_besides(before: Stage, after: Stage, leader: Ranked) -> float:
 def denied(stage: Stage, after: Stage, leader: Ranked) -> bool:
     """Return whether a leader is faint, and runs left out speak against it, or none can tell of it."""
     if tells_of_one_run(leader):
-        return leader.value < CLEAR_STEP
+        faint = leader.value < CLEAR_STEP
+        return faint or (leader.cause == STEP and grid_spread(leader, stage, "time_s") > BLURRED_S)
     return leader.gated < FAINT and part_saved(stage, after, leader) <= -part_spread(stage, after, leader)
 
 

@@ -12,6 +12,7 @@ from hexathermal.learn.diagnosis.alike_by_nature import alike_by_nature
 from hexathermal.learn.diagnosis.causes import catalogue
 from hexathermal.learn.diagnosis.causes.sensor_detached import share_of
 from hexathermal.learn.diagnosis.extension import terms_of_law
+from hexathermal.learn.diagnosis.grid_spread import grid_spread
 from hexathermal.learn.diagnosis.joining import Found
 from hexathermal.learn.diagnosis.result import Effect, Quantity
 from hexathermal.learn.diagnosis.stage import Stage
@@ -213,27 +214,10 @@ def _set(found: Found, stage: Stage) -> tuple[dict[str, Quantity], dict[str, Any
     numbers, names = {}, {}
     for name, value in found.ranked.best.trial.parameters.items():
         if name in UNITS:
-            numbers[name] = Quantity(float(value), _grid_spread(found, stage, name), UNITS[name])
+            numbers[name] = Quantity(float(value), grid_spread(found.ranked, stage, name), UNITS[name])
         elif name not in HIDDEN and (name != "sensor" or found.ranked.best.trial.target is not None):
             names[name] = value  # of all places together one alone would tell a wrong story
     return numbers, names
-
-
-def _grid_spread(found: Found, stage: Stage, name: str) -> float:
-    """Return the standard uncertainty of a parameter that was tried at several values: by their evidence, and steps."""
-    best = found.ranked.best.trial
-    own = (best.cause, best.shape, best.target)
-    alike = [one for one in stage.trials_left if (one.cause, one.shape, one.target) == own and name in one.parameters]
-    scored = stage.search.scored(found.ranked.levels, alike)
-    values = np.array([float(one.trial.parameters[name]) for one in scored])
-    evidence = np.array([one.value for one in scored])
-    weights = np.exp(evidence - evidence.max())
-    weights /= weights.sum()
-    mean = float(weights @ values)
-    apart = np.abs(np.unique(values) - float(best.parameters[name]))
-    step = float(np.min(apart[apart > 0.0], initial=np.inf))
-    within = step / np.sqrt(12.0) if np.isfinite(step) else 0.0
-    return float(np.sqrt(weights @ (values - mean) ** 2 + within**2))
 
 
 def _amplitudes(found: Found, final: Stage, mean: FloatArray, covariance: FloatArray) -> tuple[FloatArray, FloatArray]:

@@ -114,14 +114,18 @@ def test_something_faint_without_a_name_is_denied_alike(
     assert (_not_denied(stage, Decision(leader, 0.9, {}, ())).leader is leader) == stands
 
 
-@pytest.mark.parametrize(("evidence", "seen", "given"), [
-    (LEAST + 1.0, 10.0, False), (CLEAR_STEP - 1.0, 10.0, False), (CLEAR_STEP + 1.0, 10.0, True),
-    (CLEAR_STEP + 1.0, 0.17, True),
+@pytest.mark.parametrize(("evidence", "seen", "moment", "given"), [
+    (LEAST + 1.0, 10.0, 60.0, False), (CLEAR_STEP - 1.0, 10.0, 60.0, False), (CLEAR_STEP + 1.0, 10.0, 60.0, True),
+    (CLEAR_STEP + 1.0, 0.17, 160.0, True), (2.0 * CLEAR_STEP, 10.0, 6000.0, False),
 ])  # fmt: skip
-def test_a_faint_step_of_one_run_is_not_given(
-    monkeypatch: pytest.MonkeyPatch, evidence: float, seen: float, given: bool
+def test_a_faint_or_blurred_step_of_one_run_is_not_given(
+    monkeypatch: pytest.MonkeyPatch, evidence: float, seen: float, moment: float, given: bool
 ) -> None:
-    """No run left out can tell of a step in one run: it must be clear by itself, however small it is over all runs."""
+    """No run left out can tell of a step in one run: it must be clear by itself, however small it is over all runs.
+
+    And sharp: what may have begun at any time of a run did not jump.
+    """
+    monkeypatch.setattr(foresight, "grid_spread", lambda *_stages: moment)
     monkeypatch.setattr(foresight, "part_spread", lambda *_stages: 0.1)
     best = Scored(Trial("zero-jump", np.zeros((1, 1))), evidence, seen * LEVELS.rms, LEVELS.rms, 0.0, 1.0, np.ones(1))
     nothing = stage_of()

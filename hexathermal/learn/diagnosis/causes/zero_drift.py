@@ -43,8 +43,8 @@ SELDOM, LONG_S, AT_LONG = -3.0, 4000.0, -2.0
 """Log evidence of that beforehand: it is what creep from the beginning of runs is, by more of a name's few trials. What
 takes longer than an hour is an instrument's warming rather than what gives way."""
 
-UNLIKE = 0.5
-"""Size of what rates of single runs differ by, as `Trial.started`: a third of the common rate."""
+UNLIKE = (0.5, 1.5)
+"""Sizes of what rates of single runs differ by, as `Trial.started`: a third of the common rate, or as much as it."""
 
 
 def trials(bench: Workbench) -> Iterator[Trial]:
@@ -61,5 +61,6 @@ def trials(bench: Workbench) -> Iterator[Trial]:
             yield replace(warming, advantage=AT_LONG if form["time_constant_s"] > LONG_S else SELDOM)
     own = own_rates(bench.view)
     if own is not None:
-        yield replace(trial, columns=np.column_stack([trial.columns, own]), starts=own.shape[1],
-                      started=UNLIKE)  # fmt: skip
+        for unlike in UNLIKE:
+            yield replace(trial, columns=np.column_stack([trial.columns, own]), starts=own.shape[1],
+                          started=unlike)  # fmt: skip
