@@ -125,10 +125,13 @@ def test_a_wanted_strength_is_reached(bench: str, seed: int) -> None:
 
 
 def test_limits_are_kept(leg: CampaignTruth, seed: int) -> None:
-    """A strength beyond an effect's limits is not reached; the nearest within them is given, and said."""
+    """A strength beyond an effect's limits is not reached; the nearest within them is given, and said.
+
+    Of a clock ten minutes off a little less may be a little stronger: moves come round again.
+    """
     effect = named("clock-offset")
     parameters, reached = scaled(effect, leg, effect.draw(leg, np.random.default_rng(seed)), 1e4)
-    assert abs(float(parameters["offset"])) == pytest.approx(600.0)
+    assert 480.0 < abs(float(parameters["offset"])) < 600.0 + 1e-6
     assert reached < 1e3
 
 
