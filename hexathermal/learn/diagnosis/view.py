@@ -211,7 +211,7 @@ class View:
         if self.smooths and "signals" in self.__dict__:
             again = zip(self.signals, runs, self.pieces, strict=True)
             other.__dict__["signals"] = tuple(
-                replace(rows.signals, dT={**before.dT, **self._smoothed(rows.signals, piece, changed)}, air=before.air)
+                replace(rows.signals, dT={**before.dT, **other._smoothed(rows.signals, piece, changed)}, air=before.air)
                 for before, rows, piece in again
             )
         return other

@@ -80,11 +80,8 @@ def test_a_sentence_tells_what_is_not_ruled_out_and_what_is_not_sure() -> None:
         amplitudes: list[float], spread: list[float], alike: tuple[str, ...] = (), shape: str = "any", cause: str = "a"
     ) -> str:
         trial = SimpleNamespace(shape=shape)
-        found: Any = SimpleNamespace(
-            ranked=SimpleNamespace(cause=cause, best=SimpleNamespace(trial=trial)),
-            decision=SimpleNamespace(equivalent=alike),
-        )
-        return _doubts(found, np.array(amplitudes), np.array(spread))
+        found: Any = SimpleNamespace(ranked=SimpleNamespace(cause=cause, best=SimpleNamespace(trial=trial)))
+        return _doubts(found, np.array(amplitudes), np.array(spread), alike)
 
     assert said([3.0, 0.1], [1.0, 1.0]) == ""
     assert said([0.1, 0.1], [1.0, 1.0], shape="") == ""
