@@ -268,7 +268,7 @@ def test_a_clock_is_looked_for_on_mended_data(bench: str, seed: int, monkeypatch
 
 def test_a_clock_between_two_trials_is_found(monkeypatch: pytest.MonkeyPatch) -> None:
     """Trials stand a fifth apart; the one that is named is within a thirtieth of the truth."""
-    view, answer = viewed("modal", 14, ("clock-offset",), 0.5)
+    view, answer = viewed("modal", 18, ("clock-offset",), 0.5)
     nothing_shared(monkeypatch)
     best = next(item for item in Stage(replace(view)).step.ranking if item.cause == "clock-offset").best.trial
     assert best.parameters["offset_s"] == pytest.approx(-answer.parameters[0]["offset"], rel=0.033)
