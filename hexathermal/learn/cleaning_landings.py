@@ -21,18 +21,15 @@ class Landings:
     def __init__(self) -> None:
         self._number = -1
         self._last: FloatArray | None = None
-        self._limit: FloatArray | None = None
+        self._noise: FloatArray | None = None
         self._ends: tuple[FloatArray, FloatArray] | None = None
 
     def numbered(self, sheet: Sheet) -> npt.NDArray[np.int64]:
         """Return the number of the landing of each row."""
-        watched = sheet.q if sheet.q.shape[1] else sheet.inputs
-        if self._limit is None:
-            floor = SMALLEST_MOVE_M if sheet.q.shape[1] else 1e-9
-            noise = np.nan_to_num(noise_of(watched)) if len(watched) > 2 else np.zeros(watched.shape[1])
-            self._limit = np.maximum(INPUT_NOISES * noise, floor) if not sheet.q.shape[1] else np.array([floor])
+        has_stroke = sheet.q.shape[1] > 0
+        watched = sheet.q if has_stroke else sheet.inputs
+        limit = SMALLEST_MOVE_M if has_stroke else self._least_change(watched)
         before = watched[:1] if self._last is None else self._last
-        limit = self._limit if sheet.q.shape[1] else np.maximum(self._limit, INPUT_PART * self._spans(watched))
         step = np.abs(np.diff(watched, axis=0, prepend=before)) > limit
         fresh = step.any(axis=1) | sheet.fresh[:, 0].astype(bool)
         if self._number < 0:
@@ -42,11 +39,17 @@ class Landings:
         self._number = int(numbers[-1])
         return numbers.astype(np.int64)
 
-    def _spans(self, watched: FloatArray) -> FloatArray:
+    def _least_change(self, inputs: FloatArray) -> FloatArray:
+        """Return by what each input must change at each row to begin another stretch, shape (n, k)."""
+        if self._noise is None:
+            self._noise = np.nan_to_num(noise_of(inputs)) if len(inputs) > 2 else np.zeros(inputs.shape[1])
+        return np.maximum(np.maximum(INPUT_NOISES * self._noise, 1e-9), INPUT_PART * self._spans(inputs))
+
+    def _spans(self, inputs: FloatArray) -> FloatArray:
         """Return the span of each input, and of nothing, up to each row, shape (n, k)."""
-        nothing = np.zeros((1, watched.shape[1]))
+        nothing = np.zeros((1, inputs.shape[1]))
         low, high = (nothing, nothing) if self._ends is None else self._ends
-        least = np.fmin.accumulate(np.concatenate([low, watched]))[1:]
-        most = np.fmax.accumulate(np.concatenate([high, watched]))[1:]
+        least = np.fmin.accumulate(np.concatenate([low, inputs]))[1:]
+        most = np.fmax.accumulate(np.concatenate([high, inputs]))[1:]
         self._ends = least[-1:].copy(), most[-1:].copy()
         return np.asarray(most - least)

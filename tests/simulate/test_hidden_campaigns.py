@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 import warnings
 from collections import Counter
 from pathlib import Path
@@ -26,6 +27,7 @@ from hexathermal.simulate.hidden.strength import (
     exact_readings,
     from_zero,
     law_columns,
+    left,
     noise_rms,
     oracle,
     scaled,
@@ -127,11 +129,14 @@ def test_a_wanted_strength_is_reached(bench: str, seed: int) -> None:
 def test_limits_are_kept(leg: CampaignTruth, seed: int) -> None:
     """A strength beyond an effect's limits is not reached; the nearest within them is given, and said.
 
-    Of a clock ten minutes off a little less may be a little stronger: moves come round again.
+    It is that at the limit, or more: of a clock ten minutes off a little less may be stronger, moves come round again.
     """
     effect = named("clock-offset")
     parameters, reached = scaled(effect, leg, effect.draw(leg, np.random.default_rng(seed)), 1e4)
-    assert 480.0 < abs(float(parameters["offset"])) < 600.0 + 1e-6
+    assert abs(float(parameters["offset"])) <= 600.0 * (1.0 + 1e-9)
+    at_limit = {**parameters, "offset": math.copysign(600.0, float(parameters["offset"]))}
+    strength = visible_strength(leg, effect.hidden_by(at_limit), left(exact_readings(leg), leg))
+    assert reached == pytest.approx(strength) or reached > strength
     assert reached < 1e3
 
 

@@ -7,7 +7,6 @@ where what wanders in the drift is slow: quick changes weigh most then, and of t
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from itertools import pairwise
 
 import numpy as np
 
@@ -39,20 +38,21 @@ def smoothing_times(runs: Sequence[RunRows], sensors: Sequence[str]) -> dict[str
     times = [rows.signals.time for rows in runs]
     left = {over: np.concatenate([noise_left(time, over) for time in times]) ** 2 for over in SMOOTHING_S}
     found = dict.fromkeys(sensors, SMOOTHED_S)
-    for before, longer in pairwise(SMOOTHING_S):
-        asked = [name for name in sensors if found[name] == before]
-        if not asked:
-            break
-        tables = [np.column_stack([rows.signals.dT[name] for name in asked]) for rows in runs]
-        apart = [smoothed(time, table, before) - smoothed(time, table, longer)
-                 for time, table in zip(times, tables, strict=True)]  # fmt: skip
-        whole = (np.concatenate(apart) ** 2).mean(axis=0)
-        part = float((left[before] - left[longer]).mean())
-        for name, square in zip(asked, whole, strict=True):
-            taken = part * row_noise(runs, name) ** 2
-            if square - taken < LOST * taken:
-                found[name] = longer
+    for name in sensors:
+        read = [rows.signals.dT[name][:, None] for rows in runs]
+        noise, shorter = row_noise(runs, name), _all_smoothed(times, read, SMOOTHED_S)
+        for longer in SMOOTHING_S[1:]:
+            smoother = _all_smoothed(times, read, longer)
+            taken = float((left[found[name]] - left[longer]).mean()) * noise**2
+            if not ((shorter - smoother) ** 2).mean() - taken < LOST * taken:
+                break
+            found[name], shorter = longer, smoother
     return found
+
+
+def _all_smoothed(times: Sequence[FloatArray], values: Sequence[FloatArray], over: float) -> FloatArray:
+    """Return values of all runs, each smoothed by itself, one behind the other."""
+    return np.concatenate([smoothed(time, own, over) for time, own in zip(times, values, strict=True)])
 
 
 def smoothed_each(time: FloatArray, values: Mapping[str, FloatArray], over: Mapping[str, float]) -> FloatArray:

@@ -206,9 +206,9 @@ class View:
         other, changed = replace(self, runs=runs), frozenset(sensors)
         kept = {key: item for key, item in self._made.items() if not item[1] & changed}
         unmoved = {name: self.__dict__[name] for name in UNMOVED if name in self.__dict__}
-        smoothing = self.smoothing | smoothing_times(runs, [name for name in self.base if name in changed])
-        other.__dict__.update(unmoved, _made=kept, smoothing=smoothing)
+        other.__dict__.update(unmoved, _made=kept)
         if self.smooths and "signals" in self.__dict__:
+            other.__dict__["smoothing"] = self.smoothing | smoothing_times(runs, [s for s in self.base if s in changed])
             again = zip(self.signals, runs, self.pieces, strict=True)
             other.__dict__["signals"] = tuple(
                 replace(rows.signals, dT={**before.dT, **other._smoothed(rows.signals, piece, changed)}, air=before.air)
