@@ -3,17 +3,22 @@ PYTHON ?= python3
 VENV   ?= .venv
 BIN    := $(VENV)/bin
 
-.PHONY: demo test bench models pictures docs docs-check clean
+.PHONY: demo test test-all checked bench models pictures docs docs-check clean
 
 demo: $(VENV)/installed
 	$(BIN)/hexathermal demo
 
-test: $(VENV)/installed
+test: checked
+	$(BIN)/python -m pytest -n 2 --dist worksteal --share today
+
+test-all: checked
+	$(BIN)/python -m pytest -n 2 --dist worksteal
+
+checked: $(VENV)/installed
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
 	$(BIN)/mypy
 	$(BIN)/lint-imports --no-cache
-	$(BIN)/python -m pytest -n 2 --dist worksteal
 
 bench: $(VENV)/installed
 	$(BIN)/pip install -q -e '.[bench]'

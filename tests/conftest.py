@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import argparse
 import os
+from datetime import UTC, datetime
 from pathlib import Path
 
 # before numba is imported: tests must not depend on how many threads a machine has
@@ -20,8 +22,43 @@ settings.register_profile("house", deadline=None, max_examples=60, derandomize=T
 settings.load_profile("house")
 
 
-def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
-    """Begin with drawn campaigns in both halves of the tests: two processes take one half each, and share the draws."""
+SHARES = 5
+"""Long tests are run in so many shares, one a day: the whole of them would take the check beyond twenty minutes."""
+
+
+def pytest_addoption(parser: pytest.Parser) -> None:
+    parser.addoption("--share", metavar="K/N", default="1/1", type=_share,
+                     help="of the tests marked long, run share K of N; 'today': of five, that of the day; "
+                     "all without it")  # fmt: skip
+
+
+def _share(text: str) -> tuple[int, int]:
+    """Return which share of how many: told once, before processes are started, so that midnight parts none of them."""
+    if text == "today":
+        return datetime.now(UTC).toordinal() % SHARES + 1, SHARES
+    try:
+        k, n = map(int, text.split("/"))
+    except ValueError:
+        k, n = 0, 0
+    if not 1 <= k <= n:
+        raise argparse.ArgumentTypeError(f"'{text}' is no share: write K/N with K from 1 to N, as in 2/5, or 'today'")
+    return k, n
+
+
+def pytest_report_header(config: pytest.Config) -> str:
+    k, n = config.getoption("share")
+    return "long tests: all" if n == 1 else f"long tests: share {k} of {n} (--share {k}/{n}; all without it)"
+
+
+def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
+    """Leave other shares of the long tests out, and begin with drawn campaigns in both halves of what remains.
+
+    Two processes take one half each, and share the draws.
+    """
+    k, n = config.getoption("share")
+    others = {item for j, item in enumerate(i for i in items if i.get_closest_marker("long")) if j % n != k - 1}
+    config.hook.pytest_deselected(items=[item for item in items if item in others])
+    items[:] = [item for item in items if item not in others]
     items.sort(key=lambda item: "outcomes" not in getattr(item, "fixturenames", ()))
     drawn = sum("outcomes" in getattr(item, "fixturenames", ()) for item in items)
     first, half = drawn // 2, len(items) // 2

@@ -45,6 +45,7 @@ def test_examples_of_a_page_look_like_code(page: Path) -> None:
     assert [token.map for token in tokens(page) if token.type == "blockquote_open" and token.level > 0] == []
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("page", WALKED, ids=name)
 def test_a_page_can_be_walked(page: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Who types in what a page says, commands and Python, in an empty folder from top to bottom, gets what it shows."""

@@ -119,6 +119,7 @@ def opened(window: Callable[..., Any], address: str) -> Callable[..., Any]:
     return lambda name: window(address + name, 1300, height=900)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("name", MAIN)
 def test_a_page_is_open_to_everybody(name: str, opened: Callable[..., Any]) -> None:
     """axe finds nothing at a desk, light and dark; on a telephone nothing runs over the edge."""

@@ -53,6 +53,7 @@ def judged(seed: int, place: Path) -> tuple[bool, bool, bool, str]:
     return named, held, gained, f"seed {seed}: {change}: {found.sentence}"
 
 
+@pytest.mark.long
 def test_the_hidden_number_is_found(tmp_path: Path) -> None:
     """The right name (or a stated equivalent), nothing besides, most often; the interval holds the truth."""
     drawn, short = list[tuple[bool, bool, bool, str]](), list[str]()
@@ -68,6 +69,7 @@ def test_the_hidden_number_is_found(tmp_path: Path) -> None:
     assert not short, "\n".join([*short, *(one[3] for one in drawn)])
 
 
+@pytest.mark.long
 def test_a_bench_as_it_should_be_is_left_alone(tmp_path: Path) -> None:
     """Nothing changed, all within tolerance: nothing is named in one draw at least of two, and limits are stated."""
     quiet, said = 0, []
@@ -81,6 +83,7 @@ def test_a_bench_as_it_should_be_is_left_alone(tmp_path: Path) -> None:
     assert quiet >= CLEAN - 1, "\n".join(said)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("seed", [11])
 def test_what_was_named_makes_the_bench_foretell(tmp_path: Path, seed: int) -> None:
     """Half the convection: the validation run's temperatures and its drift come out better by a half or more."""

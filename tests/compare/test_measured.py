@@ -126,6 +126,7 @@ def test_another_length_is_the_bench_longer_or_shorter(folder: Path, tmp_path: P
     assert any("multiplied" in note for note in found.notes)
 
 
+@pytest.mark.long
 def test_what_is_odd_about_the_thermocouples_is_told(tmp_path: Path) -> None:
     """A thermocouple without values in a run, and readings in degrees Fahrenheit, are told of with their names."""
     bench, place = Bench(), tmp_path / "odd"

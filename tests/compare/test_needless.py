@@ -23,6 +23,7 @@ from hexathermal.simulate.bench.changed import Change, write_changed_campaign
 HOT, NEEDLESS = NAMES.index("motor-heat"), NAMES.index("conduction-motor")
 
 
+@pytest.mark.long
 def test_a_number_that_is_as_it_was_in_the_end_is_not_named(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """A second number is forced upon a bench of which one differs: it goes again, and the bench is as with the one."""
     write_changed_campaign(tmp_path / "hot", Change("motor-heat", "", 2.0), 3, identification=2, duration=5400.0)

@@ -117,6 +117,7 @@ def test_what_the_bench_as_it_is_explains_is_not_left_unexplained() -> None:
     assert [one.channel for one in _worse(scores)] == ["T01"]
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("spoil", "channel"), [(scale, "drift"), (wander, "T09"), (hotter, "T05"), (reversed_beams, "drift")]
 )
@@ -130,6 +131,7 @@ def test_what_no_number_explains_is_said(sound: Path, tmp_path: Path, spoil: Spo
     assert any("other sign" in note for note in found.notes) == (spoil is reversed_beams)
 
 
+@pytest.mark.long
 def test_a_thermocouple_without_a_value_is_not_compared(sound: Path, tmp_path: Path) -> None:
     """It has no row and no limit, and a note says why."""
 

@@ -77,6 +77,7 @@ def half_turn_machine(seed: int) -> Machine:
     return base, platform, pose, lengths_at(base, platform, pose)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("seed", range(6))
 def test_a_flexible_octahedron_has_no_complete_list(seed: int) -> None:
     """Held by its legs at most lengths, movable at these (Bricard 1897): `complete` is False."""
@@ -88,6 +89,7 @@ def test_a_flexible_octahedron_has_no_complete_list(seed: int) -> None:
     assert assembly_modes(base, platform, lengths * [1.0, 1.01, 1.02, 1.0, 0.99, 0.98]).complete
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("seed", range(4))
 @pytest.mark.parametrize("flat", [False, True])
 def test_equal_plates_on_equal_legs_have_no_complete_list(seed: int, flat: bool) -> None:

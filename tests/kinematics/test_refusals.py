@@ -81,6 +81,7 @@ def test_lengths_in_millimetres_are_not_called_singular(free: ht.Hexapod) -> Non
         free.forward_kinematics(1000.0 * free.inverse_kinematics(free.home))
 
 
+@pytest.mark.long
 def test_the_default_start_and_home_as_a_guess_agree(rng: np.random.Generator) -> None:
     """The fast solver and the careful one from the same start give the same status and pose, far from home too."""
     differ = 0
@@ -174,6 +175,7 @@ def test_machines_far_from_their_frames_are_solved(reference: ht.Hexapod, rng: n
     assert np.abs(oracle_lengths(machine, found.pose) - machine.inverse_kinematics(poses)).max() < 1e-12
 
 
+@pytest.mark.long
 def test_home_exactly_at_a_limit_is_allowed(rng: np.random.Generator) -> None:
     """A stroke that begins at home's own lengths is a machine, also with a far pivot."""
     for pivot in (0.0, 10.0):

@@ -109,6 +109,7 @@ def test_every_value_that_says_it_is_shown_is_shown() -> None:
         html_of({})
 
 
+@pytest.mark.long
 def test_a_value_draws_itself_and_importing_draws_nothing() -> None:
     """`import hexathermal` is all: the last line of a cell is a table; what draws it is loaded only then."""
     code = (
@@ -252,6 +253,7 @@ def test_the_notebook_is_stored_without_outputs() -> None:
     assert len({cell.id for cell in notebook.cells}) == len(notebook.cells)
 
 
+@pytest.mark.long
 def test_the_notebook_runs_and_shows_machine_law_budget_and_diagnoses(tmp_path: Path) -> None:
     """Every cell runs in an empty folder; each kind of value shows itself, and what was hidden is found."""
     nbformat = pytest.importorskip("nbformat", reason="nbformat is not installed (extra 'docs')")

@@ -63,6 +63,7 @@ def opened(window: Callable[..., Any], page: str, tmp_path: Path) -> Callable[..
     return open_page
 
 
+@pytest.mark.long
 def test_plots_are_drawn_at_desk_and_phone_in_both_schemes(opened: Any, short: Report) -> None:
     """Every figure has a plot; nothing runs over the edge; a dark page has light letters in its plots."""
     for width, scheme, ink in ((1100, "light", "rgb(26, 26, 26)"), (360, "dark", "rgb(232, 234, 237)")):
@@ -77,6 +78,7 @@ def test_plots_are_drawn_at_desk_and_phone_in_both_schemes(opened: Any, short: R
         assert letters.evaluate("one => getComputedStyle(one).fill") == ink
 
 
+@pytest.mark.long
 def test_a_plot_obeys_keys_and_buttons(opened: Any) -> None:
     """Plus zooms in, 0 shows all, an arrow moves; a button hides a curve and says so; CSV saves what is drawn."""
     one = opened()
@@ -105,6 +107,7 @@ def test_a_plot_obeys_keys_and_buttons(opened: Any) -> None:
     assert header.startswith("time_h,rod_extension_mm")
 
 
+@pytest.mark.long
 def test_the_plot_draws_the_numbers_of_the_file(opened: Any, leg_report: Report) -> None:
     """What plotly holds of figure 8 in the browser is what its CSV holds."""
     chart = next(one for one in leg_report.charts if one.name == "paper-figure-8-run-04")
@@ -115,6 +118,7 @@ def test_the_plot_draws_the_numbers_of_the_file(opened: Any, leg_report: Report)
         assert traces[name] == pytest.approx(told[f"{name}_um"], rel=1e-6)
 
 
+@pytest.mark.long
 def test_paper_and_readers_without_scripts_get_the_still_pictures(opened: Any, tmp_path: Path) -> None:
     """On paper, and without scripts, every picture is seen, and no plot, button or empty frame is.
 
@@ -133,6 +137,7 @@ def test_paper_and_readers_without_scripts_get_the_still_pictures(opened: Any, t
     assert plain.locator(".live >> visible=true").count() == 0
 
 
+@pytest.mark.long
 def test_the_page_is_accessible(opened: Any) -> None:
     """axe finds no violation, with the tables of numbers open; in a dark scheme contrast is enough too."""
     axe = pytest.importorskip("axe_playwright_python.sync_playwright", reason="axe-playwright-python is not installed")
@@ -145,6 +150,7 @@ def test_the_page_is_accessible(opened: Any) -> None:
         assert [(item["id"], item["nodes"][0]["html"][:120]) for item in found.response["violations"]] == []
 
 
+@pytest.mark.long
 def test_a_matrix_keeps_its_colours_in_a_dark_scheme(opened: Any) -> None:
     """The scale of figure 6 is the same in both schemes, so that dark stays worse and bright better."""
     scale = "one => JSON.stringify(one.data[0].colorscale)"

@@ -125,6 +125,7 @@ def test_laws_that_remember_are_drawn_in_the_order_of_time(hexapod: ht.Hexapod, 
         temperatures_course(machine, machine.home, temps, None, TOOL, silent)
 
 
+@pytest.mark.long
 def test_the_day_is_simulated_and_stays_within_its_region(hexapod: ht.Hexapod) -> None:
     """Correction takes most of the drift away; what is left lies in the budget's region in nearly all frames."""
     day = day_course(hexapod, None, TOOL, 1, silent)
@@ -196,6 +197,7 @@ def test_the_magnification_makes_a_drift_seen(course: Course) -> None:
         viewer_page(course, magnify=0.5)
 
 
+@pytest.mark.long
 def test_the_picture_is_not_blank_and_offline(course: Course, opened: Callable[..., Any]) -> None:
     """The machine covers part of the drawing, at desk and phone width, light and dark; the page is below 3 MB."""
     html = viewer_page(course)
@@ -208,6 +210,7 @@ def test_the_picture_is_not_blank_and_offline(course: Course, opened: Callable[.
         assert page.evaluate("document.documentElement.scrollWidth") <= width
 
 
+@pytest.mark.long
 def test_the_legend_is_right(course: Course, opened: Callable[..., Any]) -> None:
     """Ticks span the range of all frames, colours are the palette's, each leg tells its temperature and wears it."""
     page = opened(viewer_page(course))
@@ -227,6 +230,7 @@ def test_the_legend_is_right(course: Course, opened: Callable[..., Any]) -> None
     assert "°C" in page.locator("#legend-title").inner_text()
 
 
+@pytest.mark.long
 def test_the_slider_moves_the_drawn_platform(course: Course, opened: Callable[..., Any]) -> None:
     """The platform is drawn its error times the stated factor away, the picture changes, and the words follow."""
     page = opened(viewer_page(course, magnify=20000))
@@ -243,6 +247,7 @@ def test_the_slider_moves_the_drawn_platform(course: Course, opened: Callable[..
     assert (np.abs(pictures[1] - pictures[0]).max(axis=2) > 30.0).mean() > 0.01
 
 
+@pytest.mark.long
 def test_two_temperatures_give_two_colours(hexapod: ht.Hexapod, opened: Callable[..., Any]) -> None:
     """Legs at the cold and at the hot end differ on the screen, and only legs' own pixels do."""
     temps = np.array([[20.0] * 6, [30.0] * 6])
@@ -259,6 +264,7 @@ def test_two_temperatures_give_two_colours(hexapod: ht.Hexapod, opened: Callable
     assert np.median(hot[legs][:, 1]) > 2.0 * np.median(hot[legs][:, 2])  # green far above blue: yellow
 
 
+@pytest.mark.long
 def test_the_switch_shows_what_correction_does(course: Course, opened: Callable[..., Any]) -> None:
     """Corrected legs put the platform on the ghost; the magnification asked for is drawn and stated."""
     page = opened(viewer_page(course))
@@ -273,6 +279,7 @@ def test_the_switch_shows_what_correction_does(course: Course, opened: Callable[
     assert apart == pytest.approx(1000 * course.errors[0, 2, :3], rel=1e-4, abs=1e-7)
 
 
+@pytest.mark.long
 def test_play_runs_to_the_end_and_pause_stops(course: Course, opened: Callable[..., Any]) -> None:
     """Play goes on by itself from where it stands; Pause stops it; keys move the slider."""
     page = opened(viewer_page(course))
@@ -289,6 +296,7 @@ def test_play_runs_to_the_end_and_pause_stops(course: Course, opened: Callable[.
     assert state(page)["frame"] == 1
 
 
+@pytest.mark.long
 def test_a_machine_without_law_is_drawn_without_drift(opened: Callable[..., Any]) -> None:
     """No numbers are shown that nobody knows; nothing on the page, its legend and its description speak of a drift."""
     plain = ht.load_hexapod("rubin-camera")

@@ -93,6 +93,7 @@ def test_rows_while_moving_are_not_settled_and_useless() -> None:
     assert error[~settled].std() > 3.0 * error[settled].std()
 
 
+@pytest.mark.long
 def test_weather_is_in_the_beams_only_where_they_are_not_compensated() -> None:
     """Uncompensated drift is off by micrometres over hours of weather; compensated drift by tenths."""
     errors = []

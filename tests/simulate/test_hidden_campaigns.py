@@ -140,6 +140,7 @@ def test_limits_are_kept(leg: CampaignTruth, seed: int) -> None:
     assert reached < 1e3
 
 
+@pytest.mark.long
 def test_the_oracle_gains_what_the_effect_costs(seed: int) -> None:
     """In the median of draws, knowing the effect brings the error on validation runs near a clean campaign's."""
     clean = [campaign_of("quiet", seed + k, causes=())[1].oracle.base for k in range(3)]
@@ -180,6 +181,7 @@ def test_nothing_hidden_gains_nothing(leg: CampaignTruth) -> None:
     assert clean.base == clean.known
 
 
+@pytest.mark.long
 def test_draws_hide_none_one_two_or_outside() -> None:
     """Draws take all four turns; at most one of two effects is in the readings; the seed repeats them."""
     kinds = Counter[str]()
@@ -199,6 +201,7 @@ def test_draws_hide_none_one_two_or_outside() -> None:
     assert set(kinds) == {"0", "1", "2", "outside"}
 
 
+@pytest.mark.long
 def test_a_logger_gives_all_thermometers_one_error_in_every_third_draw() -> None:
     """Where asked for, all thermometers of about a third of the campaigns err alike besides; the truth stays."""
     errors = []
@@ -216,6 +219,7 @@ def test_a_logger_gives_all_thermometers_one_error_in_every_third_draw() -> None
     assert max(errors) <= 0.06
 
 
+@pytest.mark.long
 def test_taped_thermometers_let_in_some_of_the_air_in_every_third_draw() -> None:
     """Where asked for, each reading of about a third of the campaigns has 0 to 5 % of the air in it, always as much."""
     taped = 0
@@ -260,6 +264,7 @@ def test_bad_wishes_are_refused() -> None:
             draw_campaign("quiet", generator, causes=("creep",), strength=strength)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("bench", sorted(benches.found()))
 def test_folders_are_sound(bench: str, seed: int, tmp_path: Path) -> None:
     """What is written reads back without a fault; on settled rows the drift is the truth to a few nanometres."""

@@ -28,6 +28,7 @@ SOON = 30
 """Draws of causes alone that are looked at."""
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("name", list(found()))
 def test_a_wanted_strength_is_reached(name: str, seed: int) -> None:
     """Each effect is as strong as wanted, within 3 %, against the white noise of the six coordinates."""
@@ -113,6 +114,7 @@ def test_the_seed_makes_the_campaign_again(seed: int) -> None:
     assert np.array_equal(effect(again), effect(truth))
 
 
+@pytest.mark.long
 def test_draws_hide_what_the_kinds_say(seed: int) -> None:
     """None, one, two, a leg's and a foreign effect all come; machines, halls, zeros and roles differ."""
     generator = np.random.default_rng([seed, 10])
@@ -136,6 +138,7 @@ def test_draws_hide_what_the_kinds_say(seed: int) -> None:
     assert len({tuple(run.role for run in truth.runs) for truth, _answer in drawn}) > 3
 
 
+@pytest.mark.long
 def test_no_pose_is_near_a_singular_posture() -> None:
     """A machine that can reach a posture in which its legs hardly hold it is not sent there; one of these 24 can."""
     generator = np.random.default_rng([2618408741, 10])

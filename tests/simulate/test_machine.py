@@ -96,6 +96,7 @@ def test_alone_between_fixed_plates_a_leg_is_that_of_the_bench() -> None:
     assert np.abs(whole.temperatures[:, heat.places[4]] - alone.temperatures).max() < 1e-9
 
 
+@pytest.mark.long
 def test_steps_of_time_and_cells_are_fine_enough() -> None:
     """A quarter of the steps changes no growth in a run by more than 20 nm; legs of 27 cells instead of 16 change no
     growth by more than 0.15 um, and the laws that fit best by less than 1.5 % (A) and 6 % (B).
@@ -167,6 +168,7 @@ def test_the_homogeneous_law_is_exact() -> None:
     assert 0.01 < np.std(laws[:, 0] / laws[:, 0].mean()) < 0.12
 
 
+@pytest.mark.long
 def test_the_tracker_has_its_noise_and_its_frame() -> None:
     """Measured less true pose: noise of 0.4 um and 1 urad a coordinate within 10 %, about one motion for each run."""
     plans = planned_machine_runs(MACHINE, 4, identification=1, validation=0, poses=400)
@@ -245,6 +247,7 @@ def test_a_base_frame_elsewhere_moves_nothing() -> None:
     assert np.abs(built.base_joints.mean(axis=0)).max() < 1e-9
 
 
+@pytest.mark.long
 def test_a_machine_that_follows_its_law_does_so_from_the_first_row(tmp_path: Path) -> None:
     """Its file, held against what is measured without noise, leaves less than 20 nm and 50 nrad (scales resolve 5 nm)
     in every run, whatever temperatures count from; the same machine through which heat flows leaves more than that.
@@ -274,6 +277,7 @@ def test_a_machine_that_follows_its_law_does_so_from_the_first_row(tmp_path: Pat
         virtual_machine(REFERENCE, growth="wood")
 
 
+@pytest.mark.long
 def test_a_machine_that_follows_its_law_is_called_clean_and_a_changed_file_is_found(tmp_path: Path) -> None:
     """The campaign of a machine that follows its law is answered none; simulated with a leg's law changed by 20 % and
     held against the file before, that leg is named.

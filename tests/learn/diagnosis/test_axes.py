@@ -31,6 +31,7 @@ def written(folder: Path, cause: str, seed: int, strength: float = 1.2) -> tuple
     return answer.base
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("cause", ["", "backlash", "scale-error", "creep"])
 @pytest.mark.parametrize("seed", [3, 77])
 def test_the_form_of_a_law_is_known_beside_what_is_hidden(cause: str, seed: int) -> None:
@@ -51,6 +52,7 @@ def test_an_error_of_the_scale_is_no_stroke_because_of_what_stands_beside() -> N
     assert not grows_along(view)
 
 
+@pytest.mark.long
 def test_an_effect_is_named_beside_it_and_pays(tmp_path: Path) -> None:
     """Backlash of an axis, whose search of laws on runs left out is not sure of D, has its name; the law reads q."""
     base = written(tmp_path / "axis", "backlash", 77)
@@ -68,6 +70,7 @@ def test_an_effect_is_named_beside_it_and_pays(tmp_path: Path) -> None:
     assert validate_campaign(law, campaign).total.rmse.value == pytest.approx(found.gain.total.rmse_after.value)
 
 
+@pytest.mark.long
 def test_a_sound_axis_has_nothing(tmp_path: Path) -> None:
     """Nothing is hidden, nothing is named; beside ``C dT`` it would be something that follows place and warmth."""
     base = written(tmp_path / "axis", "", 12)

@@ -10,6 +10,7 @@ from hexathermal.learn.diagnosis.base_choice import likelier_sensors
 from tests.learn.diagnosis.campaigns import viewed
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("bench", ["modal", "rough"])
 def test_a_neighbour_gives_way_to_the_thermometer_that_the_leg_follows(bench: str) -> None:
     """From any thermometer the search arrives where the drift is likeliest, and stays there."""

@@ -47,6 +47,7 @@ def cubic(view: View) -> list[FloatArray]:
     return [(2.0 * x - 1.0) ** 3 for x in parts_of_stroke(view)]
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(("made", "bench"), [(bowed, "quiet"), (in_two_pieces, "modal")])
 def test_a_scale_that_is_a_little_bent_is_a_scale_error(made: Made, bench: str) -> None:
     """What bends a scale is small beside it: that flexible columns take it too is no reason not to name it."""
@@ -54,6 +55,7 @@ def test_a_scale_that_is_a_little_bent_is_a_scale_error(made: Made, bench: str) 
     assert first_name(with_drift(view, made(view), 2.0)) == "scale-error"
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("bench", ["quiet", "rough"])
 def test_a_cube_of_the_place_has_no_name(bench: str) -> None:
     """A third of it no scale takes: something real that follows the displacement, and no thermometer either."""
@@ -63,6 +65,7 @@ def test_a_cube_of_the_place_has_no_name(bench: str) -> None:
     assert name.startswith("follows")
 
 
+@pytest.mark.long
 def test_names_are_weighed_against_each_other_before_what_has_none(monkeypatch: pytest.MonkeyPatch) -> None:
     """A name that leads another by what it explains beside its misfit does not lead what explains more than both."""
     view, _ = viewed("finite_volume", 2, (), 1.0)
@@ -77,6 +80,7 @@ def test_names_are_weighed_against_each_other_before_what_has_none(monkeypatch: 
     assert best.value > 470.0
 
 
+@pytest.mark.long
 def test_a_drift_of_the_zero_with_rates_of_its_own_in_each_run_is_named() -> None:
     """Rates that differ by half of the common one are a drift of the zero, not a rhythm."""
     view, _ = viewed("quiet", 2, (), 1.0)
@@ -88,6 +92,7 @@ def test_a_drift_of_the_zero_with_rates_of_its_own_in_each_run_is_named() -> Non
 NAMELESS = ("follows time (a rate of each run's own)", "follows time (a rhythm)")
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(("bench", "common"), [("quiet", 0.0), ("modal", 0.7)])
 def test_rates_of_either_sign_are_no_drift_of_the_zero(bench: str, common: float) -> None:
     """Half of the runs drift up, half down: also where they do not cancel, what they have in common says nothing."""

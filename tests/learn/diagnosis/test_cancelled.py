@@ -38,6 +38,7 @@ def test_an_effect_is_no_larger_than_what_the_law_leaves(doubted: bool, rng: np.
     assert [item.value for item in all_not_cancelled(items, most)] == [30.0, 0.0, -2.0, 30.0]
 
 
+@pytest.mark.long
 def test_another_trial_of_the_cause_speaks_for_it(monkeypatch: pytest.MonkeyPatch) -> None:
     """Where the best trial of a cause is too large another one leads; where all are, the drift says nothing for it."""
     view, _ = viewed("quiet", 3, ("backlash",), 1.5)

@@ -62,6 +62,7 @@ def test_shapes_of_terms_are_known_to_the_law() -> None:
     assert named <= set(SHAPES)
 
 
+@pytest.mark.long
 def test_the_diagnosis_names_no_generator() -> None:
     """No file of the diagnosis imports the simulation, and importing all of it loads none of it."""
     for file in FOLDER.rglob("*.py"):

@@ -81,6 +81,7 @@ def test_the_parity_tells_a_share_of_the_air_from_a_reading_that_wanders(bench: 
     assert loose > LEAST_WANDERING > max(drifting, sound)
 
 
+@pytest.mark.long
 def test_contact_that_is_lost_once_does_not_come_and_go() -> None:
     """From one moment on a share of the air is read, which goes with the air as well: that moment is told."""
     view, _ = viewed("modal", 2, (), 1.0)
@@ -101,6 +102,7 @@ def test_contact_that_is_lost_once_does_not_come_and_go() -> None:
     assert best.parameters["run"] == view.runs[3].run.name
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(("bench", "seed"), [("modal", 2)])
 def test_each_has_its_name(bench: str, seed: int) -> None:
     """Of the same size and slowness: a contact that comes and goes, or a reading that drifts."""
@@ -147,6 +149,7 @@ def test_it_is_said_in_words() -> None:
     assert "come off" not in said
 
 
+@pytest.mark.long
 def test_from_files_to_files(tmp_path: Path) -> None:
     """Told from a campaign's folder as what it is, put right in runs never fitted, written and read without loss."""
     truth, answer = campaign_of("modal", 2, causes=())

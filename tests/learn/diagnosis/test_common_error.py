@@ -119,6 +119,7 @@ def test_errors_of_what_is_foretold_are_no_larger_than_what_wanders() -> None:
 ALARMS = (("held_out", 1), ("modal", 2))
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(("bench", "seed"), ALARMS)
 def test_a_logger_that_drifts_is_no_cause(bench: str, seed: int, monkeypatch: pytest.MonkeyPatch) -> None:
     """A sound leg whose logger drifts gets no name; where the null knew no shared error, it would."""
@@ -129,6 +130,7 @@ def test_a_logger_that_drifts_is_no_cause(bench: str, seed: int, monkeypatch: py
     assert first_name(unknowing) is not None
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("cause", ["hidden-heat", "thermal-lag"])
 def test_what_goes_as_motion_or_the_room_is_still_named(cause: str) -> None:
     """The doubt of a sound logger hides no cause that follows what warms the leg."""

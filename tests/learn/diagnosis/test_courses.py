@@ -44,6 +44,7 @@ def test_courses_begin_at_zero_and_end_at_a_rate_of_one(sound: tuple[View, str])
         assert all(after[0] == pytest.approx(before[-1]) for before, after in pairwise(rows))
 
 
+@pytest.mark.long
 def test_a_reading_that_drifts_from_an_onset_on_is_named_and_mended(sound: tuple[View, str]) -> None:
     """Nothing for two fifths of the campaign, then 0.25 K/h: runs left out leave less once it is mended."""
     view, sensor = sound
@@ -78,6 +79,7 @@ def wandering(size: float, rng: np.random.Generator) -> list[FloatArray]:
     return [size * rng.standard_normal(2) for _run in range(20)]
 
 
+@pytest.mark.long
 def test_a_reading_that_wanders_is_named(sound: tuple[View, str], rng: np.random.Generator) -> None:
     """It has no shape, but its parity is looser than that of any other, and the drift knows the error's size."""
     view, sensor = sound
@@ -99,6 +101,7 @@ def test_a_reading_that_wanders_is_named(sound: tuple[View, str], rng: np.random
     assert model.beyond(levels) > 20.0 > own.beyond(levels)
 
 
+@pytest.mark.long
 def test_heat_of_its_own_is_no_error_of_a_thermometer(sound: tuple[View, str], rng: np.random.Generator) -> None:
     """Where the drift follows what wanders, the law's thermometer says the truth."""
     view, sensor = sound
@@ -114,6 +117,7 @@ def test_heat_of_its_own_is_no_error_of_a_thermometer(sound: tuple[View, str], r
     assert first_name(replace(view, runs=tuple(runs))) is None
 
 
+@pytest.mark.long
 def test_plugs_exchanged_from_a_run_on_are_found_and_put_back_there_alone(sound: tuple[View, str]) -> None:
     """The runs before keep their readings."""
     view, sensor = sound
@@ -153,6 +157,7 @@ def late(view: View, name: str, stages: tuple[float, ...]) -> View:
     return altered(view, name, change)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("stages", [(90.0,), (60.0, 30.0), (40.0, 25.0, 25.0)])
 def test_a_thermometer_late_by_stages_is_no_clock(stages: tuple[float, ...]) -> None:
     """A minute and a half, in one stage or in three: its shape is an exponential's, or nearly a shift's."""
@@ -162,6 +167,7 @@ def test_a_thermometer_late_by_stages_is_no_clock(stages: tuple[float, ...]) -> 
     assert values["thermal-lag"] > max(LEAST, values["clock-offset"])
 
 
+@pytest.mark.long
 def test_a_clock_that_is_off_is_no_lag() -> None:
     """A minute and a half of all thermometers alike."""
     view, _ = viewed("quiet", 5, (), 1.0)
@@ -171,6 +177,7 @@ def test_a_clock_that_is_off_is_no_lag() -> None:
     assert values["clock-offset"] > max(LEAST, values["thermal-lag"])
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("gains", [-40.0, 60.0])
 def test_a_clock_that_gains_or_loses_time_is_told_by_how_much(gains: float) -> None:
     """Right when a run begins, it is off by minutes at its end: neither one offset, nor a lag, nor hidden heat."""
@@ -185,6 +192,7 @@ def test_a_clock_that_gains_or_loses_time_is_told_by_how_much(gains: float) -> N
     assert best.gated > LEAST
 
 
+@pytest.mark.long
 def test_a_reading_that_wanders_is_told_by_its_size(sound: tuple[View, str]) -> None:
     """No rate is told of what has none."""
     view, _sensor = sound
@@ -193,6 +201,7 @@ def test_a_reading_that_wanders_is_told_by_its_size(sound: tuple[View, str]) -> 
     assert not any(trial.parameters for trial in trials)
 
 
+@pytest.mark.long
 def test_lags_of_a_thermometer_that_stands_still_are_not_tried(sound: tuple[View, str]) -> None:
     """A law may read one that is stuck: neither a term nor the law as a whole has a lag of it."""
     view, sensor = sound

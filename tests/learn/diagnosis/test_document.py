@@ -85,6 +85,7 @@ def test_limits_are_those_of_causes_and_above_nothing(document: dict[str, Any]) 
     assert document["threshold"] >= LEAST
 
 
+@pytest.mark.long
 def test_a_diagnosis_repeats(folder: Path, document: dict[str, Any]) -> None:
     """The same folder gives the same document, to the last digit: nothing in it is drawn anew."""
     again = diagnose(load_campaign(folder), document["sensors"]).to_json()

@@ -50,6 +50,7 @@ def scaled(name: str, factor: float, less: float = 0.0) -> Callable[[Row], None]
     return change
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("change", "words"),
     [
@@ -86,6 +87,7 @@ def test_rows_hours_apart_are_refused(tmp_path: Path) -> None:
         diagnose(load_campaign(tmp_path / "campaign"), base)
 
 
+@pytest.mark.long
 def test_a_diagnosis_tells_its_doubts_first(tmp_path: Path) -> None:
     """They lead its notes, and stand in its JSON."""
     base = changed(tmp_path / "campaign", scaled("T03_degC", 0.1))
@@ -96,6 +98,7 @@ def test_a_diagnosis_tells_its_doubts_first(tmp_path: Path) -> None:
     assert found.to_json()["doubtful"] == list(found.doubtful)
 
 
+@pytest.mark.long
 def test_a_leg_shorter_than_its_stroke_is_doubted(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     """A length in centimetres, which makes A ten times too large, is told by `check`, `identify` and `diagnose`."""
     base = changed(tmp_path / "campaign", lambda row: None)
@@ -108,6 +111,7 @@ def test_a_leg_shorter_than_its_stroke_is_doubted(tmp_path: Path, capsys: pytest
         assert f"warning: q0_mm is {length / 10.0:.6g}, the stroke" in capsys.readouterr().err
 
 
+@pytest.mark.long
 def test_landings_that_scatter_as_the_drift_does_are_doubted(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

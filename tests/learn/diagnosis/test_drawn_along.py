@@ -55,6 +55,7 @@ def film(time: FloatArray, q: FloatArray) -> FloatArray:
     return np.nan_to_num(out / np.nanmedian(out), nan=1.0)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(("bench", "drawn"), [("finite_volume", hose), ("modal", taut)])
 def test_what_turns_round_over_centimetres_has_no_name(
     bench: str, drawn: Callable[[FloatArray, float], FloatArray]
@@ -64,6 +65,7 @@ def test_what_turns_round_over_centimetres_has_no_name(
     assert first_name(with_drift(view, [drawn(rows.signals.q, 0.045) for rows in view.runs], 1.5)) == DRAWN
 
 
+@pytest.mark.long
 def test_what_depends_on_the_speed_has_no_name() -> None:
     """Neither creep nor a step of the zero, which a few fast moves look like."""
     view, _ = viewed("modal", 12, (), 1.0)

@@ -23,6 +23,7 @@ def diagnosed(folder: Path, seed: int, causes: tuple[str, ...]) -> Course:
     return course_of(folder, "finite_volume", seed, causes, 1.1)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(("seed", "causes"), PAIRS)
 def test_a_first_name_that_the_second_effect_feigned_is_exchanged(
     tmp_path: Path, seed: int, causes: tuple[str, ...]
@@ -35,6 +36,7 @@ def test_a_first_name_that_the_second_effect_feigned_is_exchanged(
     assert all(one.joined for one in found.found)
 
 
+@pytest.mark.long
 def test_without_the_exchange_the_first_name_stays(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Forward steps alone keep the wrong one."""
     monkeypatch.setattr(course, "rival_beside", lambda *_arguments: None)
@@ -43,6 +45,7 @@ def test_without_the_exchange_the_first_name_stays(tmp_path: Path, monkeypatch: 
     assert found.found[0].ranked.cause not in causes
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(("bench", "seed"), [("rough", 42), ("quiet", 43)])
 def test_plugs_exchanged_for_all_runs_are_looked_at_beside_later_exchanges(
     monkeypatch: pytest.MonkeyPatch, bench: str, seed: int

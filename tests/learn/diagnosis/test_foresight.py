@@ -152,6 +152,7 @@ def test_what_every_run_loses_alike_is_no_wandering_thermometer(
     assert least <= foresight.repeated(before, nothing, nothing) <= most
 
 
+@pytest.mark.long
 def test_a_small_effect_of_all_runs_is_named_where_thermometers_may_feign_as_much(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
@@ -163,6 +164,7 @@ def test_a_small_effect_of_all_runs_is_named_where_thermometers_may_feign_as_muc
     assert replace(best, repeated=0.0).gated < LEAST_THRESHOLD < best.gated
 
 
+@pytest.mark.long
 def test_creep_with_the_direction_of_moves_is_feigned_by_no_thermometer() -> None:
     """Heat of motion, read wrong, follows every move alike: relaxation that knows the direction is none of it."""
     view, _ = viewed("quiet", 4069649308442949, ("creep",), 0.5)

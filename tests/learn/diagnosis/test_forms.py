@@ -34,6 +34,7 @@ def decision_of(view: View) -> Decision:
     return decided(Stage(view).step, LEAST)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("cause", "seed", "form"),
     [("nonlinear-expansion", 3, {"curve": "warming"}), ("hidden-heat", 2, {"bodies": "behind"}),
@@ -99,6 +100,7 @@ def test_where_runs_have_one_zero_the_index_of_air_counts_from_it() -> None:
     assert np.ptp([rows.signals.index[0] for rows in view.runs if rows.signals.index is not None]) > 1e-7
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("weather", ["pressure", "temperature", None])
 def test_a_barometer_that_nobody_reads_is_told_from_a_whole_index(weather: str | None) -> None:
     """Beams that lack the index of air by its pressure or its temperature alone, or all of it: told as that."""

@@ -18,6 +18,7 @@ from hexathermal.learn.diagnosis.unexplained import flexible_trials
 from tests.learn.diagnosis.campaigns import first_name, viewed
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("seed", [7])
 def test_what_was_clamped_for_a_run_creeps(seed: int) -> None:
     """By a stretched exponential or the logarithm of time, whatever moves: it is no bench that follows the room.
@@ -32,6 +33,7 @@ def test_what_was_clamped_for_a_run_creeps(seed: int) -> None:
     assert {decision.leader.cause, *decision.equivalent} == {"creep", "zero-drift"}
 
 
+@pytest.mark.long
 def test_rates_that_differ_are_a_drift_all_the_same() -> None:
     """Where each run drifts at a rate of its own about a common one, that is no rhythm of a long period."""
     view, answer = viewed("modal", 1, ("zero-drift",), 1.0)
@@ -48,6 +50,7 @@ def test_a_law_carries_the_common_rate_alone() -> None:
     assert own.columns[:, 1:].sum(axis=1) == pytest.approx(steady.columns[:, 0])
 
 
+@pytest.mark.long
 def test_what_comes_to_rest_in_each_run_alike_may_creep_or_warm_up() -> None:
     """A clamped leg, or an instrument that warms up: nothing in these data tells them apart, and both are told."""
     view, _ = viewed("quiet", 2, (), 1.0)
@@ -72,6 +75,7 @@ def test_a_rhythm_of_any_period_keeps_step(period: float) -> None:
     assert max(seen) > 0.5
 
 
+@pytest.mark.long
 def test_a_floor_that_tilts_with_the_day_has_rates_of_each_runs_own() -> None:
     """Runs of some hours see a straight piece of a day each: real, of time, and no drift of the zero."""
     view, _ = viewed("quiet", 2, (), 1.0)

@@ -82,6 +82,7 @@ def slipping(view: View) -> list[FloatArray]:
     return [np.cumsum(rows.signals.q * np.gradient(rows.signals.time)) for rows in view.runs]
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("made", "cause", "setting"),
     [(cubes, "nonlinear-expansion", None), (tube, "air-refraction", "time_constant_s"),
@@ -119,6 +120,7 @@ def swelling(view: View) -> list[FloatArray]:
     return found
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("made", "what"),
     [(slipping, "the time at each displacement"), (worn_outwards, "the way travelled"), (swelling, "the humidity")],

@@ -46,6 +46,7 @@ def told(times: float, *causes: str) -> tuple[Diagnosis, Diagnosis]:
         return plain, diagnose(campaign, law=replace(plain.law, coefficients=times * plain.law.coefficients))
 
 
+@pytest.mark.long
 def test_a_wrong_law_is_not_said_to_explain_the_data() -> None:
     """Nothing is hidden, and the law is five times too large: that comes first, with both RMSEs."""
     plain, given = told(5.0)
@@ -63,6 +64,7 @@ def test_a_wrong_law_is_not_said_to_explain_the_data() -> None:
     assert 0.0 < low <= facts["rmse_gain"] <= high
 
 
+@pytest.mark.long
 def test_what_the_coefficients_leave_is_no_cause_s_gain() -> None:
     """Backlash gains beside the law fitted anew what it gains without a law given; its sentence stays the first."""
     plain, given = told(5.0, "backlash")
@@ -74,6 +76,7 @@ def test_what_the_coefficients_leave_is_no_cause_s_gain() -> None:
     assert np.array_equal(given.extended.coefficients, plain.extended.coefficients)
 
 
+@pytest.mark.long
 def test_of_the_campaign_s_own_law_nothing_is_said() -> None:
     """Coefficients that these runs have leave what they leave."""
     plain, given = told(1.0)
@@ -82,6 +85,7 @@ def test_of_the_campaign_s_own_law_nothing_is_said() -> None:
     assert given.sentence == plain.sentence
 
 
+@pytest.mark.long
 def test_the_command_writes_the_law_that_fits(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     """Nothing joined: the file holds what these runs say, and terminal, page and report tell of the law as given."""
     written(tmp_path / "campaign")

@@ -28,6 +28,7 @@ def evidence(course: Course, levels: Levels) -> float:
     return course.last.channel.evidences(X, sd, [levels])[0]
 
 
+@pytest.mark.long
 def test_a_lag_has_the_ratio_of_the_law_beside_a_scale(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """A scale that is wrong bends B / A, and with it the lag that is named before it; both are put right together."""
     causes = ("thermal-lag", "scale-error")

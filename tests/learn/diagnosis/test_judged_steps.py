@@ -51,6 +51,7 @@ def steps_with(bench: str, seed: int, run: int, shape: Callable[[FloatArray], Fl
     return judged_steps(view, law, [*held[:run], changed, *held[run + 1 :]], THRESHOLD)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("bench", ["quiet", "held_out"])
 @pytest.mark.parametrize("run", [0, 1])
 def test_a_step_is_found_in_its_run_at_its_time(bench: str, run: int) -> None:
@@ -99,6 +100,7 @@ def test_what_wanders_bends_or_relaxes_is_no_step(shape: Callable[[FloatArray], 
     assert steps_with("quiet", 5, 0, shape) == []
 
 
+@pytest.mark.long
 def test_sound_campaigns_have_none() -> None:
     """Of campaigns of three benches in which nothing is hidden hardly one has a step where it is judged."""
     rng = np.random.default_rng(seed := fresh_entropy())
@@ -141,6 +143,7 @@ def test_where_all_runs_count_from_one_zero_nothing_is_said() -> None:
     assert judged_steps(replace(view, zeroed_by_run=False), law, held, THRESHOLD) == []
 
 
+@pytest.mark.long
 def test_the_diagnosis_names_it_and_no_law_holds_it(tmp_path: Path) -> None:
     """From the files on: verdict, run, moment and size; the law stays as it was."""
     truth, answer = campaign_of("quiet", 8, causes=())

@@ -64,6 +64,7 @@ def said(cause: str, times: float) -> Decision:
     return decided(stage.step, threshold())
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("cause", sorted(EFFECTS))
 def test_an_effect_of_three_limits_is_named_one_of_a_quarter_is_not(cause: str) -> None:
     """In a leg with nothing else in it, an effect of three times its limit has its name, a quarter of it none."""
@@ -154,6 +155,7 @@ def test_no_limit_is_larger_than_what_was_named() -> None:
     assert [one.whole for one in told] == pytest.approx([4e-7, 1e-7, 3e-7])
 
 
+@pytest.mark.long
 def test_other_witnesses_than_the_drift_tell_causes_apart() -> None:
     """Of a leg whose thermometers are sound, their parity would tell a drifting one from a drifting zero."""
     stage = Stage(viewed("finite_volume", 21, (), 1.0)[0])

@@ -68,6 +68,7 @@ def found(seed: int, share: float, moment: float = 0.0, first: int = 3, *, alone
         return diagnose(load_campaign(folder), answer.base)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("seed", "moment", "given"),
     [(13, 6000.0, 0.2)],
@@ -88,6 +89,7 @@ def test_it_is_named_and_put_right_by_its_own_reading(seed: int, moment: float, 
     assert said.gain.total.rmse_after.value < 0.8 * said.gain.total.rmse_before
 
 
+@pytest.mark.long
 def test_a_large_share_is_put_right_by_others_that_tell_it() -> None:
     """Of a thermometer that reads 0.8 of the air from late in the last run on, little is left to divide: others speak.
 
@@ -100,16 +102,19 @@ def test_a_large_share_is_put_right_by_others_that_tell_it() -> None:
     assert said.gain.total.rmse_after.value < 0.3 * said.gain.total.rmse_before
 
 
+@pytest.mark.long
 def test_thermometers_that_tell_little_are_no_fault() -> None:
     """The same campaigns with the law's thermometer on its part: nothing is named."""
     assert found(14, 0.0).verdict == "none"
 
 
+@pytest.mark.long
 def test_a_reading_that_runs_away_from_the_air_is_not_loose() -> None:
     """A share below nothing: whatever it is, no thermometer came off."""
     assert found(13, -0.25, 6000.0).cause != "sensor-detached"
 
 
+@pytest.mark.long
 def test_the_repair_is_written_and_read_without_loss(tmp_path: Path) -> None:
     """The extended law with its tables by run."""
     said = found(14, 0.2, 6000.0)
@@ -125,6 +130,7 @@ def test_the_share_is_that_of_the_reading() -> None:
     assert share_of(1e9) < 1.0
 
 
+@pytest.mark.long
 def test_a_repair_by_its_own_reading_is_taken_where_it_leaves_hardly_more(monkeypatch: pytest.MonkeyPatch) -> None:
     """Others who speak for a thermometer bring errors of their own, which look like causes."""
     view, _answer = viewed("finite_volume", 5, ("sensor-detached",), 2.0)

@@ -48,6 +48,7 @@ def _lost(
     return diagnose(load_campaign(place / "campaign"), answer.base), moments[0]
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("role", ["identification", "validation"])
 def test_a_beam_that_lost_count_is_named(tmp_path: Path, role: str) -> None:
     """In a sound campaign one beam loses 3 um: a zero jump of 1 um of the drift, to its row and within three standard
@@ -71,6 +72,7 @@ def test_a_beam_that_lost_count_is_named(tmp_path: Path, role: str) -> None:
     assert "Cleaning took back a zero-jump" in document["sentence"]
 
 
+@pytest.mark.long
 def test_it_stands_beside_what_the_residual_shows(tmp_path: Path) -> None:
     """Beside a screw error both have their names, that which the drift would show more of first; the next experiment is
     for the screw, since the count is mended.

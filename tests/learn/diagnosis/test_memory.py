@@ -5,6 +5,8 @@ from __future__ import annotations
 import gc
 from pathlib import Path
 
+import pytest
+
 from hexathermal.learn.campaign_files import load_campaign
 from hexathermal.learn.diagnosing import diagnose
 from hexathermal.learn.diagnosis.view import View
@@ -17,6 +19,7 @@ def _views() -> int:
     return sum(isinstance(item, View) for item in gc.get_objects())
 
 
+@pytest.mark.long
 def test_what_a_diagnosis_made_is_gone_when_it_is_done(tmp_path: Path) -> None:
     """No view of the data is left, although nobody collects what is dead meanwhile."""
     truth, answer = campaign_of("quiet", 4, causes=("backlash",), strength=1.0)

@@ -77,6 +77,7 @@ def lost_for_a_run(seed: int, warmer: float) -> tuple[View, Loss]:
     return replace(view, runs=tuple(runs)), loss
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("warmer", [0.0, 3.0])
 def test_a_thermometer_fixed_again_is_found(warmer: float) -> None:
     """Lost for the rest of one run and fixed before the next: named, its moment and kind told, its share about 0.8.
@@ -98,6 +99,7 @@ def test_a_thermometer_fixed_again_is_found(warmer: float) -> None:
     assert parameters["again_in"] == view.order[view.order.index(view.runs[loss.run].run.name) + 1 :]
 
 
+@pytest.mark.long
 def test_runs_left_out_deny_chance_and_confirm_what_is_there() -> None:
     """A random shape makes runs left out less likely, in the mean of twenty; the true shape more, and leaves less."""
     stage = Stage(viewed("quiet", 21, ("backlash",), 1.0)[0])
@@ -115,6 +117,7 @@ def test_runs_left_out_deny_chance_and_confirm_what_is_there() -> None:
     assert part_saved(stage, true, leader) > 0.0
 
 
+@pytest.mark.long
 def test_a_noise_that_forgives_the_effect_does_not_hide_it_from_runs_left_out() -> None:
     """A zero that drifts makes runs left out likelier, though the null's slow noise was fitted with the drift in it."""
     for seed in (21, 7023099979241701):
@@ -144,6 +147,7 @@ def test_a_step_is_tried_where_the_drift_changes_most() -> None:
         assert place in _moments(time, change, 3, 697, 40)
 
 
+@pytest.mark.long
 def test_the_share_of_the_air_is_that_of_the_reading(tmp_path: Path) -> None:
     """Of a thermometer that came off the share of the air in its reading is told, not how much of the fault is real."""
     truth, answer = campaign_of("quiet", 8, causes=("sensor-detached",), strength=1.0)

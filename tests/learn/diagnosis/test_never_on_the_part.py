@@ -60,6 +60,7 @@ def begun(view: View) -> list[Trial]:
     return [trial for trial in sensor_detached.trials(Stage(view).bench) if trial.tight]
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("bench", "seed"),
     [
@@ -74,6 +75,7 @@ def test_it_is_named(bench: str, seed: int) -> None:
     assert first_name(loosened(bench, seed)) == "sensor-detached"
 
 
+@pytest.mark.long
 def test_the_others_speak_for_it_in_whatever_run() -> None:
     """The repair has no moment and no run: a controller leaves out its readings; the share is told, and it pays."""
     said = found("finite_volume", 1)
@@ -105,6 +107,7 @@ def test_without_places_nobody_knows() -> None:
     assert not begun(replace(view, positions={}))
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("bench", ["finite_volume", "free_convection", "rough", "quiet"])
 def test_a_sound_thermometer_shows_no_share_of_the_air(bench: str) -> None:
     """The parity of thermometers on their part speaks against it, for all that the air goes as they do."""
@@ -117,6 +120,7 @@ def test_a_sound_thermometer_shows_no_share_of_the_air(bench: str) -> None:
         assert abs(shown.amplitude) < 0.3
 
 
+@pytest.mark.long
 def test_what_it_reads_besides_the_air_is_asked_for_the_part() -> None:
     """Where places foretell roughly, its own readings less the air tell the drift better what it should have read."""
     view = loosened("free_convection", 1)

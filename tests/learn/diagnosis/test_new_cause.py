@@ -37,6 +37,7 @@ def trials(bench: Workbench) -> Iterator[Trial]:
     yield Trial(NAME, bench.view.columns(SHAPE, {}), None, SHAPE, {})
 
 
+@pytest.mark.long
 def test_a_new_cause_with_a_shape_of_its_own_is_named_and_joins_the_law(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

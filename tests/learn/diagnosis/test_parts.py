@@ -29,6 +29,7 @@ from tests.learn.diagnosis.campaigns import first_name, viewed
 PART = "component"
 
 
+@pytest.mark.long
 def test_a_thermometer_that_is_late_against_all_others_is_not_late_where_the_drift_shows_nothing_of_it(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
@@ -47,6 +48,7 @@ def test_the_room_is_no_better_reading_of_a_thermometer_that_the_air_reaches(mon
     assert first_name(replace(view)) == "frame-expansion"
 
 
+@pytest.mark.long
 def test_thermometers_that_wander_from_run_to_run_are_no_wear(monkeypatch: pytest.MonkeyPatch) -> None:
     """Runs of a sound part count from one zero; its thermometers wander by a tenth of a kelvin."""
     view, _ = viewed(PART, 7873671558253397, (), 1.0)
@@ -85,6 +87,7 @@ def test_beside_what_may_be_feigned_nothing_says_more() -> None:
     assert best.trial.cause in after.beside(best).refused
 
 
+@pytest.mark.long
 def test_a_second_cause_is_found_where_the_first_one_joins_no_law(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -99,6 +102,7 @@ def test_a_second_cause_is_found_where_the_first_one_joins_no_law(
     assert [one.joined for one in found.effects] == [False, True]
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(("bench", "seed", "cause"), [("quiet", 14, "clock-offset"), ("quiet", 16, "swapped-sensors")])
 def test_no_second_cause_is_looked_for_in_data_that_the_first_one_would_mend(
     bench: str, seed: int, cause: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
@@ -147,6 +151,7 @@ def test_the_bias_of_a_thermometer_that_wanders_stays() -> None:
     assert model.bias > 0.01
 
 
+@pytest.mark.long
 def test_landings_of_a_part_with_a_stroke_scatter_as_those_of_a_leg_do() -> None:
     """Their scatter is found, so that it feigns no wave of the displacement."""
     found = []

@@ -91,6 +91,7 @@ def test_trials_differ_at_the_places_that_were_visited() -> None:
         assert np.linalg.svd(trial.columns - trial.columns.mean(axis=0), compute_uv=False)[-1] > 0.1
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(("pitch", "said"), [(0.004, 0.020), (0.007, 0.0233)])
 def test_a_pitch_that_places_alias_is_named_with_what_looks_alike(tmp_path: Path, pitch: float, said: float) -> None:
     """The longest pitch that looks alike is said, the true one among the others; the law's error stays bounded."""
@@ -105,6 +106,7 @@ def test_a_pitch_that_places_alias_is_named_with_what_looks_alike(tmp_path: Path
     assert 0.0 < np.abs(sum(term.drift(between) for term in terms)).max() < 3e-7
 
 
+@pytest.mark.long
 def test_a_pitch_that_shows_nowhere_is_told_beside_the_answer(tmp_path: Path) -> None:
     """A pitch of 5 mm on places 10 mm apart leaves nothing to see: nothing is named, and the answer says why."""
     found = diagnosed(tmp_path / "leg", 0.005)

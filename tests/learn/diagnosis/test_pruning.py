@@ -66,6 +66,7 @@ def test_only_what_is_asked_may_go() -> None:
     assert left_of(squares, "ac") == ("abc", "")
 
 
+@pytest.mark.long
 def test_on_a_real_stage_what_is_there_stays() -> None:
     """A plain effect that joined does not leave beside a shape that says nothing."""
     view, _answer = viewed("modal", 5, ("backlash",), 2.0)

@@ -6,6 +6,8 @@ from functools import cache
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
+import pytest
+
 from hexathermal.learn.campaign_files import load_campaign
 from hexathermal.learn.diagnosis import Diagnosis, diagnose
 from hexathermal.simulate.hidden.drawing import campaign_of
@@ -39,6 +41,7 @@ def found(*, back: bool) -> Diagnosis:
         return diagnose(load_campaign(folder), answer.base)
 
 
+@pytest.mark.long
 def test_it_is_put_right_until_it_was_put_back_and_not_after() -> None:
     """Name, setting and sentence say that it was mended; runs for validation are read as they are, and lose nothing."""
     said = found(back=True)
@@ -51,6 +54,7 @@ def test_it_is_put_right_until_it_was_put_back_and_not_after() -> None:
     assert said.gain.total.rmse_after.value < 1.02 * said.gain.total.rmse_before
 
 
+@pytest.mark.long
 def test_what_stays_off_is_put_right_in_later_runs_too() -> None:
     """The same loss that lasts: the repair goes on, without which the law would be wrong by far more."""
     said = found(back=False)

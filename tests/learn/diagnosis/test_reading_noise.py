@@ -126,6 +126,7 @@ def test_noise_makes_up_for_steps(share: float) -> None:
     assert reading([rows], "T")[0] == pytest.approx(hidden, rel=0.7, abs=0.045 * step)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(("bench", "seed", "cause"), [("quiet", 3, "hidden-heat")])
 def test_what_leaves_nothing_that_wanders_is_no_error_of_thermometers(
     monkeypatch: pytest.MonkeyPatch, bench: str, seed: int, cause: str

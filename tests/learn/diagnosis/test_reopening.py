@@ -12,6 +12,7 @@ from tests.learn.diagnosis.campaigns import course_of
 CAUSES = ("frame-expansion", "zero-drift")
 
 
+@pytest.mark.long
 def test_a_slow_first_cause_hides_no_drift(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """A frame of four hours has most of a drift with time: with an hour and a half both explain more, and are named."""
     both = course_of(tmp_path / "both", "finite_volume", 4, CAUSES, 1.5)

@@ -73,6 +73,7 @@ def test_starts_and_what_reads_no_thermometer_stay(stage: Stage) -> None:
     assert np.abs(found[:, 0] - columns[:, 0]).max() > 0.0
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(("bench", "seed", "other"), [
     ("quiet", 3211856173960671, "sensor-detached"),
     ("modal", 673151215775648, "swapped-sensors"),
@@ -117,6 +118,7 @@ def named(folder: Path, bench: str, seed: int, causes: tuple[str, ...]) -> list[
     return [one.ranked.cause for one in searched(campaign, base_law(campaign, rows, answer.base, None), rows).found]
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(("bench", "seed", "strength"), [("modal", 2, 1.07)])
 def test_a_step_of_another_run_is_found_beside_a_thermometer_that_came_off(
     bench: str, seed: int, strength: float, tmp_path: Path

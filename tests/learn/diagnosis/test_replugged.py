@@ -84,6 +84,7 @@ def test_exchanges_are_found_in_the_runs_in_which_they_are(bench: str) -> None:
     assert sum(found) >= 2, (bench, found)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("bench", ["finite_volume", "held_out"])
 def test_runs_are_not_taken_for_all_others(bench: str) -> None:
     """Every other run, or most of them: those, or nothing, but never the others, which the foretelling knows as well.
@@ -143,6 +144,7 @@ def replugged_files(folder: Path, campaign: Campaign, first: str, second: str, r
                 csv.writer(stream).writerows([[names.get(name, name) for name in head], *rows])
 
 
+@pytest.mark.long
 def test_an_exchange_in_a_run_for_validation_is_named_mended_and_pays(tmp_path: Path) -> None:
     """From files: named by run, in JSON; the law's file mends that run and no other; the RMSE of that run falls."""
     folder = tmp_path / "campaign"

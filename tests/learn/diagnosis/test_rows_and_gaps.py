@@ -89,6 +89,7 @@ def test_terms_count_from_the_row_from_which_the_drift_does(tmp_path: Path) -> N
                 np.testing.assert_allclose(quick[view.channel.run == k], piece.means(own), atol=size)
 
 
+@pytest.mark.long
 def test_an_extended_law_foretells_runs_that_settle_late(tmp_path: Path) -> None:
     """Backlash is named, and what it adds at the first usable row of a run for validation is no error of the law."""
     campaign = written(tmp_path / "campaign", settling_late, ("backlash",))
@@ -125,6 +126,7 @@ THIN_AT_REST = np.concatenate(
 )
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("time", "least", "most"),
     [(np.arange(0.0, 2e4, 20.0), 0.0, 2e4), (BURSTS, 0.0, 2e4), (THIN_AT_REST, 330.0, 600.0),
@@ -161,6 +163,7 @@ def test_a_run_of_many_rests_has_windows(tmp_path: Path) -> None:
     assert (piece.landing == 300).sum() >= 100
 
 
+@pytest.mark.long
 def test_a_validation_run_without_the_laws_sensor_is_passed_over(tmp_path: Path) -> None:
     """It is not judged, and that is said; the others are."""
     folder = tmp_path / "campaign"
@@ -176,6 +179,7 @@ def test_a_validation_run_without_the_laws_sensor_is_passed_over(tmp_path: Path)
     assert last not in found.gain.runs
 
 
+@pytest.mark.long
 def test_a_rod_that_stands_still_in_every_run_does_not_move(tmp_path: Path) -> None:
     """Each run at another place: nothing that goes with the place is looked for, and that is said."""
     places = iter(range(100))

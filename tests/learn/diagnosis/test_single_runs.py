@@ -12,6 +12,7 @@ from hexathermal.simulate.hidden.drawing import campaign_of
 from hexathermal.simulate.hidden.writing import write_campaign
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("bench", "seed"),
     [("rough", 3216184099605005), ("finite_volume", 7224124495952242)],

@@ -26,6 +26,7 @@ def estimators(X: FloatArray, K: FloatArray, rows: FloatArray) -> tuple[FloatArr
     return np.linalg.solve(weighted.T @ X, weighted.T), np.linalg.solve(plain.T @ X, plain.T)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(("bench", "seed"), [("quiet", 733), ("modal", 733), ("finite_volume", 734), ("rough", 735)])
 def test_a_law_is_stacked_of_two_estimates(bench: str, seed: int) -> None:
     """Its part of each, and its covariance, are those of dense matrices, run by run left out."""
@@ -49,6 +50,7 @@ def test_a_law_is_stacked_of_two_estimates(bench: str, seed: int) -> None:
     assert covariance == pytest.approx(G @ K @ G.T, rel=0.05, abs=0.01 * float(np.diagonal(covariance).max()))
 
 
+@pytest.mark.long
 def test_an_extended_law_is_as_sure_as_what_it_leaves_lets_it(tmp_path: Path) -> None:
     """Prediction intervals of the extended law shrink with its residual, and still hold most rows never fitted."""
     truth, answer = campaign_of("modal", 733, causes=("hidden-heat",), strength=2.5)

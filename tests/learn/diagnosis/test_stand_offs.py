@@ -50,6 +50,7 @@ def test_a_step_at_the_beginning_of_a_landing_has_nothing_before_it_there() -> N
     assert all(np.isfinite(bump).all() and bump.shape == step.shape for bump in bumps)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(("bench", "seed", "run"), [("quiet", 2, 3), ("actuator", 3, 1), ("machine_tool", 1, 0)])
 def test_a_step_in_the_last_landing_of_a_run_is_named(bench: str, seed: int, run: int) -> None:
     """What of it comes behind the step is the step: nothing that stands off in its place."""
@@ -67,6 +68,7 @@ def test_a_step_in_the_last_landing_of_a_run_is_named(bench: str, seed: int, run
     assert best.best.trial.target == view.runs[run].run.name
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("tau", "fades", "sign"), [(300.0, True, 1.0), (900.0, True, -1.0), (math.inf, False, 1.0), (math.inf, False, -1.0)]
 )
@@ -102,6 +104,7 @@ def test_a_step_that_fades_begins_with_it_and_keeps_to_its_run() -> None:
         assert column[50, 0] == 1.0
 
 
+@pytest.mark.long
 def test_a_jolt_is_told_with_its_run_and_its_moment(tmp_path: Path) -> None:
     """From files: something real without a name, in the run and at the minute where a door opened."""
     truth, answer = campaign_of("quiet", 6, causes=(), shared=True)
@@ -124,6 +127,7 @@ def test_a_jolt_is_told_with_its_run_and_its_moment(tmp_path: Path) -> None:
     assert "at best in " + run.name in all_sections(found, defaultdict(str))[0][2]
 
 
+@pytest.mark.long
 def test_a_larger_jolt_says_more() -> None:
     """A step minutes away, which explains a little of it, does not bound what has no name: it is not there itself."""
     view, _ = viewed("quiet", 3, (), 1.0)

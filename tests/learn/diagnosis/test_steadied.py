@@ -40,6 +40,7 @@ def values(view: View) -> dict[str, float]:
     return {item.cause: item.value for item in Stage(view).step.ranking}
 
 
+@pytest.mark.long
 def test_late_thermometers_that_are_noisy_are_no_heat_that_none_of_them_sees(monkeypatch: pytest.MonkeyPatch) -> None:
     """Motion tells of their rates without noise; by their own readings hidden heat would be the likelier."""
     view = late_and_noisy("quiet", 5)
@@ -54,6 +55,7 @@ def test_late_thermometers_that_are_noisy_are_no_heat_that_none_of_them_sees(mon
     assert untold["thermal-lag"] < told["thermal-lag"] - 20.0
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(("bench", "seed"), [("quiet", 2), ("modal", 2)])
 def test_noise_of_thermometers_is_no_lateness(bench: str, seed: int) -> None:
     """Steadier temperatures explain more of a sound leg whose thermometers are noisy: none of that is lateness."""

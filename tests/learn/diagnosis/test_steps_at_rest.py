@@ -34,6 +34,7 @@ def rested(view: View) -> list[FloatArray]:
     return found
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(("bench", "after"), [("quiet", 120.0), ("finite_volume", 70.0)])
 def test_a_brake_that_closes_at_rest_has_no_name(bench: str, after: float) -> None:
     """A step some time after each stop is real, and no creep; what no window resolves is never named sooner."""
@@ -42,6 +43,7 @@ def test_a_brake_that_closes_at_rest_has_no_name(bench: str, after: float) -> No
     assert first_name(braked) in STOPS
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(("bench", "tau"), [("quiet", 60.0), ("modal", 100.0)])
 def test_what_relaxes_after_each_move_is_creep(bench: str, tau: float) -> None:
     """One exponential after each stop, whatever its direction, leads every step by far."""

@@ -42,6 +42,7 @@ def test_what_warms_a_part_helps_to_tell_its_thermometers(seed: int) -> None:
     assert np.std(0.5 * (told + read) - true) < 0.95 * np.std(read - true)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(("seed", "way"), [(1, "_told"), (7, "_warmed")])
 def test_a_missing_thermometer_of_a_part_is_tried_as_others_and_what_warms_it_tell(
     monkeypatch: pytest.MonkeyPatch, seed: int, way: str
@@ -56,6 +57,7 @@ def test_a_missing_thermometer_of_a_part_is_tried_as_others_and_what_warms_it_te
     assert best.value > _value(replace(poor), "missing-sensor") + LEAST
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(("tau", "size"), [(1000.0, 3.0), (3000.0, 6.0)])
 def test_what_was_clamped_for_a_run_relaxes_in_parts_with_a_stroke(
     monkeypatch: pytest.MonkeyPatch, tau: float, size: float

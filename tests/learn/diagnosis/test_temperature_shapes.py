@@ -17,6 +17,7 @@ from hexathermal.simulate.hidden.drawing import campaign_of
 from tests.learn.diagnosis.campaigns import nothing_shared, viewed
 
 
+@pytest.mark.long
 def test_runs_that_begin_at_other_temperatures_share_one_curve() -> None:
     """A bend in degC is found although each run counts from its own zero; squares of what runs count see less of it."""
     view, answer = viewed("modal", 733, ("nonlinear-expansion",), 1.2)
@@ -27,6 +28,7 @@ def test_runs_that_begin_at_other_temperatures_share_one_curve() -> None:
     assert stage.search.scored(stage.step.levels, [blind])[0].value < best.best.value - 3.0
 
 
+@pytest.mark.long
 def test_a_leg_calibrated_at_twenty_degrees_has_no_wrong_scale() -> None:
     """Where the bench's zero is warmer a bend takes the stroke's scale along: neither a bend nor a scale alone does."""
     view, answer = viewed("rough", 32, ("nonlinear-expansion",), 1.5)
@@ -40,6 +42,7 @@ def test_a_leg_calibrated_at_twenty_degrees_has_no_wrong_scale() -> None:
     assert max(*(item.value for item in scored), ranked["scale-error"].value) < best.value - 10.0
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("seed", [733])
 def test_a_kink_in_temperature_has_no_name(seed: int) -> None:
     """What begins at once above a temperature explains more than any bend does: it follows T, and stays nameless."""
@@ -50,6 +53,7 @@ def test_a_kink_in_temperature_has_no_name(seed: int) -> None:
     assert decision.leader.best.trial.target == "T"
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("seed", [733])
 def test_a_very_late_thermometer_is_named_and_the_others_speak_for_it(seed: int) -> None:
     """A lag of a third of an hour or more, of the thermometer, not of the part: neighbours alone explain it less."""
@@ -65,6 +69,7 @@ def test_a_very_late_thermometer_is_named_and_the_others_speak_for_it(seed: int)
     assert np.isfinite(list(weights.values())).all()
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("bench", "seed", "strength"),
     [("modal", 7837254198715841, 0.5), ("rough", 4221017415408888, 0.6)],
@@ -85,6 +90,7 @@ def test_a_thermometer_that_is_late_with_all_it_reads_neither_drifts_nor_is_exch
     assert answer.targets[0] in {trial.target for trial in stage.trials_left if trial.fault}
 
 
+@pytest.mark.long
 def test_a_thermometer_that_shows_a_part_of_lateness_is_not_late(monkeypatch: pytest.MonkeyPatch) -> None:
     """Heat of motion that no thermometer sees: one beside the nut is late against the others, by a part of a lag."""
     view, _ = viewed("quiet", 5972132626489281, ("hidden-heat",), 0.35)

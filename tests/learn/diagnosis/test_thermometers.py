@@ -89,6 +89,7 @@ def test_only_thermometers_that_go_alike_are_exchanged() -> None:
     assert likelier_sensors(replace(view, base=(wrong,), runs=tuple(apart))) == (wrong,)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("name", ["machine-tool-ch1", "machine-tool-ch2"])
 def test_on_a_real_machine_the_extended_law_beats_the_best_pair(name: str) -> None:
     """On runs never fitted it leaves 40 % less than the best pair of the paper's search, without the noisy T16.
@@ -127,6 +128,7 @@ def test_a_noisy_thermometer_does_not_make_the_law_of_a_part_too_small(monkeypat
     assert stage.bench.slopes[truth.base[0]] == pytest.approx(truth.coefficients[0], rel=0.1)
 
 
+@pytest.mark.long
 def test_an_error_is_no_more_than_what_is_told(monkeypatch: pytest.MonkeyPatch) -> None:
     """Errors of the law's thermometers, none to all of what others deny, leave another cause more of its evidence."""
     view, _answer = viewed("quiet", 1005, ("missing-sensor",), 0.7)

@@ -30,6 +30,7 @@ def _drifting(view: View, change: list[FloatArray]) -> View:
     return replace(view, runs=runs)
 
 
+@pytest.mark.long
 def test_others_help_to_tell_a_thermometer_that_wanders(monkeypatch: pytest.MonkeyPatch) -> None:
     """Where the reading of the missing thermometer wanders by 0.06 K, the others bring the cause more evidence."""
     view, answer = viewed("finite_volume", 14, ("missing-sensor",), 1.5)
@@ -46,6 +47,7 @@ def test_others_help_to_tell_a_thermometer_that_wanders(monkeypatch: pytest.Monk
     assert helped > _value(altered(view, target, wandering), "missing-sensor") + LEAST
 
 
+@pytest.mark.long
 def test_a_bench_of_two_stages_is_told_by_two(monkeypatch: pytest.MonkeyPatch) -> None:
     """A frame that follows the room behind two equal low passes is named, with more evidence than behind one."""
     view, _answer = viewed("quiet", 21, (), 1.0)
@@ -63,6 +65,7 @@ def test_a_bench_of_two_stages_is_told_by_two(monkeypatch: pytest.MonkeyPatch) -
     assert value > _value(_drifting(view, [size * one for one in late]), "frame-expansion") + LEAST
 
 
+@pytest.mark.long
 def test_what_follows_the_length_of_the_last_move_has_no_name() -> None:
     """A drift that stays by the length of the last move, either way, is no wave of the screw and no creep."""
     view, _answer = viewed("finite_volume", 12, (), 1.0)
@@ -77,6 +80,7 @@ def test_what_follows_the_length_of_the_last_move_has_no_name() -> None:
     assert first_name(_drifting(view, [size * one for one in more])) == "follows the last move"
 
 
+@pytest.mark.long
 def test_a_loss_of_contact_that_the_drift_denies_is_none(monkeypatch: pytest.MonkeyPatch) -> None:
     """Where the part itself goes as a thermometer says, that reading fell to the air only for the other sensors."""
     view, answer = viewed("finite_volume", 13, ("sensor-detached",), 2.0)
@@ -93,6 +97,7 @@ def test_a_loss_of_contact_that_the_drift_denies_is_none(monkeypatch: pytest.Mon
     assert first_name(_drifting(view, more)) == "sensor-detached"
 
 
+@pytest.mark.long
 def test_thermometers_that_let_in_some_of_the_air_are_no_bench(monkeypatch: pytest.MonkeyPatch) -> None:
     """Four hundredths of the air in every reading of a sound leg make no name; a null that knows no tape has one."""
     view = viewed("quiet", 32, (), 1.0)[0]

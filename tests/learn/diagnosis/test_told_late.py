@@ -76,6 +76,7 @@ def test_lateness_is_undone_one_stage_after_another(smooths: bool) -> None:
         assert law == pytest.approx(view.base_of([view.windows_zeroed(undone)[:, 0]]), rel=1e-9, abs=1e-9)
 
 
+@pytest.mark.long
 def test_a_clock_that_loses_time_is_told_as_such(tmp_path: Path) -> None:
     """By how much in an hour, and no offset besides; the law's file puts it back."""
     found = told(tmp_path / "campaign", losing)
@@ -88,6 +89,7 @@ def test_a_clock_that_loses_time_is_told_as_such(tmp_path: Path) -> None:
     assert repair.parameters == {"offset_s": 0.0, "gains_s_per_h": gains.value}
 
 
+@pytest.mark.long
 def test_a_noisy_thermometer_is_told_by_how_much_it_is_late(tmp_path: Path) -> None:
     """Of a rate only the product with a time is known: the law's own A tells the time; its term is read back."""
     found = told(tmp_path / "campaign", late)

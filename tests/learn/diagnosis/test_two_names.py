@@ -25,6 +25,7 @@ def for_two(stage: Stage, decision: Decision, threshold: float) -> Decision:
     return replace(decision, leader=name, probability=0.9)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("second", [True, False])
 def test_a_name_given_for_two_falls_with_the_other(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, second: bool

@@ -71,6 +71,7 @@ def test_without_runs_to_compare_nothing_is_told() -> None:
     assert unlike_words([left("run-01", "identification", 0.0), left("run-02", "validation", 0.0)]) == ()
 
 
+@pytest.mark.long
 def test_a_fault_that_begins_after_the_fitted_runs_is_not_passed_over(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

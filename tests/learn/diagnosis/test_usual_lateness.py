@@ -43,6 +43,7 @@ def told(folder: Path, tau: float) -> Diagnosis:
     return diagnose(load_campaign(folder), answer.base)
 
 
+@pytest.mark.long
 def test_lateness_that_every_thermometer_has_is_told_and_not_named(tmp_path: Path) -> None:
     """Twelve seconds stand far above noise of 5 nm; a note says how many they are."""
     found = told(tmp_path / "campaign", 12.0)
@@ -51,6 +52,7 @@ def test_lateness_that_every_thermometer_has_is_told_and_not_named(tmp_path: Pat
     assert float(note.split()[6]) == pytest.approx(12.0, abs=2.0)
 
 
+@pytest.mark.long
 def test_lateness_of_a_minute_is_a_lag(tmp_path: Path) -> None:
     """It is more than thermometers are late as a rule: named, and no note says otherwise."""
     found = told(tmp_path / "campaign", 60.0)

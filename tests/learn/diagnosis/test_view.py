@@ -240,6 +240,7 @@ def test_what_had_not_come_to_rest_decays_in_its_own_run(view: View) -> None:
     assert np.abs(starts).sum() == pytest.approx(np.abs(starts[np.arange(len(run)), run]).sum())
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("seed", [733])
 def test_a_frame_that_had_not_come_to_rest_is_found_and_its_law_carries_the_room_alone(seed: int) -> None:
     """Free starts explain what the room of a run alone does not; they stand in the null, and join no law."""
@@ -269,6 +270,7 @@ def _repairs(view: View) -> list[SensorRepair]:
     ]
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("kind", ["clock", "detached", "loose"])
 def test_a_mended_view_keeps_only_what_the_repair_leaves(kind: str) -> None:
     """What a view made before its data were mended is made anew where it reads what was mended, and nowhere else.

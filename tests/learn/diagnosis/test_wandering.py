@@ -16,6 +16,7 @@ from hexathermal.learn.diagnosis.wandering import with_wandering
 from tests.learn.diagnosis.campaigns import first_name, viewed
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(("bench", "seed"), [("modal", 1), ("quiet", 2)])
 def test_an_error_of_the_first_row_is_in_all_runs_and_is_no_cause(
     bench: str, seed: int, monkeypatch: pytest.MonkeyPatch
@@ -89,6 +90,7 @@ def test_a_part_without_a_length_and_a_leg_at_rest_wander_alike_everywhere(rng: 
         np.testing.assert_array_equal(view.channel.wander, 1.0)
 
 
+@pytest.mark.long
 def test_a_scale_that_is_off_is_not_what_wanders(monkeypatch: pytest.MonkeyPatch) -> None:
     """It goes with q in all runs alike, and stands beside the law; else the noise would seem to go with q."""
     view, _ = viewed("modal", 2, ("scale-error",), 2.0)

@@ -5,6 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 import numpy as np
+import pytest
 
 from hexathermal.learn.campaign_files import load_campaign
 from hexathermal.learn.diagnosis import diagnose
@@ -26,6 +27,7 @@ def whiteness(folder: Path, bench: str, *causes: str) -> Autocorrelation:
     return found.whiteness
 
 
+@pytest.mark.long
 def test_independent_noise_is_left_of_a_sound_leg_and_beside_a_named_cause(tmp_path: Path) -> None:
     """Most lags stay in the band of independent noise; an effect sticks out at the first ones until it has its name."""
     sound = whiteness(tmp_path / "sound", "quiet")

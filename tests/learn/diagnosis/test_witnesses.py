@@ -86,6 +86,7 @@ def test_weights_beside_a_drift_are_not_those_of_the_fault(view: View) -> None:
     assert abs(shown.amplitude - 0.3) < 4.0 * shown.uncertainty < 0.15
 
 
+@pytest.mark.long
 def test_drift_and_parity_tell_of_one_error() -> None:
     """A thermometer that drifts errs in its parity as in the law's drift; where the zero drifts it does not."""
     faulty, answer = viewed("finite_volume", 11, ("sensor-drift",), 1.5)
@@ -107,6 +108,7 @@ def few_thermometers(view: View) -> View:
     return replace(view, sensors=(*view.base, *others[: FEWEST_OTHERS + 1 - len(view.base)]))
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(("bench", "seed"), [("finite_volume", 3), ("modal", 7)])
 def test_without_bystanders_warmth_alike_in_all_runs_is_no_drift(
     monkeypatch: pytest.MonkeyPatch, bench: str, seed: int
@@ -122,6 +124,7 @@ def test_without_bystanders_warmth_alike_in_all_runs_is_no_drift(
     assert drift_of_a_reading(warm).agreed > 5.0 * LEAST
 
 
+@pytest.mark.long
 def test_a_drift_that_both_show_is_found_without_bystanders() -> None:
     """A thermometer that drifts is found among six, since the law's drift tells of the same error."""
     view, answer = viewed("modal", 13, ("sensor-drift",), 1.5)
@@ -148,6 +151,7 @@ def test_a_fault_of_the_law_s_sensor_shows_in_no_bystander(bench: str) -> None:
         assert gains[1] == pytest.approx(gains[0], abs=1e-6)
 
 
+@pytest.mark.long
 def test_the_parity_alone_makes_a_fault_a_leader() -> None:
     """A thermometer that comes off near the end of the last run leads, although the drift knows nothing of it."""
     view, _ = viewed("rough", 6, (), 1.0)
@@ -199,6 +203,7 @@ def test_the_order_along_the_leg_tells_a_swap(bench: str) -> None:
     assert alarms == 0
 
 
+@pytest.mark.long
 def test_no_drift_names_an_exchange_that_the_order_denies() -> None:
     """Another thermometer moves the leg: it fits better than the law's own, whose plug nobody exchanged."""
     stage = Stage(viewed("modal", 924, ("missing-sensor",), 1.0)[0])
@@ -207,6 +212,7 @@ def test_no_drift_names_an_exchange_that_the_order_denies() -> None:
             assert item.value < 0.0
 
 
+@pytest.mark.long
 def test_an_exchange_needs_more_than_chance(view: View) -> None:
     """Wandering thermometers feign a little of an exchange: that much does not count against nothing."""
     exchanges = [trial for trial in Stage(view).search.trials if trial.cause == "swapped-sensors"]
@@ -255,6 +261,7 @@ def test_motion_knows_a_clock_to_a_few_rows(bench: str) -> None:
     assert max(timing.advantage(60.0), timing.advantage(-60.0)) < -4.0
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(("bench", "seed"), [("quiet", 1378150900011671), ("modal", 4394158916904567)])
 def test_a_clock_is_looked_for_on_mended_data(bench: str, seed: int, monkeypatch: pytest.MonkeyPatch) -> None:
     """What the null doubts of a thermometer hides the right shift until it is mended: from the best on, more are."""
@@ -266,6 +273,7 @@ def test_a_clock_is_looked_for_on_mended_data(bench: str, seed: int, monkeypatch
     assert best.best.trial.parameters["offset_s"] == pytest.approx(-answer.parameters[0]["offset"], rel=0.2)
 
 
+@pytest.mark.long
 def test_a_clock_between_two_trials_is_found(monkeypatch: pytest.MonkeyPatch) -> None:
     """Trials stand a fifth apart; the one that is named is within a thirtieth of the truth."""
     view, answer = viewed("modal", 18, ("clock-offset",), 0.5)
@@ -275,6 +283,7 @@ def test_a_clock_between_two_trials_is_found(monkeypatch: pytest.MonkeyPatch) ->
     assert min(abs(abs(best.parameters["offset_s"]) / offset - 1.0) for offset in OFFSETS_S) > 0.03
 
 
+@pytest.mark.long
 def test_a_clock_that_helps_some_windows_and_harms_others_is_chance(monkeypatch: pytest.MonkeyPatch) -> None:
     """Temperatures read later fit a clean leg better by 6.7, here for the better and there for the worse: no name.
 
@@ -289,6 +298,7 @@ def test_a_clock_that_helps_some_windows_and_harms_others_is_chance(monkeypatch:
     assert clocks[0].gated < LEAST
 
 
+@pytest.mark.long
 def test_a_clock_that_helps_everywhere_counts(monkeypatch: pytest.MonkeyPatch) -> None:
     """Of a true one nothing is doubted, although it is half of the noise and asked a little more than usual."""
     monkeypatch.setattr(search, "LEAST_SURE", 1.1 * search.LEAST_SURE)
@@ -299,6 +309,7 @@ def test_a_clock_that_helps_everywhere_counts(monkeypatch: pytest.MonkeyPatch) -
     assert best.gated > LEAST
 
 
+@pytest.mark.long
 def test_a_clock_between_chance_and_sure_counts_in_part() -> None:
     """A true one of a third of the noise, of which the windows tell 3.2 standard deviations, is named with a doubt."""
     best = Stage(viewed("finite_volume", 3896934736012042, ("clock-offset",), 0.32)[0]).step.ranking[0]
@@ -323,6 +334,7 @@ def test_the_most_valued_is_found_without_asking_all(pairs: list[tuple[float, fl
     assert all(sum(pairs[k]) >= max(values) for k in asked)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(("seed", "strength"), [(3, 0.0), (12, 3.0), (14, 2.0)])
 def test_what_the_parity_says_at_most_is_a_bound(seed: int, strength: float) -> None:
     """What counts of a late thermometer's parity is never more than that parity gains by it, nor below nothing."""

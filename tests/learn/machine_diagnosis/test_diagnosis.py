@@ -31,6 +31,7 @@ FAULTS = {
 }
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("cause", FAULTS)
 def test_each_cause_is_found_where_it_sits(cause: str) -> None:
     """A fault as strong as about half the noise is named, put in its place, sized, and nothing else is.
@@ -63,6 +64,7 @@ def test_a_clean_machine_is_called_clean(seed: int, how: dict[str, float]) -> No
     assert found.gain is None
 
 
+@pytest.mark.long
 def test_two_legs_at_once() -> None:
     """Two legs whose laws are wrong are both named, neither hides behind a plate or the tracker."""
     found = diagnosed(drawn(3, Fault(legs=((1, 3e-7, 0.0), (4, -3e-7, 0.0)))))
@@ -71,6 +73,7 @@ def test_two_legs_at_once() -> None:
     }  # fmt: skip
 
 
+@pytest.mark.long
 def test_an_exchange_and_a_plate_at_once() -> None:
     """An exchange is undone first, and what it hid is found behind it."""
     found = diagnosed(drawn(4, Fault(swapped=(0, 3), platform=4e-6)))
@@ -88,6 +91,7 @@ def test_places_that_poses_cannot_tell_apart_are_both_named() -> None:
     assert {"joint-offset of base joint 3", "joint-offset of platform joint 3"} <= names
 
 
+@pytest.mark.long
 def test_noise_is_that_of_the_tracker_whatever_is_wrong() -> None:
     """The noise is found within 10 %, coordinate by coordinate, under an effect ten times as strong."""
     found = diagnosed(drawn(7, Fault(platform=1e-4), poses=100))
@@ -95,6 +99,7 @@ def test_noise_is_that_of_the_tracker_whatever_is_wrong() -> None:
     assert found.disturbances.noise == pytest.approx([4e-7] * 3 + [1e-6] * 3, rel=0.1)
 
 
+@pytest.mark.long
 def test_an_extended_machine_is_written_and_predicts(tmp_path) -> None:  # type: ignore[no-untyped-def]
     """What was named stands in hexapod.toml, and the machine that is read back corrects by it."""
     fault = Fault(legs=((2, 4e-7, 0.0),))
@@ -107,6 +112,7 @@ def test_an_extended_machine_is_written_and_predicts(tmp_path) -> None:  # type:
     assert np.abs(lengths[0] - lengths[1]).max() < 0.2 * np.abs(lengths[2] - lengths[1]).max()
 
 
+@pytest.mark.long
 def test_document_holds_the_format() -> None:
     """The JSON has every key of the format, plain numbers only, and survives a round trip."""
     found = diagnosed(drawn(5, Fault(platform=3e-6), poses=40), drawn(105, Fault(platform=3e-6), runs=1))
@@ -121,6 +127,7 @@ def test_document_holds_the_format() -> None:
     assert isinstance(found, MachineDiagnosis)
 
 
+@pytest.mark.long
 def test_laws_fitted_anew_hide_no_single_leg() -> None:
     """With the common law fitted anew, what all legs share is its own; a leg that differs is still named."""
     rows = drawn(9, Fault(legs=tuple((leg, 5e-7, 0.0) for leg in range(6) if leg != 1)))
@@ -143,6 +150,7 @@ def test_too_little_is_said() -> None:
         diagnosed(still)
 
 
+@pytest.mark.long
 def test_constant_temperatures_leave_what_poses_show() -> None:
     """Without any heat a joint is still found, and the answer says what could not be looked for."""
     rows = drawn(2, Fault(platform_joint=(0, (4e-6, 0.0, -4e-6))), cold=True)

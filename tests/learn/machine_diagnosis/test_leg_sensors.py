@@ -67,6 +67,7 @@ def campaign(folder: Path, fault: str, *, law: int = 1, seed: int = 21, less: st
     return load_campaign(folder)
 
 
+@pytest.mark.long
 def test_a_thermometer_that_the_law_should_read_is_found(tmp_path: Path) -> None:
     """Its leg, name, A and B are told; the extended machine reads it, from its file as well, and is clean."""
     folder = campaign(tmp_path, "missing")
@@ -88,6 +89,7 @@ def test_a_thermometer_that_the_law_should_read_is_found(tmp_path: Path) -> None
     assert any("near that thermometer" in advice.words for advice in found.advice)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("law", [1, 2])
 def test_exchanged_plugs_of_one_leg_are_found(tmp_path: Path, law: int) -> None:
     """Of two that the law reads, and of one that it reads and one that it does not; the extended machine is clean."""
@@ -110,6 +112,7 @@ def test_clean_legs_with_further_thermometers_are_clean(tmp_path: Path, laws: st
     assert not any(note.startswith(("missing-sensor" + CANNOT_SHOW, "swapped-sensors")) for note in found.notes)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(("less", "said"), [("but one", "T2 is on leg 3 alone"), ("row", "T2 of the legs is not rec")])
 def test_thermometers_that_not_all_rows_tell_cost_no_row(tmp_path: Path, less: str, said: str) -> None:
     """They are left aside, which is said with what would show their causes, and no row is lost."""

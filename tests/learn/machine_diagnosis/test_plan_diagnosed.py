@@ -5,6 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 import numpy as np
+import pytest
 
 import hexathermal as ht
 from hexathermal.learn.machine_diagnosis.candidate import called
@@ -72,6 +73,7 @@ def lead(found: MachineDiagnosis, part: int) -> float:
     return max(own, default=0.0) - max([0.0, *other])
 
 
+@pytest.mark.long
 def test_the_plan_names_the_plate_that_random_choices_leave_open(rng: np.random.Generator, tmp_path: Path) -> None:
     """After small moves of a machine that warms all over, the planned run names the true plate alone, whichever it is;
     the lead over all other causes is more than twice that of random poses and scenarios, mean of two.

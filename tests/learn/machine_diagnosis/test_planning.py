@@ -64,6 +64,7 @@ def separations(
     return np.asarray(found[:, part] - found[:, 1 - part])
 
 
+@pytest.mark.long
 def test_the_plan_carried_out_separates_as_promised_and_better_than_random_ones(
     plates: tuple[MachineView, MachineExperiment], rng: np.random.Generator
 ) -> None:
@@ -125,6 +126,7 @@ def test_what_is_warmed_fits_what_is_asked(names: tuple[str, str], scenario: str
         assert way.legs[1] or way.legs[4]
 
 
+@pytest.mark.long
 def test_swapped_legs_are_told_by_warming_one_of_the_two(rng: np.random.Generator) -> None:
     """Six legs that are always equally warm hide exchanged thermometers; the plan warms exactly one of the two."""
     view, _six = random_plan(warmed_at_home(), SLOTS, rng)
@@ -135,6 +137,7 @@ def test_swapped_legs_are_told_by_warming_one_of_the_two(rng: np.random.Generato
     assert plan.separation > 6.0
 
 
+@pytest.mark.long
 def test_backlash_is_promised_for_the_order_in_which_poses_are_written(rng: np.random.Generator) -> None:
     """Backlash depends on the order of the rows: the promise is reached in the order that is written, within 10 % and
     three standard errors; the same poses in one sweep from short to long tell it less.

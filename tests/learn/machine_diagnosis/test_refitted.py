@@ -37,6 +37,7 @@ def test_a_law_fitted_anew_joins_the_machine(rows, tmp_path) -> None:  # type: i
     assert read_hexapod(tmp_path / "hexapod.toml").thermal.legs[3].A == pytest.approx(law.A)
 
 
+@pytest.mark.long
 def test_a_leg_that_differs_besides_has_its_own_law(rows) -> None:  # type: ignore[no-untyped-def]
     """Of a leg that is named the whole change counts once: its law is the shared one and its own change."""
     more = drawn(42, Fault(legs=tuple((leg, CHANGE * (1 + 2 * (leg == 1)), 0.0) for leg in range(6))))
@@ -47,6 +48,7 @@ def test_a_leg_that_differs_besides_has_its_own_law(rows) -> None:  # type: igno
         assert abs(law.A[0] - A - CHANGE * (1 + 2 * (leg == 1))) < SIGMAS * std
 
 
+@pytest.mark.long
 def test_a_kept_law_stays(rows) -> None:  # type: ignore[no-untyped-def]
     """Without being asked, no leg's law is changed but by a cause that is named."""
     found = diagnosed(rows, laws="kept")

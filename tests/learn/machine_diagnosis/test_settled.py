@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
+import pytest
 
 import hexathermal as ht
 from hexathermal.learn.machine_diagnosis.case import case_of
@@ -84,6 +85,7 @@ def test_a_law_known_within_a_covariance_is_known_better_with_rows_than_without(
     assert law_columns(case.view).shifts["leg3"].any()
 
 
+@pytest.mark.long
 def test_settings_between_those_tried_are_uncertain_by_their_evidence() -> None:
     """A frame that follows 600 s late is found with its delay, within three of the standard deviations stated."""
     rows = drawn(16, runs=4, poses=80)
