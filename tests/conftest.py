@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import argparse
 import os
-from datetime import UTC, datetime
 from pathlib import Path
 
 # before numba is imported: tests must not depend on how many threads a machine has
@@ -22,26 +21,19 @@ settings.register_profile("house", deadline=None, max_examples=60, derandomize=T
 settings.load_profile("house")
 
 
-SHARES = 5
-"""Long tests are run in so many shares, one a day: the whole of them would take the check beyond twenty minutes."""
-
-
 def pytest_addoption(parser: pytest.Parser) -> None:
     parser.addoption("--share", metavar="K/N", default="1/1", type=_share,
-                     help="of the tests marked long, run share K of N; 'today': of five, that of the day; "
-                     "all without it")  # fmt: skip
+                     help="of the tests marked long, run share K of N; all without it")  # fmt: skip
 
 
 def _share(text: str) -> tuple[int, int]:
-    """Return which share of how many: told once, before processes are started, so that midnight parts none of them."""
-    if text == "today":
-        return datetime.now(UTC).toordinal() % SHARES + 1, SHARES
+    """Return which share of how many."""
     try:
         k, n = map(int, text.split("/"))
     except ValueError:
         k, n = 0, 0
     if not 1 <= k <= n:
-        raise argparse.ArgumentTypeError(f"'{text}' is no share: write K/N with K from 1 to N, as in 2/5, or 'today'")
+        raise argparse.ArgumentTypeError(f"'{text}' is no share: write K/N with K from 1 to N, as in 2/5")
     return k, n
 
 
