@@ -11,15 +11,15 @@ ALIKE = 1.0
 """Evidence that a cause needs for what is alike in all runs, where its decays before each run, or rates, count too."""
 
 
-def at_rest(best: Scored, scored: list[Scored]) -> list[Scored]:
-    """Return the best trial of a cause without columns of single runs, where the best one has some; else none.
+def other_form(best: Scored, scored: list[Scored]) -> list[Scored]:
+    """Return the best trial of a cause without columns of single runs, where its best one has some; else with such.
 
-    What these explain by themselves does not count for the cause: it may stand better without.
+    What these explain by themselves does not count for the cause: it may stand better without. And in the noise of the
+    null, in which all that wanders is noise, few columns look best: beside its own it may stand better with them.
     """
-    if not best.trial.starts:
-        return []
-    own = [item for item in scored if item.trial.cause == best.trial.cause and not item.trial.starts]
-    return [max(own, key=lambda item: item.value)] if own else []
+    others = [item for item in scored if item.trial.cause == best.trial.cause
+              and bool(item.trial.starts) != bool(best.trial.starts)]  # fmt: skip
+    return [max(others, key=lambda item: item.value)] if others else []
 
 
 def fullest(forms: list[Ranked]) -> Ranked:

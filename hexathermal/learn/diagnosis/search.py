@@ -23,7 +23,7 @@ from hexathermal.learn.diagnosis.evidence import (
     screened,
     terms_of,
 )
-from hexathermal.learn.diagnosis.forms import as_joined, at_rest, fullest
+from hexathermal.learn.diagnosis.forms import as_joined, fullest, other_form
 from hexathermal.learn.diagnosis.ranking import Ranked, Step, most_valued
 from hexathermal.learn.diagnosis.rivals import (
     beyond_chance,
@@ -147,7 +147,7 @@ class Search:
                 value, best = families[name]
                 witnessed = self._witnessed(best, scored)
                 families[name] = (witnessed.value + value - best.value, witnessed)
-                fits[name] = [witnessed, *at_rest(witnessed, scored), *self._told_otherwise(witnessed, scored)]
+                fits[name] = [witnessed, *other_form(witnessed, scored), *self._told_otherwise(witnessed, scored)]
                 pool += [self._fit(item, levels)[0] for item in fits[name]]
             # every noise is open to the null and to every leader
             nulls = self.channel.evidences(self.base.X, self.base.sd, pool)

@@ -13,10 +13,12 @@ import pytest
 from hexathermal.learn.diagnosis import course, search
 from hexathermal.learn.diagnosis.course import APART, LATER_PART, PROVEN, _too_faint, _two_for
 from hexathermal.learn.diagnosis.deciding import Decision
-from hexathermal.learn.diagnosis.forms import ALIKE, fullest
+from hexathermal.learn.diagnosis.evidence import Scored
+from hexathermal.learn.diagnosis.forms import ALIKE, fullest, other_form
 from hexathermal.learn.diagnosis.ranking import Ranked
 from hexathermal.learn.diagnosis.rivals import SHAPE_ERROR, with_a_misfit
 from hexathermal.learn.diagnosis.stage import Stage
+from hexathermal.learn.diagnosis.trials import Trial
 from hexathermal.learn.diagnosis.view import View
 from hexathermal.poses import FloatArray
 from tests.learn.diagnosis.campaigns import first_name, viewed
@@ -87,6 +89,29 @@ def test_a_drift_of_the_zero_with_rates_of_its_own_in_each_run_is_named() -> Non
     rates = np.linspace(0.5, 1.5, len(view.runs))[np.argsort(np.sin(np.arange(len(view.runs)) * 5.0))]
     drifts = [rate * rows.signals.time for rate, rows in zip(rates, view.runs, strict=True)]
     assert first_name(with_drift(view, drifts, 2.0)) == "zero-drift"
+
+
+@pytest.mark.long
+def test_what_differs_from_run_to_run_is_looked_at_in_the_noise_that_it_leaves() -> None:
+    """In the noise of the null, in which all that wanders is noise, a common rate alone looks best."""
+    view, _ = viewed("finite_volume", 1, (), 1.0)
+    rates = 1.0 + 0.35 * np.sin(np.arange(len(view.runs)) * 5.0)
+    drifts = [rate * rows.signals.time for rate, rows in zip(rates, view.runs, strict=True)]
+    best, nameless, *_others = Stage(with_drift(view, drifts, 2.0)).step.ranking
+    assert best.cause == "zero-drift"
+    assert best.best.trial.starts
+    assert nameless.cause == "follows time (a rate of each run's own)"
+
+
+def test_each_form_of_a_cause_has_the_other_one_beside_it() -> None:
+    """With columns of single runs or without: the best of the others, of the same cause."""
+    own = [Trial("zero-drift", np.zeros((3, 1 + k)), None, starts=k) for k in (0, 2)]
+    other = Trial("creep", np.zeros((3, 3)), None, starts=2)
+    said = ((own[0], 3.0), (own[0], 5.0), (own[1], 2.0), (own[1], 4.0), (other, 9.0))
+    scored = [Scored(trial, value, 0.0, 0.0, 0.0, 0.0, np.zeros(0)) for trial, value in said]
+    assert other_form(scored[1], scored) == [scored[3]]
+    assert other_form(scored[3], scored) == [scored[1]]
+    assert other_form(scored[4], scored) == []
 
 
 NAMELESS = ("follows time (a rate of each run's own)", "follows time (a rhythm)")
