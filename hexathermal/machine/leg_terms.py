@@ -203,16 +203,17 @@ def expansion(signals: LegSignals, parameters: Mapping[str, Any], memory: Memory
 
 
 def stored_heat(signals: LegSignals, parameters: Mapping[str, Any], memory: Memory) -> FloatArray:
-    """Return heat of motion, or of a recorded input, behind a low pass, ``low_pass(|u|^power)``.
+    """Return heat of motion, or of a recorded input, behind a low pass, ``low_pass(|u|^power)``; ``|0|^0`` is 0.
 
     ``source`` is ``"motion"`` (u: speed in m/s, the mean since the row before) or an input's name. With
     ``source_time_constant_s`` it is behind another low pass before: what is rubbed warms first, then what expands;
     ``source_share`` of it is that of what is rubbed itself. Rows may be as far apart as they like where the power is 1;
-    the square of a mean speed is less than the mean of squares, the more of a row the rod rests.
+    the square of a mean speed is less than the mean of squares, the more of a row the rod rests, and power 0, heat as
+    long as anything moves, takes a row for all of its time: such a law wants rows as it was identified with.
     """
     source = parameters["source"]
     u = memory.speed(signals.time, signals.q) if source == MOTION else np.abs(signals.recorded(source))
-    heat = u ** parameters.get("power", 1)
+    heat = np.sign(u) * u ** parameters.get("power", 1)
     return _heat_left(signals, heat, parameters, memory)
 
 

@@ -161,6 +161,23 @@ def test_heat_of_motion_does_not_depend_on_when_rows_are_taken() -> None:
     assert left(gap) == pytest.approx(every, rel=0.1)  # when the rod came to rest is not known
 
 
+def test_heat_may_last_as_long_as_anything_moves() -> None:
+    """Of power 0: strokes to and fro between rows count by their time, at whatever speed; rest does not."""
+    fine = np.arange(0.0, 7201.0)
+    works = ((fine > 600.0) & (fine < 1500.0)) | ((fine > 4000.0) & (fine < 4300.0))
+    q = 0.1 + 0.05 * works * np.sin(2.0 * np.pi * fine / 7.3) * np.where(fine < 2000.0, 1.0, 0.3)
+    rows = np.arange(0.0, 7201.0, 20.0)
+    signals, heat = LegSignals(rows, {}, np.interp(rows, fine, q)), {"source": "motion", "time_constant_s": 900.0}
+
+    wanted = Memory().low_pass("heat", fine, works.astype(np.float64), 900.0, held=True)[::20]
+    told = term_columns("stored-heat", signals, heat | {"power": 0})[:, 0]
+    by_way = term_columns("stored-heat", signals, heat | {"power": 1})[:, 0]
+    np.testing.assert_allclose(told, wanted, atol=0.02)
+    assert np.corrcoef(by_way, wanted)[0, 1] < 0.97 < 0.999 < np.corrcoef(told, wanted)[0, 1]
+    rested = LegSignals(rows, {}, np.full(len(rows), 0.1))
+    assert not term_columns("stored-heat", rested, heat | {"power": 0}).any()
+
+
 def test_what_is_rubbed_may_expand_itself() -> None:
     """A share of the expansion is that of what is rubbed, the rest that of what it warms; with 0 or 1 all of one."""
     signals = drawn_signals(5, 60)

@@ -3,23 +3,31 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from typing import Any
 
 from hexathermal.learn.diagnosis.evidence import Scored
 from hexathermal.learn.diagnosis.ranking import Ranked
+from hexathermal.learn.diagnosis.trials import Trial
 
 ALIKE = 1.0
 """Evidence that a cause needs for what is alike in all runs, where its decays before each run, or rates, count too."""
 
 
 def other_form(best: Scored, scored: list[Scored]) -> list[Scored]:
-    """Return the best trial of a cause without columns of single runs, where its best one has some; else with such.
+    """Return the best trial of a cause without columns of single runs, where its best one has some; else itself with.
 
     What these explain by themselves does not count for the cause: it may stand better without. And in the noise of the
     null, in which all that wanders is noise, few columns look best: beside its own it may stand better with them.
     """
-    others = [item for item in scored if item.trial.cause == best.trial.cause
-              and bool(item.trial.starts) != bool(best.trial.starts)]  # fmt: skip
+    own, kind = best.trial, _kind(best.trial)
+    others = [item for item in scored if item.trial.cause == own.cause and bool(item.trial.starts) != bool(own.starts)]
+    others = [item for item in others if own.starts or _kind(item.trial) == kind]
     return [max(others, key=lambda item: item.value)] if others else []
+
+
+def _kind(trial: Trial) -> tuple[str | None, str, dict[str, Any]]:
+    """Return what tells a trial from others of its cause, but for columns of single runs."""
+    return trial.target, trial.shape, dict(trial.parameters)
 
 
 def fullest(forms: list[Ranked]) -> Ranked:

@@ -81,6 +81,9 @@ ALONG = "B_per_K"
 PER_KELVIN = ("1/K", "1/K^2", "1/K^3")
 """Units of a leg's expansion; of another part it is a length."""
 
+AS_LONG = " in motion"
+"""Ending of the unit of heat that lasts as long as anything moves."""
+
 RATE_ERROR = 0.15
 """What rates that motion tells may be wrong by: 330 and 131 s of lateness were 378 and 114."""
 
@@ -175,20 +178,26 @@ def of_part(name: str, unit: str, factor: float) -> tuple[str, float]:
     """
     if unit in PER_KELVIN and name != ALONG:
         return unit.replace("1/", "um/"), UM
-    return unit.replace("1 per", "m per"), factor
+    return unit.replace("1 per", "m per").replace("1 in", "m in"), factor
 
 
 def of_source(parameters: Mapping[str, Any]) -> str:
     """Return the unit of stored heat's amplitude: a length, or a strain, for the unit of what heats, or its square.
 
+    Of heat as long as anything moves (power 0) it is what that comes to in the end.
+
     >>> of_source({"source": "motion", "power": 2}), of_source({"source": "spindle_speed_rpm", "ratio": 0.4})
     ('m per (m/s)^2', '1 per rpm')
+    >>> of_source({"source": "motion", "power": 0})
+    'm in motion'
     """
-    source = str(parameters["source"])
+    source, own = str(parameters["source"]), "1" if "ratio" in parameters else "m"
     unit = "m/s" if source == "motion" else source.rpartition("_")[2] if "_" in source else "unit"
-    squared = parameters.get("power", 1) == 2
-    of = f"({unit})^2" if squared and "/" in unit else f"{unit}^2" if squared else unit
-    return f"{'1' if 'ratio' in parameters else 'm'} per {of}"
+    power = parameters.get("power", 1)
+    if power == 0:
+        return own + AS_LONG
+    of = unit if power == 1 else f"({unit})^2" if "/" in unit else f"{unit}^2"
+    return f"{own} per {of}"
 
 
 def _wander(found: Found, stage: Stage) -> Quantity:
@@ -300,6 +309,8 @@ def workshop(one: Quantity) -> tuple[str, float]:
     """Return the unit in which people measure a quantity, and the factor that leads to it."""
     if one.unit == "s" and abs(one.value) >= LONG_S:
         return "min", 1.0 / 60.0
+    if one.unit.endswith(AS_LONG):
+        return ("um/m" if one.unit[0] == "1" else "um") + AS_LONG, 1e6
     if " per " in one.unit:
         size, of = one.unit.split(" per ")
         factor = {"m/s": 1e-3, "(m/s)^2": 1e-6}.get(of, 1.0) * 1e6

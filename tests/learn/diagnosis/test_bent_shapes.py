@@ -104,14 +104,16 @@ def test_what_differs_from_run_to_run_is_looked_at_in_the_noise_that_it_leaves()
 
 
 def test_each_form_of_a_cause_has_the_other_one_beside_it() -> None:
-    """With columns of single runs or without: the best of the others, of the same cause."""
-    own = [Trial("zero-drift", np.zeros((3, 1 + k)), None, starts=k) for k in (0, 2)]
+    """With columns of single runs the best one without, of the same cause; without them itself with such columns."""
+    plain, with_own = (Trial("zero-drift", np.zeros((3, 1 + k)), None, starts=k) for k in (0, 2))
+    later = Trial("zero-drift", np.zeros((3, 3)), None, "relaxation", {"time_constant_s": 100.0}, starts=2)
     other = Trial("creep", np.zeros((3, 3)), None, starts=2)
-    said = ((own[0], 3.0), (own[0], 5.0), (own[1], 2.0), (own[1], 4.0), (other, 9.0))
+    said = ((plain, 3.0), (plain, 5.0), (with_own, 2.0), (with_own, 4.0), (later, 8.0), (other, 9.0))
     scored = [Scored(trial, value, 0.0, 0.0, 0.0, 0.0, np.zeros(0)) for trial, value in said]
     assert other_form(scored[1], scored) == [scored[3]]
     assert other_form(scored[3], scored) == [scored[1]]
-    assert other_form(scored[4], scored) == []
+    assert other_form(scored[4], scored) == [scored[1]]
+    assert other_form(scored[5], scored) == []
 
 
 NAMELESS = ("follows time (a rate of each run's own)", "follows time (a rhythm)")

@@ -6,7 +6,11 @@ from collections.abc import Iterator
 from itertools import product
 from typing import Any
 
+import numpy as np
+
 from hexathermal.learn.diagnosis.trials import Cause, Parameter, Trial, Workbench
+from hexathermal.learn.diagnosis.view import View
+from hexathermal.machine.leg_signals import SMALLEST_MOVE
 
 CAUSE = Cause(
     name="hidden-heat",
@@ -41,15 +45,21 @@ KEPT_S = (1920.0, 3840.0, 7680.0)
 STAGES, OWN_SHARE = 6.0, 0.4
 """How much sooner what is rubbed warms than what expands, and the part of the expansion that may be its own."""
 
+STRETCH, WORKING = 3, 0.4
+"""Rows in which the rod moves without a rest, and the least part of all that it moves in which stand in such stretches,
+for the time that it moves to be told from the number of moves, after each of which it may creep."""
+
 
 def trials(bench: Workbench) -> Iterator[Trial]:
     """Give heat of motion and of each input behind low passes, acting on the part as a whole or with its length.
 
-    That of motion may warm the screw alone, behind the nut: it acts on what is out of it.
+    That of motion may warm the screw alone, behind the nut: it acts on what is out of it. A motor that turns warms at
+    any speed, and strokes to and fro between two rows leave no way to tell: heat may last as long as motion does.
     """
     view = bench.view
     lengths: tuple[dict[str, Any], ...] = ({},) if not view.stroked else ({}, {"ratio": bench.ratios[bench.main]})
     sources = [("motion", 1), ("motion", 2)] if view.moves else []
+    sources += [("motion", 0)] if view.moves and _works(view) else []
     sources += [(name, power) for name in view.runs[0].signals.inputs for power in (1, 2)]
     for source, power in sources:
         for tau in TIMES_S:
@@ -66,3 +76,14 @@ def trials(bench: Workbench) -> Iterator[Trial]:
                 yield trial
                 if tau in KEPT_S and (source, power) == sources[0] and not first and not length:
                     yield bench.not_at_rest(trial, tau)
+
+
+def _works(view: View) -> bool:
+    """Return whether motion often lasts for some rows without a rest."""
+    moved, long = 0, 0
+    for signals in view.signals:
+        moving = np.abs(np.diff(signals.q)) > SMALLEST_MOVE
+        ends = np.flatnonzero(np.diff(np.concatenate([[False], moving, [False]]).astype(np.int64)))
+        lasts = ends[1::2] - ends[::2]
+        moved, long = moved + int(lasts.sum()), long + int(lasts[lasts >= STRETCH].sum())
+    return long >= WORKING * max(moved, 1)
