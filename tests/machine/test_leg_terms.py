@@ -162,7 +162,7 @@ def test_heat_of_motion_does_not_depend_on_when_rows_are_taken() -> None:
 
 
 def test_heat_may_last_as_long_as_anything_moves() -> None:
-    """Of power 0: strokes to and fro between rows count by their time, at whatever speed; rest does not."""
+    """Of power 0: strokes back and forth between rows count by their time, at whatever speed; rest does not."""
     fine = np.arange(0.0, 7201.0)
     works = ((fine > 600.0) & (fine < 1500.0)) | ((fine > 4000.0) & (fine < 4300.0))
     q = 0.1 + 0.05 * works * np.sin(2.0 * np.pi * fine / 7.3) * np.where(fine < 2000.0, 1.0, 0.3)

@@ -54,7 +54,7 @@ def trials(bench: Workbench) -> Iterator[Trial]:
     """Give heat of motion and of each input behind low passes, acting on the part as a whole or with its length.
 
     That of motion may warm the screw alone, behind the nut: it acts on what is out of it. A motor that turns warms at
-    any speed, and strokes to and fro between two rows leave no way to tell: heat may last as long as motion does.
+    any speed, and strokes back and forth between two rows leave no way to tell: heat may last as long as motion does.
     """
     view = bench.view
     lengths: tuple[dict[str, Any], ...] = ({},) if not view.stroked else ({}, {"ratio": bench.ratios[bench.main]})
