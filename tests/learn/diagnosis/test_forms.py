@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from types import SimpleNamespace
 from typing import Any, cast
 
 import numpy as np
 import pytest
 
-from hexathermal.learn.diagnosis.causes import air_refraction, frame_expansion
+from hexathermal.learn.diagnosis.causes import air_refraction, frame_expansion, hidden_heat
 from hexathermal.learn.diagnosis.causes.creep import SATURATIONS_M, _saturations
 from hexathermal.learn.diagnosis.causes.nonlinear_expansion import trials as squares
 from hexathermal.learn.diagnosis.deciding import CLEAR, Decision, _cool, decided
@@ -47,6 +48,16 @@ def test_each_form_is_named(cause: str, seed: int, form: dict[str, Any]) -> None
     leader = decision_of(view).leader
     assert leader is not None
     assert leader.cause == cause
+
+
+@pytest.mark.parametrize(("rows", "tried"), [(1, False), (2, False), (4, True)])
+def test_heat_as_long_as_motion_lasts_is_tried_where_that_is_not_the_number_of_moves(rows: int, tried: bool) -> None:
+    """Moves that are over within a row or two are told by their number, after each of which a leg may creep."""
+    speed = np.tile(np.concatenate([np.full(rows, 0.01), np.zeros(20), np.full(rows, -0.01), np.zeros(7)]), 30)
+    view = cast(View, SimpleNamespace(signals=[SimpleNamespace(q=np.cumsum(speed))] * 2))
+    assert hidden_heat._works(view) is tried
+    at_rest = cast(View, SimpleNamespace(signals=[SimpleNamespace(q=np.zeros(100))]))
+    assert not hidden_heat._works(at_rest)
 
 
 def test_a_square_of_the_warming_counts_from_each_run_s_zero() -> None:

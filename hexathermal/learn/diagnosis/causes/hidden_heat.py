@@ -86,4 +86,4 @@ def _works(view: View) -> bool:
         ends = np.flatnonzero(np.diff(np.concatenate([[False], moving, [False]]).astype(np.int64)))
         lasts = ends[1::2] - ends[::2]
         moved, long = moved + int(lasts.sum()), long + int(lasts[lasts >= STRETCH].sum())
-    return long >= WORKING * max(moved, 1)
+    return long > 0 and long >= WORKING * moved
