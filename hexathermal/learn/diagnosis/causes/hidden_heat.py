@@ -49,6 +49,9 @@ STRETCH, WORKING = 3, 0.4
 """Rows in which the rod moves without a rest, and the least part of all that it moves in which stand in such stretches,
 for the time that it moves to be told from the number of moves, after each of which it may creep."""
 
+LASTING = 6
+"""So many of the times are tried for heat as long as motion lasts, which in a run of hours is hardly told from more."""
+
 
 def trials(bench: Workbench) -> Iterator[Trial]:
     """Give heat of motion and of each input behind low passes, acting on the part as a whole or with its length.
@@ -62,13 +65,13 @@ def trials(bench: Workbench) -> Iterator[Trial]:
     sources += [("motion", 0)] if view.moves and _works(view) else []
     sources += [(name, power) for name in view.runs[0].signals.inputs for power in (1, 2)]
     for source, power in sources:
-        for tau in TIMES_S:
-            if view.stroked and source == "motion":
+        for tau in TIMES_S if power else TIMES_S[:LASTING]:
+            if view.stroked and source == "motion" and power:
                 yield bench.term(CAUSE.name, "stored-heat", source, source=source, time_constant_s=tau, power=power,
                                  ratio=bench.along_screw)  # fmt: skip
             rubbed = {"source_time_constant_s": tau / STAGES}
             stages: list[dict[str, Any]] = [{}, rubbed]
-            if source == "motion":
+            if source == "motion" and power:
                 stages.append({**rubbed, "source_share": OWN_SHARE})
             for first, length in product(stages, lengths):
                 trial = bench.term(CAUSE.name, "stored-heat", source, source=source, time_constant_s=tau, power=power,
