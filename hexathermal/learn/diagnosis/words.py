@@ -178,7 +178,7 @@ def of_part(name: str, unit: str, factor: float) -> tuple[str, float]:
     """
     if unit in PER_KELVIN and name != ALONG:
         return unit.replace("1/", "um/"), UM
-    return unit.replace("1 per", "m per").replace("1 in", "m in"), factor
+    return unit.replace("1 per", "m per").replace("1" + AS_LONG, "m" + AS_LONG), factor
 
 
 def of_source(parameters: Mapping[str, Any]) -> str:

@@ -3,14 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from functools import partial
 from itertools import product
 from typing import Any
 
 import numpy as np
 
+from hexathermal.learn.cleaning_stuck import stretches
 from hexathermal.learn.diagnosis.trials import Cause, Parameter, Trial, Workbench
 from hexathermal.learn.diagnosis.view import View
-from hexathermal.machine.leg_signals import SMALLEST_MOVE
+from hexathermal.machine.leg_signals import Memory
 
 CAUSE = Cause(
     name="hidden-heat",
@@ -62,16 +64,17 @@ def trials(bench: Workbench) -> Iterator[Trial]:
     view = bench.view
     lengths: tuple[dict[str, Any], ...] = ({},) if not view.stroked else ({}, {"ratio": bench.ratios[bench.main]})
     sources = [("motion", 1), ("motion", 2)] if view.moves else []
-    sources += [("motion", 0)] if view.moves and _works(view) else []
+    sources += [("motion", 0)] if view.moves and view.once((CAUSE.name, "works"), partial(_works, view), ()) else []
     sources += [(name, power) for name in view.runs[0].signals.inputs for power in (1, 2)]
     for source, power in sources:
+        by_way = source == "motion" and power > 0
         for tau in TIMES_S if power else TIMES_S[:LASTING]:
-            if view.stroked and source == "motion" and power:
+            if view.stroked and by_way:
                 yield bench.term(CAUSE.name, "stored-heat", source, source=source, time_constant_s=tau, power=power,
                                  ratio=bench.along_screw)  # fmt: skip
             rubbed = {"source_time_constant_s": tau / STAGES}
             stages: list[dict[str, Any]] = [{}, rubbed]
-            if source == "motion" and power:
+            if by_way:
                 stages.append({**rubbed, "source_share": OWN_SHARE})
             for first, length in product(stages, lengths):
                 trial = bench.term(CAUSE.name, "stored-heat", source, source=source, time_constant_s=tau, power=power,
@@ -83,10 +86,7 @@ def trials(bench: Workbench) -> Iterator[Trial]:
 
 def _works(view: View) -> bool:
     """Return whether motion often lasts for some rows without a rest."""
-    moved, long = 0, 0
-    for signals in view.signals:
-        moving = np.abs(np.diff(signals.q)) > SMALLEST_MOVE
-        ends = np.flatnonzero(np.diff(np.concatenate([[False], moving, [False]]).astype(np.int64)))
-        lasts = ends[1::2] - ends[::2]
-        moved, long = moved + int(lasts.sum()), long + int(lasts[lasts >= STRETCH].sum())
-    return long > 0 and long >= WORKING * moved
+    moving = [(Memory().moves(signals.q) != 0.0).astype(np.float64) for signals in view.signals]
+    lasts = np.concatenate([stretches(one)[1::2] for one in moving])  # the first row of a run rests
+    long = int(lasts[lasts >= STRETCH].sum())
+    return long > 0 and long >= WORKING * int(lasts.sum())
