@@ -8,9 +8,9 @@ BIN    := $(VENV)/bin
 demo: $(VENV)/installed
 	$(BIN)/hexathermal demo
 
-# Long tests take more than an hour of one core: a fifth of them, another one each day.
+# Long tests take more than an hour of one core: an eighth of them, others each day.
 test: checked
-	$(BIN)/python -m pytest -n 2 --dist worksteal --share $$(( $$(date +%s) / 86400 % 5 + 1 ))/5
+	$(BIN)/python -m pytest -n 2 --dist worksteal --share $$(( $$(date +%s) / 86400 % 8 + 1 ))/8
 
 test-all: checked
 	$(BIN)/python -m pytest -n 2 --dist worksteal

@@ -54,12 +54,14 @@ def assert_all_right(case: Case, contender: Contender, pose_tolerance: float = P
         assert worst <= allowed, f"{contender.name}, {job.quantity.value}, {job.variant}: {worst:.2e} > {allowed:g}"
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("module", MODULES)
 def test_every_answer_of_every_contender_is_right(case: Case, module: str) -> None:
     """Each contender's every job gives the true lengths, corrected lengths, poses and Jacobians of 200 poses."""
     assert_all_right(case, entrant(case, module), MUJOCO_POSE if module == "mujoco_tendons" else POSE)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("architecture", "flag"), [("x86-64", "sse2"), ("x86-64-v3", "avx2"), ("x86-64-v4", "avx512f")]
 )

@@ -30,6 +30,7 @@ def test_json_is_the_budget_of_the_library(capsys: Said, reference: ht.Hexapod) 
     assert [item["label"] for item in said["contributions"]] == [item.label for item in own.contributions]
 
 
+@pytest.mark.long
 def test_tables_files_and_verdict(capsys: Said, tmp_path: Path) -> None:
     """A budget with Monte Carlo says its verdict, what was assumed, and writes a table and a picture."""
     out = tmp_path / "b"
@@ -75,6 +76,7 @@ def test_map_tells_the_worst_pose(capsys: Said, tmp_path: Path) -> None:
     assert (out / "map.png").stat().st_size > 10_000
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("grids", [["x=0:0:1"], ["x=0:0:1", "y=1:1:3"], ["x=0:40:2", "y=0:40:2", "z=0:1:1"]])
 def test_maps_of_one_value(grids: list[str], tmp_path: Path) -> None:
     """Grids with one value, or with equal ends, are drawn without a warning; three coordinates are not drawn."""

@@ -50,6 +50,7 @@ def test_main_works_outside_the_main_thread(capsys: Said) -> None:
     assert codes == [0]
 
 
+@pytest.mark.long
 @pytest.mark.skipif(sys.platform == "win32", reason="signals")
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM, getattr(signal, "SIGHUP", signal.SIGTERM)])
 def test_a_stopped_run_leaves_nothing(files: list[str], tmp_path: Path, number: signal.Signals) -> None:
@@ -187,6 +188,7 @@ def test_fonts_find_a_place_without_a_home(tmp_path: Path, monkeypatch: pytest.M
     assert "MPLCONFIGDIR" not in os.environ
 
 
+@pytest.mark.long
 @pytest.mark.filterwarnings("default::UserWarning")
 def test_letters_that_a_font_lacks_are_told_in_one_line(tmp_path: Path, capsys: Said) -> None:
     """A sensor called in Chinese is drawn as a box; one note says so, without code; --quiet leaves it out."""
@@ -216,6 +218,7 @@ def test_what_a_library_warns_of_is_one_line(monkeypatch: pytest.MonkeyPatch, ca
     assert capsys.readouterr().err == "note: odd numbers (RuntimeWarning)\n"
 
 
+@pytest.mark.long
 @pytest.mark.skipif(sys.platform == "win32", reason="pseudo-terminals")
 def test_progress_is_for_terminals_only(files: list[str], tmp_path: Path) -> None:
     """A bar moves on stderr where that is a terminal, and nothing is written there where it is none."""
@@ -314,6 +317,7 @@ WORDS = ["correct", "machines", "show-machine", "--machine", "--poses", "--temps
          "{tmp}/none/x.csv", "fixed-zyx", "-1e-3", "nan", "0", "-h", "--", "[b]x[/b]", "\u00e9\udcff", ""]  # fmt: skip
 
 
+@pytest.mark.long
 @given(arguments=st.lists(st.sampled_from(WORDS) | st.text(max_size=8), max_size=9))
 @settings(max_examples=300, suppress_health_check=[HealthCheck.function_scoped_fixture])
 def test_no_arguments_whatever_show_a_traceback(

@@ -171,6 +171,7 @@ JSON = [
 ]  # fmt: skip
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("words", JSON, ids=lambda words: words[0])
 def test_json_has_one_envelope(words: list[str], bench: Path, tmp_path: Path, capsys: Said) -> None:
     """``--json`` puts one JSON object on stdout and nothing else there; its first keys are those of every command;
@@ -304,6 +305,7 @@ TAKERS = [
 ]
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("line", TAKERS)
 def test_files_that_are_none_are_refused(line: str, bench: Path, tmp_path: Path, capsys: Said) -> None:
     """Whatever file is given for whatever is wanted: an error of the input, one message, no traceback, nothing left."""
@@ -355,6 +357,7 @@ def test_a_full_disk_ends_with_1_and_leaves_nothing(line: str, bench: Path, tmp_
     assert sorted(tmp_path.iterdir()) == []
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     "line", [line for line in WRITERS if not line.startswith(("check", "view"))], ids=lambda line: line.split(" -")[0]
 )

@@ -22,6 +22,7 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return place
 
 
+@pytest.mark.long
 def test_the_cause_is_said_first_and_drawn(folder: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     """The first line names the motor's heat; JSON holds the same; every picture is there."""
     pictures, answer = tmp_path / "pictures", tmp_path / "answer.json"

@@ -144,6 +144,7 @@ def test_switches_replace_what_is_there_and_put_it_back(name: str) -> None:
     assert state() == before
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     "name", ["no parity of the sensors", "noise not fitted again for leaders", "windows as independent"]
 )

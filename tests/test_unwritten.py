@@ -129,6 +129,7 @@ def test_a_full_disk_is_told_with_the_folder(
     assert not list(tmp_path.iterdir())
 
 
+@pytest.mark.long
 def test_a_page_that_finds_no_room_is_not_told_as_written(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:

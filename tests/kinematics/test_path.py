@@ -48,6 +48,7 @@ def drawn(machine: ht.Hexapod, count: int, seed: int) -> tuple[F64, F64]:
     )
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("name", MACHINES)
 def test_moves_fail_where_dense_sampling_says(name: str) -> None:
     """200 moves against 501 samples each: the same verdict, and the same first place to one step of the samples."""

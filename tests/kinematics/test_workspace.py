@@ -62,6 +62,7 @@ CONES = replace(
 )
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("machine", "angles"),
     [(REFERENCE, (0, 0, 0)), (REFERENCE, (10, -4, 15)), (CONES, (0, 0, 0)), (CONES, (3, 4, 5))],

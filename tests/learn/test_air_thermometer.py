@@ -53,6 +53,7 @@ def test_a_column_of_the_air_goes_first(tmp_path: Path) -> None:
     np.testing.assert_array_equal(after, before)
 
 
+@pytest.mark.long
 def test_a_frame_is_named_by_a_thermocouple_in_the_room(tmp_path: Path) -> None:
     """A part with a stroke whose bench follows the room, and whose logger calls the air's column a thermocouple's."""
     truth, answer = campaign_of("actuator", 12, causes=("frame-expansion",), strength=2.0)

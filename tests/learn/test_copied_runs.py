@@ -57,6 +57,7 @@ def test_the_first_run_stays(tmp_path: Path) -> None:
     assert said == list(copy_words(turned).values())
 
 
+@pytest.mark.long
 def test_no_gain_is_told_on_copies_alone() -> None:
     """A diagnosis whose every run for validation was fitted tells no gain, and says why."""
     truth, answer = campaign_of("modal", 1, causes=("backlash",), strength=1.0)

@@ -38,6 +38,7 @@ def altered(campaign: Path, place: Path, change: Callable[[str, int, str], str])
     return place
 
 
+@pytest.mark.long
 def test_constant_temperatures_are_bad_input(
     campaign: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -54,6 +55,7 @@ def test_constant_temperatures_are_bad_input(
     assert "never leaves its zero" in capsys.readouterr().err
 
 
+@pytest.mark.long
 def test_one_leg_that_never_warms_is_named(campaign: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     """A leg whose thermometer never changes: its two coefficients are said to be unseen, the others have numbers."""
     still = altered(campaign, tmp_path / "one", lambda name, _k, text: "20.0" if name == "leg3_T1_degC" else text)

@@ -27,6 +27,7 @@ def place(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return folder
 
 
+@pytest.mark.long
 def test_from_simulation_to_validation(place: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     """simulate, identify, validate in a row: laws near those that fit the truth best from what the thermometers
     read; a machine that reads; errors of the platform on runs never fitted fall by more than 70 %; pictures and numbers

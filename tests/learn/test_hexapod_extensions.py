@@ -114,6 +114,7 @@ def corrected(machine: Path, rows: HexapodRows, folder: Path) -> np.ndarray:
     return np.column_stack([found[f"leg{k}_length_mm"] for k in range(1, 7)]) * 1e-3
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("name", [*FAULTS, "all"])
 def test_round_trip_from_the_command_line(name: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     """A machine that states what extends it, with laws 30 % off: ``identify`` finds the true laws and plates within

@@ -35,6 +35,7 @@ def test_without_noise_the_truth_comes_back(rng: np.random.Generator) -> None:
     assert found.fit_rmse["leg-specific"][0] < 1e-10
 
 
+@pytest.mark.long
 def test_intervals_cover(rng: np.random.Generator) -> None:
     """Of 560 intervals of 95 % (40 campaigns, 12 + 2 coefficients) 93 to 99.5 % hold the truth: the larger of two
     uncertainties is taken, so they are rather wide.

@@ -41,6 +41,7 @@ def errors_of(rng: np.random.Generator, runs: int) -> tuple[list[np.ndarray], li
     return tuple([part[rows.run == k] for k in range(runs)] for part in (before, after))  # type: ignore[return-value]
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("runs", [2, 3, 6])
 def test_exact_laws_are_not_called_wrong_and_intervals_cover(runs: int) -> None:
     """Of 24 machines with exact laws, validated on 2, 3 or 6 runs, at most 5 % (1) are said to over- or under-correct.

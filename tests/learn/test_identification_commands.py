@@ -52,6 +52,7 @@ def written(folder: Path, seed: int, degrees: float = 1.0, shift: float = 0.0) -
     return folder
 
 
+@pytest.mark.long
 def test_from_campaign_to_machine(campaign: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     """identify, validate and apply in a row: a law near the truth, a validation that says so, a machine that reads."""
     law, report = tmp_path / "leg.toml", tmp_path / "report"

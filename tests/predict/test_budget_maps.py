@@ -21,6 +21,7 @@ from tests.predict.budget_oracle import thermal_machine
 TEMPS = [25.0] * 6
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("view", [
     {}, {"at_tool": [0.01, 0, 0.1], "correction": False, "air_degC": 23.0},
     {"frame": "object", "frames": ht.Frames(object=[5, -6, 90, 3, -4, 50])},

@@ -218,6 +218,7 @@ LARGEST_GROWTH_KB = 60_000
 """Ten times the rows may take this much more memory at its peak; held whole, they would take 300 MB more."""
 
 
+@pytest.mark.long
 @pytest.mark.skipif(sys.platform == "win32", reason="peak memory is read with getrusage")
 def test_memory_does_not_grow_with_the_file(tmp_path: Path) -> None:
     """Ten times as many rows take no more memory."""

@@ -267,6 +267,7 @@ def test_a_share_is_none_by_chance_and_whole_of_a_step(rng: np.random.Generator)
     assert share(np.full(200, np.nan), side) == 0.0
 
 
+@pytest.mark.long
 def test_a_browser_shows_it_without_a_word_of_complaint(report: Path, window: Callable[..., Any]) -> None:
     """Chromium at desk and phone width, light and dark: nothing is missing, nothing runs over the edge."""
     assert complaints(window, report / "report.html") == []

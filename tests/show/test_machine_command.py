@@ -387,6 +387,7 @@ def test_pictures_do_not_know_where_the_tracker_stood(ran: Ran, found: MachineDi
     assert np.abs(pooled(campaign, replace(shifted, disturbances=found.disturbances)).before - other.before).max() > 1.0
 
 
+@pytest.mark.long
 def test_a_browser_shows_it_without_a_word_of_complaint(ran: Ran, window: Callable[..., Any]) -> None:
     """Chromium at desk and phone width, light and dark: nothing is missing, nothing runs over the edge."""
     assert complaints(window, ran.files / "report" / "report.html") == []

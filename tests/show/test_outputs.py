@@ -122,6 +122,7 @@ def test_other_names_in_a_folder_of_results_are_free(tmp_path: Path) -> None:
         protect(Namespace(command="of somebody else", out=o, json=str(o / "a.json")))
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("words", "option"),
     [

@@ -42,6 +42,7 @@ def campaign(request: pytest.FixtureRequest) -> list[BenchRun]:
     return list(simulate_bench(Bench(), request.param))
 
 
+@pytest.mark.long
 def test_the_figures_of_the_paper_come_out(campaign: list[BenchRun]) -> None:
     """Robert et al., sections 5.3 and 5.4, by least squares on eq. 4, each run zeroed at its first row.
 

@@ -40,6 +40,7 @@ def a_repair(stage: Stage, cause: str) -> Scored:
                        if trial.cause == cause and trial.target in (base, None)))  # fmt: skip
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("repair", ["swapped-sensors", "clock-offset", "sensor-drift"])
 @pytest.mark.parametrize("shape", ["lag", "square", "temperature"])
 def test_a_term_that_joined_before_a_repair_reads_mended_data(stage: Stage, repair: str, shape: str) -> None:

@@ -101,6 +101,7 @@ def test_a_thermometer_that_shows_a_part_of_lateness_is_not_late(monkeypatch: py
     assert Stage(replace(view)).step.ranking[0].cause == "thermal-lag"
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(("bench", "seed"), [("modal", 101), ("rough", 106)])
 def test_without_bystanders_nobody_knows_a_late_thermometer_by_the_others(bench: str, seed: int) -> None:
     """Of a sound leg with four thermometers beside the law's own, none of them foretold, nothing is named."""

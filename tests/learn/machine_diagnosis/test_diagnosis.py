@@ -53,6 +53,7 @@ def test_each_cause_is_found_where_it_sits(cause: str) -> None:
     assert found.extended != found.hexapod
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("seed", range(2))
 @pytest.mark.parametrize("how", [{}, {"frame": 4e-6}, {"tails": 4.0}], ids=["still", "frames", "tails"])
 def test_a_clean_machine_is_called_clean(seed: int, how: dict[str, float]) -> None:
