@@ -10,6 +10,7 @@ from hexathermal.show.shares import less, proven
 
 if TYPE_CHECKING:
     from hexathermal.learn.diagnosis.result import Diagnosis
+    from hexathermal.learn.validation_gain import RunGain
 
 FEWEST_JUDGED = 3
 """Fewer runs for validation hardly tell how much runs differ."""
@@ -23,6 +24,7 @@ def gain_words(found: Diagnosis) -> str:
     before, after, part = one.rmse_before * 1e6, one.rmse_after.value * 1e6, one.rmse_gain
     if not changed(found):
         said = f"On runs never fitted the law leaves an RMSE of {before:.3f} um; nothing joined it"
+        said += "" if found.refused is None else refused_words(found.refused.total, found.law.zero)
     else:
         said = (
             f"On runs never fitted the extended law brings the RMSE from {before:.3f} to {after:.3f} um ({less(part)}"
@@ -39,6 +41,15 @@ def gain_words(found: Diagnosis) -> str:
     said += f". That is of {runs}; three or more tell how much runs differ" if few else ""
     said += f".{shifted_words(found)}"
     return said + (f" Not compared, rows differ: {', '.join(skipped)}." if skipped else "")
+
+
+def refused_words(lost: RunGain, zero: str) -> str:
+    """Return by how much a law would foretell runs never fitted worse, with what stays out of it."""
+    beside = ", and more beside a constant in each run, too" if zero == "run" else ""
+    return (
+        f": extended by what was named it would leave {lost.rmse_after.value * 1e6:.3f} um ({less(lost.rmse_gain)})"
+        f"{beside}"
+    )
 
 
 def shifted_words(found: Diagnosis) -> str:

@@ -120,6 +120,9 @@ def _effect(one: Effect, kind: str) -> str:
         if one.told_by_thermometers
         else "It joined the law, since it foretells runs left out of the fit."
         if one.joined
+        else "It did not join the law: that would foretell runs never fitted worse, see the gain below. More runs for "
+        "validation tell whether this name is wrong, or those runs are unlike the others."
+        if one.refused
         else "It did not join the law: runs left out of the fit do as well without it. It may go along with the drift "
         "and move nothing."
     )

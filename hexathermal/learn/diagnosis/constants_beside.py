@@ -10,6 +10,7 @@ import numpy as np
 
 if TYPE_CHECKING:
     from hexathermal.learn.diagnosis.result import RunResidual
+    from hexathermal.learn.validation_gain import Gain
 
 
 @dataclass(frozen=True)
@@ -34,9 +35,19 @@ class BesideConstants:
                 "runs_that_fall": self.falls, "runs": self.runs}  # fmt: skip
 
 
-def beside_constants(judged: Sequence[RunResidual]) -> BesideConstants | None:
-    """Return what is left of runs beside a constant in each; None of no runs."""
-    if not judged:
+def beside_constants(residuals: Sequence[RunResidual], gain: Gain | None, zero: str) -> BesideConstants | None:
+    """Return what is left of judged runs beside a constant in each; None where no run counts from its own first row.
+
+    Parameters
+    ----------
+    residuals : sequence of RunResidual
+    gain : Gain or None
+        Of which the runs were judged.
+    zero : str
+        From what runs count, see `Campaign.zero`.
+    """
+    judged = [] if gain is None else [one for one in residuals if one.role == "validation" and one.run in gain.runs]
+    if zero != "run" or not judged:
         return None
     spreads = np.array([(one.before.std(), one.after.std()) for one in judged])
     weights = np.array([len(one.before) for one in judged])

@@ -23,11 +23,12 @@ from hexathermal.learn.diagnosis.limits import at_most_named, limits_of, sure_of
 from hexathermal.learn.diagnosis.lost_counts import lost_count
 from hexathermal.learn.diagnosis.mending import mended, mended_view
 from hexathermal.learn.diagnosis.next_experiments import next_experiments
+from hexathermal.learn.diagnosis.paying import kept_out, paid
 from hexathermal.learn.diagnosis.places import alias_words
 from hexathermal.learn.diagnosis.put_back import put_back, told_back
 from hexathermal.learn.diagnosis.recorded import judged_runs, partly_recorded, refuse_silent, refuse_slow, silence_words
 from hexathermal.learn.diagnosis.replugged import Exchange, exchanges_between_runs, told_of
-from hexathermal.learn.diagnosis.residuals import run_residuals, whiteness
+from hexathermal.learn.diagnosis.residuals import whiteness
 from hexathermal.learn.diagnosis.result import Candidate, Diagnosis, Effect, Limit
 from hexathermal.learn.diagnosis.rivals import LATE, OFF, STEP, TILT
 from hexathermal.learn.diagnosis.search import REPEATED
@@ -119,7 +120,10 @@ def _diagnosed(
     limits, confusions = limits_of(course.first, levels, course.threshold)
     jumped = judged_steps(plain, extended, held, course.threshold)
     told = _told_before(course, plain, plugs, jumped)
+    final = paid(campaign, mute, rows, held, base, extended, read, sure=bool(plugs))
     effects = _effects(course, told)
+    if final.refused is not None:
+        effects = tuple(map(kept_out, effects))
     limits = at_most_named(limits, _smallest(course, effects))
     verdict, probability, follows = _verdict(course, effects, sure_of_nothing(limits, levels.rms))
     candidates = _candidates(course, told)
@@ -131,11 +135,11 @@ def _diagnosed(
         *copies, *_cleaned((*rows, *judged)),
     )  # fmt: skip
     return Diagnosis(
-        verdict, probability, effects, follows, candidates, base, extended, gained(base, extended, seen, read),
+        verdict, probability, effects, follows, candidates, base, final.law, final.gain,
         reachable(campaign, last, held, base, extended.repairs), last.channel.counted(last.levels), course.threshold,
         limits, confusions, next_experiments(course, limits, confusions, _candidates(course, ())),
-        run_residuals(campaign, rows, held, base, extended), campaign.title, notes, whiteness(course),
-        None if law is None else Given(law, gained(law, base, seen, read)), doubtful,
+        final.residuals, campaign.title, notes, whiteness(course),
+        None if law is None else Given(law, gained(law, base, seen, read)), doubtful, final.refused,
     )  # fmt: skip
 
 

@@ -52,6 +52,8 @@ class Effect:
     sentence : str
     joined : bool
         Whether it joined the law: it paid on runs left out.
+    refused : bool
+        Whether it stays out of the law since that would foretell runs never fitted worse.
     taken_back : bool
         Whether cleaning had taken it back before any law was fitted: no law need hold it.
     """
@@ -66,6 +68,7 @@ class Effect:
     sentence: str
     joined: bool
     taken_back: bool = False
+    refused: bool = False
 
     @property
     def of_judged_run(self) -> bool:
@@ -223,6 +226,8 @@ class Diagnosis(Shown):
         The law that was given, where one was.
     doubtful : tuple of str
         Of the notes, what makes the readings themselves doubtful.
+    refused : Gain or None
+        What the law would gain by causes that stay out of it, since it would foretell runs never fitted worse.
     """
 
     verdict: str
@@ -245,6 +250,7 @@ class Diagnosis(Shown):
     whiteness: Autocorrelation | None = None
     given: Given | None = None
     doubtful: tuple[str, ...] = ()
+    refused: Gain | None = None
 
     def __repr__(self) -> str:
         return f"{type(self).__name__}: {self.sentence}"
@@ -273,10 +279,7 @@ class Diagnosis(Shown):
     @property
     def beside_constants(self) -> BesideConstants | None:
         """What the gain is beside a constant in each run for validation; None where nothing is judged so."""
-        if self.gain is None or self.law.zero != "run":
-            return None
-        return beside_constants([one for one in self.residuals
-                                 if one.role == "validation" and one.run in self.gain.runs])  # fmt: skip
+        return beside_constants(self.residuals, self.gain, self.law.zero)
 
     @property
     def unlike(self) -> tuple[str, ...]:
@@ -350,7 +353,7 @@ class Diagnosis(Shown):
                 {"cause": one.cause, "target": target_of(one), "probability": one.probability,
                  "equivalent": list(one.equivalent), "parameters": parameter_facts(one), "settings": dict(one.settings),
                  "visible_rms_um": one.visible * UM, "joined_law": one.joined,
-                 "taken_back": one.taken_back, "sentence": one.sentence}
+                 "taken_back": one.taken_back, "refused": one.refused, "sentence": one.sentence}
                 for one in self.effects
             ],
             "follows": self.follows,
@@ -360,6 +363,7 @@ class Diagnosis(Shown):
                          for name, run in (self.gain.runs if self.gain is not None else {}).items()},
                 "rmse_reachable_um": None if self.reachable is None else self.reachable * UM,
             },
+            "refused": None if self.refused is None else gained_facts(self.refused.total),
             "beside_constants": None if self.beside_constants is None else self.beside_constants.to_json(),
             "given": None if self.given is None else self.given.to_json(),
             "candidates": [ranked_facts(one) for one in self.candidates],

@@ -1,0 +1,100 @@
+"""An extension that runs never fitted speak against is not made, and it is said; noise of a first row is no word."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from functools import cache
+from pathlib import Path
+from tempfile import TemporaryDirectory
+
+import numpy as np
+import pytest
+
+from hexathermal.learn.campaign_files import load_campaign
+from hexathermal.learn.diagnosis import Diagnosis, diagnose
+from hexathermal.learn.diagnosis.constants_beside import BesideConstants
+from hexathermal.learn.diagnosis.paying import loses
+from hexathermal.learn.validation_gain import Gain, RunGain
+from hexathermal.learn.validation_scores import Figure
+from hexathermal.show.diagnosis_gain import gain_words
+from hexathermal.simulate.hidden.drawing import campaign_of
+from hexathermal.simulate.hidden.writing import write_campaign
+from tests.learn.diagnosis.campaigns import rewritten
+
+SCALE = 5e-6
+"""Of the scale in runs for identification."""
+
+
+@cache
+def with_scale(judged: float) -> Diagnosis:
+    """What is said of a sound leg whose scale is wrong by `SCALE`, in runs for validation by that times a factor."""
+    truth, answer = campaign_of("quiet", 5, causes=(), shared=True)
+    with TemporaryDirectory() as place:
+        folder = Path(place) / "campaign"
+        write_campaign(folder, truth, answer)
+        for run in load_campaign(folder).runs:
+            size = SCALE * (judged if run.role == "validation" else 1.0)
+
+            def stretched(rows: list[dict[str, str]], size: float = size) -> None:
+                start = float(rows[0]["q_mm"])
+                for row in rows:
+                    for beam in ("beam1_mm", "beam2_mm", "beam3_mm"):
+                        row[beam] = repr(float(row[beam]) + size * (float(row["q_mm"]) - start))
+
+            rewritten(run.path, stretched)
+        return diagnose(load_campaign(folder), answer.base)
+
+
+@pytest.mark.long
+def test_a_law_that_foretells_runs_worse_is_not_made() -> None:
+    """A scale that errs the other way in runs for validation is named, and the law stays as it was."""
+    found = with_scale(-1.0)
+    assert found.cause == "scale-error"
+    assert found.extended is found.law
+    assert found.gain is not None
+    assert found.gain.total.rmse_gain.value == 0.0
+    assert not found.effects[0].joined
+    assert found.effects[0].refused
+    assert found.effects[0].sentence.endswith("foretold worse with it: it stays out of the law.")
+    assert found.refused is not None
+    assert found.refused.total.rmse_gain.value < -0.02
+    assert all(np.array_equal(run.before, run.after) for run in found.residuals)
+    told = found.to_json()
+    assert told["refused"]["rmse_after_um"] > told["refused"]["rmse_before_um"] == told["gain"]["rmse_after_um"]
+    assert "nothing joined it: extended by what was named it would leave" in gain_words(found)
+
+
+@pytest.mark.long
+def test_the_same_law_is_made_where_runs_bear_it_out() -> None:
+    """With the same scale in all runs it joins, and takes most of what the law left."""
+    found = with_scale(1.0)
+    assert found.cause == "scale-error"
+    assert found.effects[0].joined
+    assert not found.effects[0].refused
+    assert found.refused is None
+    assert found.to_json()["refused"] is None
+    assert found.gain is not None
+    assert found.gain.total.rmse_gain.low > 0.0
+
+
+def gain_of(part: float) -> Gain:
+    """A gain, of all runs."""
+    one = Figure(part, part - 0.1, part + 0.1)
+    return Gain({}, RunGain(1e-6, 1e-6, replace(one, value=1e-6 * (1.0 - part)), one, one, one, one))
+
+
+@pytest.mark.parametrize(
+    ("part", "beside", "lost"),
+    [
+        (-0.3, 0.8, False),  # the noise of a first row shifts a run
+        (-0.3, 1.01, False),  # too little to say
+        (-0.3, 1.1, True),
+        (0.1, 1.1, False),
+        (-0.3, None, True),  # nothing shifts a run by itself
+        (-0.01, None, False),
+    ],
+)
+def test_both_errors_must_rise(part: float, beside: float | None, lost: bool) -> None:
+    """As measured alone an RMSE is not believed where each run counts from its own first row."""
+    told = None if beside is None else BesideConstants(1e-6, beside * 1e-6, 0, 3)
+    assert loses(gain_of(part), told) is lost
