@@ -23,8 +23,8 @@ NAMED_PRIOR = 0.75
 """Of the catalogue, against something nameless."""
 
 SOUND = 0.96
-"""How often the truth is among the hypotheses as they are drawn: of what was given as certain on benches of this project
-0.98 was right, on legs of four generators of other hands 0.93."""
+"""How often the truth is among the hypotheses as they are drawn: of what was given as certain on benches of this
+project 0.98 was right, on legs of four generators of other hands 0.93."""
 
 NAME_LEAD, NAME_SHARE = 0.5, 0.03
 """A cause may be that far behind flexible columns, which imitate any shape, and by this part of what they say besides,

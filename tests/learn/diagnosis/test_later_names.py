@@ -30,7 +30,7 @@ def test_a_later_name_needs_no_more_than_what_imitates_it() -> None:
 def test_names_that_are_as_good_are_as_sure_together() -> None:
     """Two that share what is believed are each half as likely as both."""
     decision = decided(step(ranked("swapped-sensors", 80.0), ranked("missing-sensor", 80.0)), LEAST)
-    assert decision.probability < 0.5 < 0.97 < decision.together <= SOUND
+    assert decision.probability < 0.5 < 0.98 * SOUND < decision.together <= SOUND
     alone = decided(step(ranked("creep", 80.0)), LEAST)
     assert alone.together == alone.probability
 
