@@ -69,7 +69,7 @@ def day_figure(result: Demonstration) -> Figure:
         _temperatures(heat, hours, result)
         without, with_ = largest(result.errors_without), largest(result.errors_with)
         for axes, k, unit, what in ((shift, 0, "µm", "shift"), (turn, 1, "µrad", "turn")):
-            _working(axes, hours, result)
+            _working(axes, result)
             axes.plot(hours, without[k], color=VERMILION, ls="--")
             axes.plot(hours, with_[k], color=BLUE)
             axes.set_ylabel(f"platform {what} ({unit})")
@@ -84,17 +84,24 @@ def day_figure(result: Demonstration) -> Figure:
     return figure
 
 
-def _working(axes: Axes, hours: Any, result: Demonstration) -> None:
-    """Shade the times when the machine works."""
+def working_hours(result: Demonstration) -> tuple[tuple[float, float], ...]:
+    """Return from when to when the machine works [h]."""
+    hours = result.truth.time / HOUR_S
     edges = np.flatnonzero(np.diff(np.concatenate([[0], result.truth.working.astype(int), [0]])))
-    for first, last in zip(edges[::2], edges[1::2], strict=True):
-        axes.axvspan(hours[first], hours[min(last, len(hours) - 1)], color="#F3F1EA", lw=0.0, zorder=0)
+    return tuple((float(hours[first]), float(hours[min(last, len(hours) - 1)]))
+                 for first, last in zip(edges[::2], edges[1::2], strict=True))  # fmt: skip
+
+
+def _working(axes: Axes, result: Demonstration) -> None:
+    """Shade the times when the machine works."""
+    for first, last in working_hours(result):
+        axes.axvspan(first, last, color="#F3F1EA", lw=0.0, zorder=0)
 
 
 def _temperatures(axes: Axes, hours: Any, result: Demonstration) -> None:
     """Draw the temperatures of the parts."""
     truth = result.truth
-    _working(axes, hours, result)
+    _working(axes, result)
     axes.plot(hours, truth.legs, color=BLACK, lw=0.9)
     curves = (
         (truth.legs.mean(axis=1), BLACK, "-", "six legs"),

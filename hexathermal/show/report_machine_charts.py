@@ -10,7 +10,7 @@ from hexathermal.learn.coverage import TWO_SIDED
 from hexathermal.machine.hexapod import Hexapod
 from hexathermal.poses import FloatArray, pose_from_coordinates
 from hexathermal.predict.budget import AXES
-from hexathermal.show.figures import BLACK, BLUE, GREEN, GREY, PURPLE, VERMILION, day_figure
+from hexathermal.show.figures import BLACK, BLUE, GREEN, GREY, PURPLE, VERMILION, day_figure, working_hours
 from hexathermal.show.report_chart import SIDES, Chart, Curve, Panel
 from hexathermal.show.report_thinning import MOST_POINTS, kept_of, thinned_words
 from hexathermal.simulate.day import HOUR_S
@@ -222,10 +222,7 @@ def day_chart(day: Demonstration) -> Chart:
     errors = (np.stack([without[k], with_[k]], axis=1) for k in range(2))
     rows = kept_of(len(truth.time), MOST_POINTS, np.concatenate([truth.legs, plates], axis=1), *errors)
     hours = day.truth.time[rows] / HOUR_S
-    edges = np.flatnonzero(np.diff(np.concatenate([[0], day.truth.working.astype(int), [0]])))
-    whole = day.truth.time / HOUR_S
-    shaded = tuple((float(whole[first]), float(whole[min(last, len(whole) - 1)]))
-                   for first, last in zip(edges[::2], edges[1::2], strict=True))  # fmt: skip
+    shaded = working_hours(day)
     heat = [Curve(f"leg {k + 1}", hours, truth.legs[rows, k], BLACK) for k in range(truth.legs.shape[1])]
     heat += [Curve("platform plate", hours, truth.platform[rows], GREEN),
              Curve("base plate", hours, truth.base[rows], PURPLE, "dashdot"),
@@ -240,8 +237,9 @@ def day_chart(day: Demonstration) -> Chart:
         words.append(f"{what} {without[k].max():.2f} to {with_[k].max():.2f} {unit}")
     return Chart(
         "day", "A warm day",
-        f"Temperatures and errors over {whole[-1]:.0f} hours. Largest error of {len(day.poses)} work poses without and "
-        f"with correction: {'; '.join(words)}.",
-        f"Errors are the largest of {len(day.poses)} work poses.{thinned_words(len(rows), len(whole))}", tuple(panels),
+        f"Temperatures and errors over {truth.time[-1] / HOUR_S:.0f} hours. Largest error of {len(day.poses)} work poses "
+        f"without and with correction: {'; '.join(words)}.",
+        f"Errors are the largest of {len(day.poses)} work poses.{thinned_words(len(rows), len(truth.time))}",
+        tuple(panels),
         lambda: day_figure(day), True,
     )  # fmt: skip
