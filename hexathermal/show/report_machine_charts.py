@@ -237,8 +237,8 @@ def day_chart(day: Demonstration) -> Chart:
         words.append(f"{what} {without[k].max():.2f} to {with_[k].max():.2f} {unit}")
     return Chart(
         "day", "A warm day",
-        f"Temperatures and errors over {truth.time[-1] / HOUR_S:.0f} hours. Largest error of {len(day.poses)} work poses "
-        f"without and with correction: {'; '.join(words)}.",
+        f"Temperatures and errors over {truth.time[-1] / HOUR_S:.0f} hours. Largest error of {len(day.poses)} work "
+        f"poses without and with correction: {'; '.join(words)}.",
         f"Errors are the largest of {len(day.poses)} work poses.{thinned_words(len(rows), len(truth.time))}",
         tuple(panels),
         lambda: day_figure(day), True,
