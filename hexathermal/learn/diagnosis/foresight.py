@@ -96,11 +96,10 @@ def saved_besides(before: Stage, after: Stage, leader: Ranked) -> float:
     begun = weight * np.column_stack([np.ones(len(run)), trial.columns[:, trial.carried :]])
     sums = []
     for stage in (before, after):
-        found = [weight * stage.left_out(levels)[0][:, None] for levels in (leader.levels, before.plain)]
-        kinder = min(found, key=lambda left: float((left**2).sum()))
+        left = weight * _kinder(stage, before, leader)[:, None]
         own = [run == k for k in np.unique(run)]
-        apart = [beside(kinder[k], begun[k][:, np.any(begun[k] != 0.0, axis=0)]) for k in own]
-        sums.append(sum(float((left**2).sum()) for left in apart))
+        apart = [beside(left[k], begun[k][:, np.any(begun[k] != 0.0, axis=0)]) for k in own]
+        sums.append(sum(float((one**2).sum()) for one in apart))
     return 1.0 - sums[1] / sums[0]
 
 
@@ -117,20 +116,25 @@ def tells_of_one_run(leader: Ranked) -> bool:
     return leader.cause in (STEP, JOLT)
 
 
-def _left(before: Stage, after: Stage, leader: Ranked, *, within: bool = False) -> list[FloatArray]:
-    """Return the mean squares of both stages in a row, by the run left out; each at the kinder of two noises.
+def _kinder(stage: Stage, before: Stage, leader: Ranked, *, within: bool = False) -> FloatArray:
+    """Return what a stage leaves of runs left out, at the noise with the leader or at that before: the kinder one.
 
-    With `within` each run's mean is left out of them, where runs have zeros of their own: the noise of few first rows.
+    With `within` it is less each run's mean, where runs have zeros of their own: the noise of few first rows.
     """
+    run, rows = stage.channel.run, stage.channel.rows
+    both = [stage.left_out(levels)[0] for levels in (leader.levels, before.plain)]
+    if within and stage.channel.zeroed_by_run:
+        both = [left - (np.bincount(run, rows * left) / np.bincount(run, rows))[run] for left in both]
+    return min(both, key=lambda left: float((rows * left**2).sum()))
+
+
+def _left(before: Stage, after: Stage, leader: Ranked, *, within: bool = False) -> list[FloatArray]:
+    """Return the mean squares of both stages in a row, by the run left out; see `_kinder`."""
     found = []
     for stage in (before, after):
         run, rows = stage.channel.run, stage.channel.rows
-        both = [stage.left_out(levels)[0] for levels in (leader.levels, before.plain)]
-        if within and stage.channel.zeroed_by_run:
-            both = [left - (np.bincount(run, rows * left) / np.bincount(run, rows))[run] for left in both]
-        tables = [rows * left**2 / rows.sum() for left in both]
-        kinder = min(tables, key=lambda table: float(table.sum()))
-        found.append(np.array([kinder[run == k].sum() for k in np.unique(run)]))
+        table = rows * _kinder(stage, before, leader, within=within) ** 2 / rows.sum()
+        found.append(np.array([table[run == k].sum() for k in np.unique(run)]))
     return found
 
 
