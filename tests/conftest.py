@@ -37,6 +37,13 @@ def _share(text: str) -> tuple[int, int]:
     return k, n
 
 
+def _together(item: pytest.Item) -> str:
+    """Return what is run in one share: a test, or all of a module that is long since its tests share what takes long."""
+    module = item.getparent(pytest.Module)
+    marks = [] if module is None else [one.name for one in module.own_markers]
+    return module.nodeid if module is not None and "long" in marks else item.nodeid
+
+
 def pytest_report_header(config: pytest.Config) -> str:
     k, n = config.getoption("share")
     return "long tests: all" if n == 1 else f"long tests: share {k} of {n} (--share {k}/{n}; all without it)"
@@ -48,7 +55,9 @@ def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item
     Two processes take one half each, and share the draws.
     """
     k, n = config.getoption("share")
-    others = {item for j, item in enumerate(i for i in items if i.get_closest_marker("long")) if j % n != k - 1}
+    long = {item: _together(item) for item in items if item.get_closest_marker("long")}
+    order = {unit: j for j, unit in enumerate(dict.fromkeys(long.values()))}
+    others = {item for item, unit in long.items() if order[unit] % n != k - 1}
     config.hook.pytest_deselected(items=[item for item in items if item in others])
     items[:] = [item for item in items if item not in others]
     items.sort(key=lambda item: "outcomes" not in getattr(item, "fixturenames", ()))

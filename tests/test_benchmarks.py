@@ -254,6 +254,7 @@ def test_one_processor_is_given_back() -> None:
     assert os.sched_getaffinity(0) == before
 
 
+@pytest.mark.long
 def test_memory_counts_the_result_of_a_batch() -> None:
     """A batch of 200 000 poses adds at least its result of 9.6 MB, and its inputs are counted."""
     if not Path("/proc/self/clear_refs").exists():

@@ -63,6 +63,7 @@ def test_a_monte_carlo_keeps_to_its_tolerance_and_draws(capsys: Said) -> None:
     assert said[1]["monte_carlo"]["draws"] == 100_000
 
 
+@pytest.mark.long
 def test_map_tells_the_worst_pose(capsys: Said, tmp_path: Path) -> None:
     """A map writes every pose, those out of reach with their reason, and names the worst."""
     out = tmp_path / "m"
@@ -102,6 +103,7 @@ def test_a_path_from_a_file(capsys: Said, tmp_path: Path) -> None:
     assert "--path FILE" in capsys.readouterr().err
 
 
+@pytest.mark.long
 def test_temperatures_of_a_path_pair_up_as_in_correct(capsys: Said, tmp_path: Path) -> None:
     """Where both files have time_s, `correct` and `budget` interpolate alike; files that do not fit are refused."""
     poses, temps, out = tmp_path / "p.csv", tmp_path / "t.csv", tmp_path / "out"

@@ -88,6 +88,7 @@ def test_a_reader_that_leaves_is_no_error() -> None:
     assert (done.returncode, done.stderr) == (0, "")
 
 
+@pytest.mark.long
 @pytest.mark.skipif(sys.platform == "win32", reason="shells")
 def test_closed_streams_are_no_error(tmp_path: Path) -> None:
     """``>&-`` and ``2>&-`` end as they would with a reader, without a traceback."""
@@ -99,6 +100,7 @@ def test_closed_streams_are_no_error(tmp_path: Path) -> None:
         assert (done.returncode, done.stderr) == (0, "")
 
 
+@pytest.mark.long
 @pytest.mark.skipif(sys.platform == "win32", reason="locales")
 def test_names_beyond_the_locale_are_explained(files: list[str], tmp_path: Path) -> None:
     """A name with letters that the locale cannot write works, or is refused with what to do; it is no bug report."""
@@ -146,6 +148,7 @@ def test_an_interrupt_while_loading_is_quiet() -> None:
     assert "Traceback" not in done.stderr
 
 
+@pytest.mark.long
 @pytest.mark.skipif(sys.platform == "win32", reason="signals")
 @pytest.mark.parametrize("start", ["module", "script"])
 @pytest.mark.parametrize("loaded", ["numpy", "hexathermal.machine.hexapod", "hexathermal.cli", "rich.console"])
@@ -251,6 +254,7 @@ def test_progress_is_for_terminals_only(files: list[str], tmp_path: Path) -> Non
     assert b"\x1b" not in printed
 
 
+@pytest.mark.long
 def test_demo_writes_its_files_and_correction_helps(tmp_path: Path, capsys: Said) -> None:
     """Table, summary, CSV and figure appear; the largest errors shrink; a second day replaces the first."""
     folder = tmp_path / "deep" / "down"

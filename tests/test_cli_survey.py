@@ -336,6 +336,7 @@ WRITERS = [
 ]
 
 
+@pytest.mark.long
 @pytest.mark.skipif(sys.platform == "win32", reason="limits of a process")
 @pytest.mark.parametrize("line", ["machines --json {o}/m.json", *WRITERS], ids=lambda line: line.split(" -")[0])
 def test_a_full_disk_ends_with_1_and_leaves_nothing(line: str, bench: Path, tmp_path: Path, capsys: Said) -> None:

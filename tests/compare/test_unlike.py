@@ -89,6 +89,7 @@ def coarse(table: pd.DataFrame, _run: str) -> None:
         table[name] = (table[name] * 2.0).round() / 2.0
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("spoil", [noisy, coarse])
 def test_a_poor_logger_is_no_difference(sound: Path, tmp_path: Path, spoil: Spoil) -> None:
     """Noise and resolution of single rows are foretold."""

@@ -124,6 +124,7 @@ def fold(kind: str, seed: int) -> Machine | None:
     return base, platform, pose, lengths_at(base, platform, pose)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("kind", ["general", "planar", "octahedral"])
 def test_a_double_posture_leaves_the_list_complete(kind: str) -> None:
     """At a fold the machine cannot move: complete, the double posture listed once, no more poses than solutions."""

@@ -190,6 +190,7 @@ def multistart(base: F64, platform: F64, lengths: F64, seed: int, starts: int) -
     return np.array(found)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("kind", ["general", "planar", "octahedral"])
 def test_random_search_finds_no_further_posture(kind: str) -> None:
     """Newton's method from 400 random poses, which shares no code, ends at listed postures only."""

@@ -295,6 +295,7 @@ def test_spikes_near_and_far_are_drawn_and_the_panels_keep_their_size(tmp_path: 
     assert high - low < 2.5 * np.ptp(values)
 
 
+@pytest.mark.long
 def test_the_command_prints_and_writes(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     """Tables on stdout, warnings on stderr, pictures, JSON and NetCDF in their places."""
     pytest.importorskip("h5py", reason="h5py is not installed")

@@ -152,6 +152,7 @@ def test_measured_poses_in_another_unit_are_a_fault(
     assert printed.count("\n") == 2
 
 
+@pytest.mark.long
 def test_the_command_answers_for_a_machine(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     """Tables on stdout, pictures of every run, JSON without NaN."""
     folder = machine_campaign(tmp_path / "stand")

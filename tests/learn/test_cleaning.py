@@ -332,6 +332,7 @@ def test_the_record_is_plain_data(tmp_path: Path) -> None:
     assert all(step["reason"] for step in data["steps"])
 
 
+@pytest.mark.long
 @pytest.mark.skipif(not (SHARED / "open-campaigns").is_dir(), reason="the open campaigns are not beside the checkout")
 def test_hardly_a_row_of_sound_campaigns_is_left_out() -> None:
     """Of 14 campaigns without damage no temperature and no more than one row in 2000 is left out."""

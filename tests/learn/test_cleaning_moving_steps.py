@@ -147,6 +147,7 @@ def test_a_beam_that_is_off_for_some_rows_is_left_as_it_is(tmp_path: Path, rows:
     assert abs(sum(step.size for step in record.beam_steps)) < 0.1e-6
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("rows", [1, 3, 5, 6])
 @pytest.mark.parametrize("code", [np.nan, 9999.0])
 @pytest.mark.parametrize("first", [300, 340, 396])

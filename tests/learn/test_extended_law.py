@@ -49,6 +49,7 @@ def weather(signals, k: int) -> dict:  # type: ignore[no-untyped-def]
             "inputs": {name: values[k] for name, values in signals.inputs.items()}}  # fmt: skip
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("shape", EVERY)
 @given(seed=st.integers(0, 10**6), cuts=st.sets(st.integers(1, 159), max_size=6))
 def test_blocks_of_rows_give_what_all_rows_at_once_give(shape: str, seed: int, cuts: set[int]) -> None:

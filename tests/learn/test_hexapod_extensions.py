@@ -172,6 +172,7 @@ def test_what_is_not_stated_spoils_the_fit(name: str) -> None:
     assert max(without / with_ for with_, without in zip(*left, strict=True)) > 1.2
 
 
+@pytest.mark.long
 def test_a_simulated_machine_has_what_it_states(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     """A virtual machine with payload, exchanged plugs and a drifting frame shows them in its campaign: identified and
     validated with its own file it leaves what the same machine without them leaves, within 5 %; with the file of that

@@ -63,6 +63,7 @@ def test_the_noise_is_found_and_given_noise_is_propagated(rng: np.random.Generat
     assert np.abs(ratio - 1.0).max() < 0.15
 
 
+@pytest.mark.long
 def test_equal_legs_share_a_law_and_unequal_ones_do_not(rng: np.random.Generator) -> None:
     """Of ten campaigns with equal legs at least nine take one law; legs that differ by 15 % get their own in all."""
     equal = [identify_hexapod(drawn_rows(rng, EQUAL, runs=5)).chosen for _k in range(10)]
@@ -82,6 +83,7 @@ def test_laws_of_a_bench_are_judged_by_the_platform(rng: np.random.Generator) ->
     assert right.left_out_rmse["bench"][0] < wrong.left_out_rmse["bench"][0]
 
 
+@pytest.mark.long
 def test_slow_deviations_widen_the_uncertainty(rng: np.random.Generator) -> None:
     """Deviations that rows of a run share (0.6 um at 5 K) are not taken for independent: intervals of 95 % still hold
     the truth in more than 88 %, where those of independent rows hold it in less than 75 %.

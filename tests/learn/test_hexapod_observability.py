@@ -105,6 +105,7 @@ def truly(rng: np.random.Generator, design: PoseDesign | np.ndarray, dT: np.ndar
     return np.linalg.inv(S)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("criterion", ["D", "A", "E"])
 def test_designed_poses_are_better_than_random_ones(rng: np.random.Generator, criterion: str) -> None:
     """Poses are within all limits; their covariance is what identification would state, smaller than that of 20 random
@@ -143,6 +144,7 @@ def test_no_exchange_improves_the_design(rng: np.random.Generator) -> None:
             assert worth(changed) <= best + 1e-3
 
 
+@pytest.mark.long
 def test_designed_campaigns_find_laws_closer_to_the_truth(rng: np.random.Generator) -> None:
     """Over 30 campaigns each with fresh noise, the laws' errors at designed poses are smaller (root mean square of all
     twelve coefficients) than at random poses.

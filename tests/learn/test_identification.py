@@ -23,6 +23,7 @@ def _given(blocks: list[Block]) -> Rows:
     return lambda: blocks
 
 
+@pytest.mark.long
 def test_known_truths_lie_within_their_intervals() -> None:
     """Over 24 drawn campaigns, the 95 % intervals of A and B hold the truth in at least 41 of 48 cases (0.4 % chance
     of fewer, if they are right), and estimates are not scattered much less than they say.

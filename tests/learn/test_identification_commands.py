@@ -129,6 +129,7 @@ def test_a_fitted_run_is_warned_of_under_any_name(
     assert "Verdict: nothing proven: every run was fitted." in capsys.readouterr().out
 
 
+@pytest.mark.long
 def test_an_interrupted_report_leaves_nothing(
     campaign: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:

@@ -76,6 +76,7 @@ def test_default_home_is_mid_stroke_and_regular(reference: ht.Hexapod) -> None:
     assert free.solve_forward(free.inverse_kinematics(free.home)).ok
 
 
+@pytest.mark.long
 def test_a_machine_needs_no_home(rng: np.random.Generator) -> None:
     """Scattered joints, also some that coincide as given, make a machine with a regular home."""
     for _ in range(200):

@@ -119,6 +119,7 @@ def test_legs_that_remember_are_corrected_to_zero() -> None:
     assert np.abs(told - plain.corrected_leg_lengths(poses, temps)).max() > 1e-6
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("cuts", [[40], [1, 2, 40], [17, 18, 33, 40]])
 def test_rows_one_by_one_are_rows_in_blocks(cuts: list[int]) -> None:
     """To 1e-12 m, commands and drift."""

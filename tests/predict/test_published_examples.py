@@ -112,6 +112,7 @@ def test_welch_satterthwaite_of_the_gum() -> None:
     assert round(float(coverage_factor(dof, 0.95)[0]) * u, 1) == 2.2
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("distribution", "last", "u", "half_width", "used"),
     [("normal", 1, 2.0, 3.92, True), ("uniform", 1, 2.0, 3.88, True), ("uniform", 10, 10.1, 17.0, False)],

@@ -16,6 +16,7 @@ from tests.predict.remembering import MACHINE, SCREW, STATES, motion, seven, wit
 from tests.trajectory_files import EXACT_MM, POSES, columns, lengths, text_of
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("block", [300, 1 << 21])
 def test_a_trajectory_with_times_remembers(tmp_path: Path, block: int, monkeypatch: pytest.MonkeyPatch) -> None:
     """Each row of the file is what the controllers answer, however the file is cut; without times it is refused."""

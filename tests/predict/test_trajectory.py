@@ -100,6 +100,7 @@ def test_a_machine_with_plates_and_two_sensors_a_leg(run: Run, tmp_path: Path, t
     assert made.sensors == two_plates.sensor_names
 
 
+@pytest.mark.long
 @given(data=st.data())
 @settings(max_examples=25)
 def test_interpolation_in_blocks_is_interpolation_of_the_whole(data: st.DataObject) -> None:

@@ -13,6 +13,7 @@ from hexathermal.show.figures import day_figure, save_figure
 from hexathermal.simulate.demonstration import demonstrate
 
 
+@pytest.mark.long
 def test_the_figure_speaks_for_itself(tmp_path: Path) -> None:
     """Axes carry quantities and units, the curves are those of the day; other endings than images are refused."""
     result = demonstrate(ht.load_hexapod("reference"))

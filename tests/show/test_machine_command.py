@@ -37,6 +37,8 @@ from tests.learn.campaign_folders import component_campaign
 from tests.show.machine_campaigns import SMALL, WIDE, growing, moved, other_leg, written
 from tests.show.test_diagnosis_report import Page
 
+pytestmark = pytest.mark.long
+
 POSES, LEG, CHANGE = 12, 2, 1.2e-6
 
 
@@ -387,7 +389,6 @@ def test_pictures_do_not_know_where_the_tracker_stood(ran: Ran, found: MachineDi
     assert np.abs(pooled(campaign, replace(shifted, disturbances=found.disturbances)).before - other.before).max() > 1.0
 
 
-@pytest.mark.long
 def test_a_browser_shows_it_without_a_word_of_complaint(ran: Ran, window: Callable[..., Any]) -> None:
     """Chromium at desk and phone width, light and dark: nothing is missing, nothing runs over the edge."""
     assert complaints(window, ran.files / "report" / "report.html") == []

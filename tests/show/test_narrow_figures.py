@@ -30,6 +30,7 @@ def overlaps(texts: list[Any]) -> list[tuple[str, str]]:
     return [(one.get_text(), other.get_text()) for (one, box), (other, next_box) in both if box.overlaps(next_box)]
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("width", WIDTHS)
 def test_axes_of_small_panels_have_numbers_that_can_be_read(width: float, rng: np.random.Generator) -> None:
     """Residuals against the pose: below no panel, nor from one panel to the next, do numbers cover each other."""

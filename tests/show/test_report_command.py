@@ -98,6 +98,7 @@ def test_without_plotly_the_extra_is_named(tmp_path: Path, monkeypatch: pytest.M
     assert MISSING.startswith("a report needs plotly")
 
 
+@pytest.mark.long
 @pytest.mark.usefixtures("quick")
 @pytest.mark.parametrize("at", ["report_page.figure_html", "report_files.write_figures", "report_files.draw"])
 def test_an_interrupt_leaves_nothing(at: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: Said) -> None:

@@ -94,6 +94,7 @@ def test_the_noise_is_what_the_true_law_leaves_with_nothing_hidden(component: Ca
     assert noise_rms(component) > 1e-6 * float(str(component.notes["noise_rms_um"]))
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("bench", ["quiet", "component"])
 def test_a_wanted_strength_is_reached(bench: str, seed: int) -> None:
     """Effects with an amplitude get the wanted strength within 2 %, or stand at their limit, or where they show most.

@@ -34,6 +34,7 @@ def with_weather(view: View, path: float, rng: np.random.Generator) -> View:
     return replace(view, runs=tuple(runs))
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("bench", ["component", "actuator"])
 def test_an_index_that_was_not_applied_is_found_on_a_part(bench: str, rng: np.random.Generator) -> None:
     """Where the weather is recorded it is tried over a path that nobody stated, and is no other thermometer."""

@@ -72,6 +72,7 @@ def spoilt(bench: str, seed: int, *, by_air: bool) -> View:
 BENCHES = [("modal", 2), ("finite_volume", 3), ("held_out", 5)]
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(("bench", "seed"), BENCHES)
 def test_the_parity_tells_a_share_of_the_air_from_a_reading_that_wanders(bench: str, seed: int) -> None:
     """What a loose contact reads wrong grows with the way to the air; the error of a bad channel does not."""

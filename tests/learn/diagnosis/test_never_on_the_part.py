@@ -129,6 +129,7 @@ def test_what_it_reads_besides_the_air_is_asked_for_the_part() -> None:
     assert max(item.value for item in taught) > plain.value + 10.0
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(("bench", "seed"), [("finite_volume", 1), ("free_convection", 1)])
 def test_a_thermometer_in_the_air_is_no_exchange_with_a_neighbour(bench: str, seed: int) -> None:
     """A neighbour's reading stands for it as well as all others do; the parity knows of the air.

@@ -61,6 +61,7 @@ def unlike(view: View) -> tuple[str, str]:
     return view.base[0], max(others, key=lambda name: float(np.abs(view.temperatures(name) - own).mean()))
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("bench", ["finite_volume", "held_out", "free_convection"])
 def test_exchanges_are_found_in_the_runs_in_which_they_are(bench: str) -> None:
     """In one run, in the last, from one on, before one, or now and then: that pair, those runs, once.
@@ -104,6 +105,7 @@ def test_runs_are_not_taken_for_all_others(bench: str) -> None:
     assert told, bench
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("bench", ["modal", "finite_volume", "rough", "quiet", "held_out", "free_convection"])
 def test_sound_plugs_are_not_exchanged(bench: str) -> None:
     """Four fresh campaigns of each bench, thermometers with bias and errors that they share: nothing is said."""

@@ -115,6 +115,7 @@ def test_without_bystanders_nobody_knows_a_late_thermometer_by_the_others(bench:
     assert decided(stage.step, LEAST).leader is None
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("seed", [911528681664114])
 def test_a_lag_of_half_a_minute_is_no_clock(seed: int) -> None:
     """What tells a short lag from a shifted clock is as quick as the lag: it is seen in temperatures as recorded."""

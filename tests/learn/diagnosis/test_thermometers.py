@@ -35,6 +35,7 @@ def with_noise(view: View, sensor: str, noise: float, rng: np.random.Generator) 
     return replace(view, runs=tuple(runs))
 
 
+@pytest.mark.long
 def test_a_noisy_thermometer_is_not_tried_as_a_missing_one(rng: np.random.Generator) -> None:
     """A thermometer with ten times the usual noise is told apart, and no term is made of it; any other is tried."""
     view, answer = viewed("modal", 5, (), 1.0)

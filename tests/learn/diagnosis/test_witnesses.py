@@ -180,6 +180,7 @@ def test_values_are_less_sure_where_they_jump() -> None:
     assert (np.abs(told - values[at]) < 3.0 * spread).all()
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("bench", LEGS)
 def test_the_order_along_the_leg_tells_a_swap(bench: str) -> None:
     """Of swaps of distant thermometers the order speaks for most, and for none in a leg that is in order."""

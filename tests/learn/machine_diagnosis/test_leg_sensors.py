@@ -122,6 +122,7 @@ def test_thermometers_that_not_all_rows_tell_cost_no_row(tmp_path: Path, less: s
     assert any(note.startswith("missing-sensor" + CANNOT_SHOW) for note in found.notes)
 
 
+@pytest.mark.long
 def test_plugs_exchanged_beside_laws_fitted_anew_keep_their_coefficients(tmp_path: Path) -> None:
     """With laws="refit" the coefficients of a place stay those of the place, whatever column tells it."""
     found = diagnose_machine(campaign(tmp_path, "swapped", law=2), laws="refit")

@@ -25,6 +25,7 @@ STRANGERS = {
 }
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("stranger", STRANGERS)
 def test_a_stranger_gets_no_name_of_a_part_of_it(stranger: str) -> None:
     """All legs with friction are no leg-backlash of one, a leg that waves with the pose no offset of its joint, nor one

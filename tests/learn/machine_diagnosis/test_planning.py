@@ -107,6 +107,7 @@ def test_the_design_is_better_than_random_designs_by_its_own_measure(
     assert f"{plan.random:.1f}" in plan.words
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("names", "scenario"),
     [
@@ -276,6 +277,7 @@ def test_noisy_thermometers_of_what_is_measured_do_not_disturb_the_plan(rng: np.
     assert two.separation > 6.0
 
 
+@pytest.mark.long
 def test_every_bundled_machine_is_planned_for(hexapod: ht.Hexapod, rng: np.random.Generator) -> None:
     """Machines of long and of short stroke, with two thermometers a leg: poses within their limits, and a promise above
     what random plans bring.

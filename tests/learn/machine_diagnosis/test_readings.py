@@ -39,6 +39,7 @@ def test_the_error_of_a_zero_is_known_by_its_own_reading() -> None:
     assert (zero_errors(view, view.readings.flicker) - true).std() < 0.7 * true.std()
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("swapped", [(0, 1), None])
 def test_nearly_equal_legs_are_exchanged_where_what_is_left_says_so(swapped: tuple[int, int] | None) -> None:
     """Two legs three times a reading's noise apart are named exchanged where they are, with a share of 1 within three
