@@ -38,7 +38,7 @@ def _share(text: str) -> tuple[int, int]:
 
 
 def _together(item: pytest.Item) -> str:
-    """Return what is run in one share: a test, or all of a module that is long since its tests share what takes long."""
+    """Return what is run in one share: a test, or all of a module that is long, whose tests share what takes long."""
     module = item.getparent(pytest.Module)
     marks = [] if module is None else [one.name for one in module.own_markers]
     return module.nodeid if module is not None and "long" in marks else item.nodeid
