@@ -70,6 +70,32 @@ class RunCurves:
     drift: FloatArray
 
 
+@dataclass(frozen=True, eq=False)
+class AskedLeg:
+    """A leg, and what every run asks of it.
+
+    Attributes
+    ----------
+    leg : VirtualLeg
+    reference : array, shape (m,) [degC]
+        Temperatures at which the scale reads true: the bench's mean room, the leg holding its place.
+    weights : array, shape (m, s)
+        What each temperature counts at each thermocouple.
+    """
+
+    leg: VirtualLeg
+    reference: FloatArray
+    weights: FloatArray
+
+    def growth(self, T: FloatArray, run: MeasuredRun) -> FloatArray:
+        """Return by how much the leg is longer than its scale says in each settled row [m]."""
+        return self.leg.growth(T, run.row_q, self.reference)
+
+    def first_growth(self, start: FloatArray, run: MeasuredRun) -> float:
+        """Return the same at the run's first row [m]."""
+        return float(self.leg.growth(start[None], np.array([run.start_q]), self.reference)[0])
+
+
 class BenchRuns:
     """The virtual bench, driven by the motion and the room of measured runs.
 
@@ -87,9 +113,9 @@ class BenchRuns:
         legs = [scaled_leg(self.placed.leg, logs) for logs in variants]
         # behind the variants, those that show what is not known of the run: how it began, and the way gone
         legs += [*legs[:1] * START_MODES, scaled_leg(legs[0], {"motor-heat": WAY_STEP, "friction-heat": WAY_STEP})]
-        together: dict[float, LegsTogether] = {}
+        asked, together = [self.asked(leg) for leg in legs], dict[float, LegsTogether]()
         return tuple(
-            self._one(run, legs, together.setdefault(run.step, LegsTogether(legs, run.step))) for run in self.runs
+            self._one(run, asked, together.setdefault(run.step, LegsTogether(legs, run.step))) for run in self.runs
         )
 
     def curves(self, run: MeasuredRun, logs: Logs, contact_errors: Mapping[int, float] | None = None) -> RunCurves:
@@ -103,36 +129,38 @@ class BenchRuns:
             Part by which some thermocouples follow the air, by their place among the compared ones.
         """
         leg = scaled_leg(self.placed.leg, logs)
+        asked = self.asked(leg)
         start = leg.at_rest(run.start_air, run.start_q)[None]
         T = _at_rows(run, LegsTogether([leg], run.step).warm(run.q, run.way, run.air, start)[:, 0])
         contact = np.full(len(self.placed.places), CONTACT_ERROR)
         for k, value in (contact_errors or {}).items():
             contact[k] = value
-        rises = (T - start[0]) @ self.surface_weights(leg)
+        rises = (T - start[0]) @ asked.weights
         rises -= contact * (rises - run.row_air[:, None])
-        return RunCurves(rises, _growth(leg, T, run) - _first_growth(leg, start[0], run))
+        return RunCurves(rises, asked.growth(T, run) - asked.first_growth(start[0], run))
 
-    def surface_weights(self, leg: VirtualLeg) -> FloatArray:
-        """Return what each temperature counts at each thermocouple, shape (m, s)."""
-        return np.column_stack([leg.weights(part, position) for part, position in self.placed.places])
+    def asked(self, leg: VirtualLeg) -> AskedLeg:
+        """Return a leg with what all runs ask of it."""
+        weights = np.column_stack([leg.weights(part, position) for part, position in self.placed.places])
+        return AskedLeg(leg, leg.at_rest(Room().temperature, float(np.mean(leg.stroke))), weights)
 
-    def _one(self, run: MeasuredRun, legs: list[VirtualLeg], ensemble: LegsTogether) -> SimulatedRun:
+    def _one(self, run: MeasuredRun, legs: list[AskedLeg], ensemble: LegsTogether) -> SimulatedRun:
         """Return one run of all variants."""
         count, kept = len(self.placed.places), len(legs) - START_MODES - 1
-        balance = np.array([leg.at_rest(run.start_air, run.start_q) for leg in legs])
+        balance = np.array([asked.leg.at_rest(run.start_air, run.start_q) for asked in legs])
         first = balance.copy()
-        first[kept:-1] += start_modes(legs[0], run.start_q)
+        first[kept:-1] += start_modes(legs[0].leg, run.start_q)
         whole = ensemble.warm(run.q, run.way, run.air, first)
         windows = run.windows
         air = windows.mean(run.row_air)
         values = np.empty((len(legs), count + 2, len(air)))
         surfaces = np.empty((count, len(air)))
-        for v, leg in enumerate(legs):
+        for v, asked in enumerate(legs):
             T = _at_rows(run, whole[:, v])
-            rises = (windows.mean(T - balance[v]) @ self.surface_weights(leg)).T
+            rises = (windows.mean(T - balance[v]) @ asked.weights).T
             surfaces = rises if v == 0 else surfaces
             values[v, :count] = rises - CONTACT_ERROR * (rises - air)
-            drift = UM * (_growth(leg, T, run) - _first_growth(leg, balance[v], run))
+            drift = UM * (asked.growth(T, run) - asked.first_growth(balance[v], run))
             values[v, count], values[v, count + 1] = windows.mean(drift), windows.slope(drift)
         extra = values[kept:] - values[0]
         scale = np.zeros((1, count + 2, len(air)))
@@ -152,11 +180,11 @@ def discretisation_error(bench: BenchRuns, run: MeasuredRun) -> tuple[float, flo
     start = leg.at_rest(run.start_air, run.start_q)
     q, room, way = (np.interp(fine, time, values) for values in (q, air, way))
     exact = leg.warm(fine, q, room, start, way=way)
-    weights = bench.surface_weights(leg)
+    asked = bench.asked(leg)
     T = np.column_stack([np.interp(run.time, fine, node) for node in exact.temperatures.T])
     coarse = _at_rows(run, LegsTogether([leg], run.step).warm(run.q, run.way, run.air, start[None])[:, 0])
-    rises = np.abs((coarse - T) @ weights)
-    drift = np.abs(_growth(leg, coarse, run) - _growth(leg, T, run))
+    rises = np.abs((coarse - T) @ asked.weights)
+    drift = np.abs(asked.growth(coarse, run) - asked.growth(T, run))
     return float(rises.max()), float(drift.max())
 
 
@@ -175,18 +203,3 @@ def _at_rows(run: MeasuredRun, T: FloatArray) -> FloatArray:
     k = np.minimum(place.astype(int), len(T) - 2)
     part = (place - k).reshape((-1,) + (1,) * (T.ndim - 1))
     return np.asarray(T[k] * (1.0 - part) + T[k + 1] * part)
-
-
-def _reference(leg: VirtualLeg) -> FloatArray:
-    """Return the temperatures at which the scale reads true: the bench's mean room, the leg holding its place."""
-    return leg.at_rest(Room().temperature, float(np.mean(leg.stroke)))
-
-
-def _growth(leg: VirtualLeg, T: FloatArray, run: MeasuredRun) -> FloatArray:
-    """Return by how much the leg is longer than its scale says in each settled row [m]."""
-    return leg.growth(T, run.row_q, _reference(leg))
-
-
-def _first_growth(leg: VirtualLeg, start: FloatArray, run: MeasuredRun) -> float:
-    """Return the same at the run's first row [m]."""
-    return float(leg.growth(start[None], np.array([run.start_q]), _reference(leg))[0])

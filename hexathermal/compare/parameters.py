@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from math import exp, sqrt
+from typing import Any
 
 from hexathermal.errors import UnknownNameError
 from hexathermal.learn.coverage import TWO_SIDED
@@ -150,11 +151,13 @@ def scaled_leg(leg: VirtualLeg, logs: Mapping[str, float]) -> VirtualLeg:
     >>> scaled_leg(VirtualLeg(), {"motor-heat": log(2.0)}).drive.moving_power
     26.0
     """
+    changed: dict[str, dict[str, Any]] = {}
     for name, value in logs.items():
-        for part, field in parameter_named(name).fields:
-            old = getattr(leg, part)
-            leg = replace(leg, **{part: replace(old, **{field: getattr(old, field) * exp(value)})})
-    return leg
+        for part, field in parameter_named(name).fields if value else ():
+            fields = changed.setdefault(part, {})
+            fields[field] = fields.get(field, getattr(getattr(leg, part), field)) * exp(value)
+    parts = {part: replace(getattr(leg, part), **fields) for part, fields in changed.items()}
+    return replace(leg, **parts) if parts else leg
 
 
 def half_interval(place: int, variance: float) -> float:

@@ -7,10 +7,8 @@ follows from the figures of Robert et al. (a drift of 7.81 um at some 5.3 K, A =
 from __future__ import annotations
 
 from dataclasses import dataclass, fields
-from math import pi
+from math import isfinite, pi
 from typing import Any
-
-import numpy as np
 
 from hexathermal.errors import ArgumentError
 
@@ -25,18 +23,21 @@ def require_finite(value: Any, *, above_zero: tuple[str, ...] = (), signed: tupl
     """
     for item in fields(value):
         numbers = getattr(value, item.name)
-        if not isinstance(numbers, int | float | tuple) or isinstance(numbers, bool):
+        each = _flat(numbers)
+        if isinstance(numbers, bool) or not each or not all(isinstance(number, int | float) for number in each):
             continue
-        if not all(isinstance(number, int | float) for number in np.ravel(np.array(numbers, dtype=object))):
-            continue
-        array = np.asarray(numbers, dtype=np.float64)
         kind = type(value).__name__
-        if not np.isfinite(array).all():
+        if not all(map(isfinite, each)):
             raise ArgumentError(f"{kind}.{item.name} must be finite, found {numbers!r}")
-        if item.name in above_zero and not (array > 0.0).all():
+        if item.name in above_zero and min(each) <= 0.0:
             raise ArgumentError(f"{kind}.{item.name} must be above 0, found {numbers!r}")
-        if item.name not in signed and not (array >= 0.0).all():
+        if item.name not in signed and min(each) < 0.0:
             raise ArgumentError(f"{kind}.{item.name} must be 0 or more, found {numbers!r}")
+
+
+def _flat(numbers: Any) -> list[Any]:
+    """Return a number, or what stands in a tuple of tuples, in one list."""
+    return [one for part in numbers for one in _flat(part)] if isinstance(numbers, tuple) else [numbers]
 
 
 def _require_cells(part: LegBody | Rod) -> None:
