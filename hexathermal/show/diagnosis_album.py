@@ -9,10 +9,12 @@ from functools import partial
 import numpy as np
 
 from hexathermal.learn.diagnosis.result import Diagnosis, RunResidual
+from hexathermal.poses import FloatArray
 from hexathermal.show import diagnosis_figures as figures
 from hexathermal.show import diagnosis_run_figures as along
 from hexathermal.show.diagnosis_pictures import Picture
 from hexathermal.show.diagnosis_words import changed, noise_rows, signal_words
+from hexathermal.show.folded_figures import Fold, fold_figure, foldable, folded, folds_of
 
 MOST_RUNS = 12
 """Runs that have a picture of their own."""
@@ -22,7 +24,7 @@ MOST_PANELS = 24
 
 
 def pictures_of(found: Diagnosis) -> dict[str, list[Picture]]:
-    """Return the pictures by section: runs, fitted, signals, ranking, gain, limits, noise."""
+    """Return the pictures by section: runs, fitted, signals, folded or as they are, ranking, gain, limits, noise."""
     found = along.without_steps(found)
     held = [run for run in found.residuals if run.role == "validation"]
     fitted = [run for run in found.residuals if run.role != "validation"]
@@ -30,7 +32,10 @@ def pictures_of(found: Diagnosis) -> dict[str, list[Picture]]:
     pictures = {
         "runs": [_run(found, run, name) for run, name in zip(shown, file_names(run.run for run in shown), strict=True)],
         "fitted": [_runs(found, fitted)] if held and fitted else [],
-        "signals": [_signal(found, name) for name in along.signal_names(found)],
+        "signals": [
+            *(_fold(found, fold, k) for k, fold in enumerate(folds_of(found)) if foldable(found, fold)),
+            *(_signal(found, name) for name in along.signal_names(found)),
+        ],
         "ranking": [_ranking(found)] if found.candidates else [],
         "gain": [_gain(found)] if found.gain is not None and changed(found) else [],
         "limits": [_limits(found)] if found.limits else [],
@@ -78,8 +83,14 @@ def _run(found: Diagnosis, run: RunResidual, name: str) -> Picture:
         f"Run {run.run}, {fitted}: over {np.ptp(run.time) / 3600.0:.1f} hours the measured drift goes from "
         f"{np.nanmin(drift):.2f} to {np.nanmax(drift):.2f} µm. {left}"
     )
-    caption = f"{run.run} ({fitted}), means of windows. {left}{_white([run])}"
+    caption = f"{run.run} ({fitted}), means of windows. {left}{_white([run])}{_begins(found, run)}"
     return Picture(name, alt, caption, partial(along.run_figure, found, run))
+
+
+def _begins(found: Diagnosis, run: RunResidual) -> str:
+    """Return when a run begins, where times of a campaign count from its first run."""
+    hours = run.time[0] / 3600.0
+    return f" It begins at {hours:.1f} h of the campaign." if found.law.zero == "campaign" and hours > 0.5 else ""
 
 
 def _left(found: Diagnosis, run: RunResidual) -> str:
@@ -108,8 +119,8 @@ def _runs(found: Diagnosis, runs: list[RunResidual]) -> Picture:
 
 
 def _white(runs: Sequence[RunResidual]) -> str:
-    """Return what white spaces between curves are, where there are some."""
-    return " White spaces are times without a settled row." if any(len(along.gaps(run.time)) for run in runs) else ""
+    """Return what gaps between curves are, where there are some."""
+    return " Gaps are times without a settled row." if any(len(along.gaps(run.time)) for run in runs) else ""
 
 
 def _signal(found: Diagnosis, name: str) -> Picture:
@@ -127,6 +138,23 @@ def _signal(found: Diagnosis, name: str) -> Picture:
     return Picture(f"residual-{plain(name)}", alt, caption, partial(along.signal_figure, found, name))
 
 
+def _fold(found: Diagnosis, fold: Fold, k: int) -> Picture:
+    """Return the picture of the residual within a pitch or a period that was found."""
+    place, before, after = folded(found, fold)
+    said = f"means of its parts go through {_span(place, before)}"
+    said += f", with the extended law through {_span(place, after)}" if changed(found) else ""
+    turned = ", turned by its own phase" if fold.signal == "time" else ""
+    caption = f"{fold.words[0].upper()}{fold.words[1:]}, each run less its mean{turned}: {said}."
+    alt = f"Residual against the {caption[0].lower()}{caption[1:]}"
+    name = f"residual-{'pitch' if fold.signal == 'q' else 'period'}" + (f"-{k + 1}" if k else "")
+    return Picture(name, alt, caption, partial(fold_figure, found, fold))
+
+
+def _span(signal: FloatArray, values: FloatArray) -> str:
+    """Return how far means of parts are apart at the most [um] in words."""
+    return f"{1e6 * float(np.ptp(along.binned(signal, values)[1])):.3f} µm"
+
+
 def _ranking(found: Diagnosis) -> Picture:
     """Return the picture of the ranking."""
     best = "; ".join(f"{one.cause} {one.evidence:.1f}" for one in found.candidates[:4])
@@ -140,7 +168,10 @@ def _gain(found: Diagnosis) -> Picture:
     assert found.gain is not None  # the caller asks
     runs = "; ".join(f"{name} {one.rmse_before * 1e6:.3f} to {one.rmse_after.value * 1e6:.3f} µm"
                      for name, one in found.gain.runs.items())  # fmt: skip
-    caption = "RMSE of each run for validation: open diamond before, dot after with its 95 % interval."
+    caption = (
+        "RMSE of each run for validation: open diamond before, dot after. The bar is the 95 % interval of what is "
+        "gained: where it reaches beyond the diamond, the gain is not proven."
+    )
     return Picture("gain", f"RMSE before and after: {runs}.", caption, partial(figures.gain_figure, found))
 
 

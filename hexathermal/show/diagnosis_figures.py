@@ -19,6 +19,10 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 
+WIDEST = 1.6
+"""The axis of what is gained ends at so many times the largest error: intervals of few runs are wider."""
+
+
 def lying(width: float, count: int, height: float = 0.27) -> tuple[Figure, Axes]:
     """Return a figure of lying bars or dots, `count` of them; call within the style."""
     from matplotlib.figure import Figure
@@ -74,26 +78,27 @@ def _wrapped(cause: str, target: str | None, width: float) -> str:
 
 
 def gain_figure(found: Diagnosis, width: float) -> Figure:
-    """Return the RMSE of each run for validation, before and after with its 95 % interval."""
+    """Return the RMSE of each run for validation, before and after, with the 95 % interval of the gain."""
     import matplotlib as mpl
 
     assert found.gain is not None  # the caller asks
     runs = [*found.gain.runs.items(), ("all", found.gain.total)]
     with mpl.rc_context(LOOK):
-        figure, axes = lying(width, len(runs), 0.3)
+        (figure, axes), widest = lying(width, len(runs), 0.3), 0.0
         for k, (_name, one) in enumerate(runs):
-            after = one.rmse_after
+            after, part = one.rmse_after, one.rmse_gain
             axes.plot([one.rmse_before * 1e6, after.value * 1e6], [k, k], color=GREY, lw=1.0, zorder=1)
-            ends = [after.low * 1e6, after.high * 1e6] if bounded(after) else []
+            ends = [one.rmse_before * (1.0 - end) * 1e6 for end in (part.high, part.low)] if bounded(part) else []
+            widest = max(widest, one.rmse_before * 1e6, after.value * 1e6)
             axes.plot(ends, [k] * len(ends), color=BLUE, lw=3.4, alpha=0.4, zorder=2, solid_capstyle="butt",
-                      label="95 % interval" if k == 0 else None)  # fmt: skip
+                      label="95 % interval of the gain" if k == 0 else None)  # fmt: skip
             axes.plot(after.value * 1e6, k, "o", color=BLUE, ms=6.0, zorder=4, label="extended law" if k == 0 else None)
             axes.plot(one.rmse_before * 1e6, k, "D", mfc="none", color=VERMILION, ms=6.0, mew=1.6, zorder=3,
                       label="law" if k == 0 else None)  # fmt: skip
         if found.reachable is not None and np.isfinite(found.reachable):
             axes.axvline(found.reachable * 1e6, color=GREEN, ls="-.", lw=1.2, label="free fit of all channels")
         axes.set_yticks(range(len(runs)), [name for name, _one in runs])
-        axes.set_xlim(left=0.0)
+        axes.set_xlim(0.0, min(axes.get_xlim()[1], WIDEST * widest))
         axes.set_xlabel("RMSE on runs never fitted (µm)")
         figure.legend(loc="outside upper left", ncols=4 if width > NARROW_IN else 2)
     return figure

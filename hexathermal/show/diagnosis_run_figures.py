@@ -7,6 +7,7 @@ from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+import numpy.typing as npt
 
 from hexathermal.learn.diagnosis.pieces import LONGEST_S
 from hexathermal.learn.diagnosis.result import Diagnosis, Effect, RunResidual
@@ -24,6 +25,9 @@ BINS = 12
 
 MOST_DOTS = 700
 """Windows that a panel shows; beyond, every second, third ... one."""
+
+MOST_FAR = 20
+"""Windows farthest out that are drawn in any case."""
 
 MINUTES = (0, 1, 5, 15, 30, 60, 120, 240, 480, 960)
 """At the axis of the time since a move, whose scale is that of the square root: most windows come soon after one."""
@@ -204,11 +208,31 @@ def binned(signal: FloatArray, values: FloatArray) -> tuple[FloatArray, FloatArr
 
 def signal_figure(found: Diagnosis, name: str, width: float) -> Figure:
     """Return the residual against one signal, before and, where something joined the law, after."""
+    return clouds_figure(found, pooled(found, name), signal_words(name, found.law), name, width)
+
+
+def clouds_figure(
+    found: Diagnosis, pooled: tuple[FloatArray, FloatArray, FloatArray], words: tuple[str, str, float], name: str,
+    width: float,
+) -> Figure:  # fmt: skip
+    """Return the residual before and after [m] against a signal, whose label, unit and factor are given.
+
+    Parameters
+    ----------
+    found : Diagnosis
+    pooled : tuple of array, shape (n,)
+        The signal, and the residual before and after.
+    words : tuple
+        What the signal is called, the unit that is shown, and its factor.
+    name : str
+        Of the signal.
+    width : float [in]
+    """
     import matplotlib as mpl
     from matplotlib.figure import Figure
 
-    label, unit, factor = signal_words(name, found.law)
-    signal, before, after = pooled(found, name)
+    label, unit, factor = words
+    signal, before, after = pooled
     both = [("law", before, VERMILION)] + ([("extended law", after, BLUE)] if changed(found) else [])
     with mpl.rc_context(LOOK):
         figure = Figure(figsize=(width, 2.5 if width > NARROW_IN else 2.7), layout="constrained")
@@ -221,6 +245,13 @@ def signal_figure(found: Diagnosis, name: str, width: float) -> Figure:
     return figure
 
 
+def _drawn(y: FloatArray) -> npt.NDArray[np.int64]:
+    """Return the windows that are drawn: every second, third ... of very many, and all that are far out."""
+    step = -(-len(y) // MOST_DOTS)
+    far = np.argsort(-np.abs(y - np.median(y)))[: MOST_FAR if step > 1 else 0]
+    return np.union1d(np.arange(0, len(y), step), far)
+
+
 def _root(values: FloatArray) -> FloatArray:
     """Return square roots; of what a margin puts below zero, zero."""
     return np.asarray(np.sqrt(np.maximum(values, 0.0)))
@@ -230,7 +261,7 @@ def _cloud(axes: Axes, x: FloatArray, y: FloatArray, colour: str, name: str) -> 
     """Draw windows as dots, and means of parts over them."""
     sided = name == "direction"
     axes.axhline(0.0, color=GREY, lw=0.8)
-    thin = slice(None, None, -(-len(x) // MOST_DOTS))
+    thin = _drawn(y)
     spread: Any = 0.0
     if sided:
         # dots of a direction would stand on one line: each is moved aside by the golden ratio's fractions

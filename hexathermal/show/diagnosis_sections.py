@@ -17,13 +17,13 @@ from hexathermal.show.diagnosis_words import (
     how_apart,
     noise_rows,
     placed,
-    promise_words,
     sentences,
     settings_words,
     shared_words,
     unexplained_words,
     verdict_words,
 )
+from hexathermal.show.experiment_words import alike_words, promise_words, told_apart
 from hexathermal.show.shares import bounded, interval, less, parts
 
 
@@ -92,7 +92,12 @@ def _finding(found: Diagnosis) -> str:
     return paragraph(unexplained_words(found))
 
 
-FEIGNED = "Why none is named of those that stand above it is told under “What was found”."
+NAMED_FIRST = (
+    "Causes that were named stand first, in the order in which they were found, each with its evidence over what those "
+    "before it left; the others with what they had before anything was named. "
+)
+
+FEIGNED = "Why none is named of those that stand above that is told under “What was found”."
 
 
 def _effect(one: Effect, kind: str) -> str:
@@ -103,11 +108,7 @@ def _effect(one: Effect, kind: str) -> str:
         for name, value, std, between, unit in effect_rows(one, kind)
     ]
     head = ("parameter", "value>", "standard uncertainty>", "95 % interval>")
-    alike = (
-        f"These data do not rule out {', '.join(one.equivalent)}: an experiment must decide, see below."
-        if one.equivalent
-        else "No other cause of the catalogue explains these data as well."
-    )
+    alike = alike_words(one, kind)
     joined = (
         f"No law is fitted to {one.target}, a run for validation: what it is judged by there has the step in it."
         if one.of_judged_run
@@ -189,7 +190,8 @@ def _signals(found: Diagnosis, drawn: dict[str, str]) -> str:
     """Return the residual against each signal."""
     return (
         paragraph(
-            "Each dot is a window of a run, black points are means of parts of equal count. Signals move together in "
+            "Each dot is a window of a run (of very many some are drawn, those farthest out always), large points are "
+            "means of parts of equal count. Signals move together in "
             "any campaign: what works warms, and time runs on. A residual that follows one of them here does "
             "not yet make that its cause; the ranking weighs all of them against each other on the same data."
         )
@@ -213,9 +215,8 @@ def _ranking(found: Diagnosis, drawn: dict[str, str]) -> str:
             "begin with “follows” are no causes: they stand for something real without a name."
         )
         + paragraph(
-            "Causes that were named stand first, in the order in which they were found, each with its evidence over "
-            "what those before it left; the others with what they had before anything was named. Of several "
-            "thermometers that explain the runs fitted, the one is named that foretells runs left out best."
+            f"{NAMED_FIRST if found.effects else ''}Of several thermometers that explain the runs fitted, the one is "
+            "named that foretells runs left out best."
         )
         + "".join(paragraph(FEIGNED) for _words in found.unnamed)
         + drawn["ranking"]
@@ -228,8 +229,7 @@ def _next(found: Diagnosis) -> str:
     if not found.experiments:
         return paragraph("No experiment is proposed.")
     items = "".join(
-        f"<li>{text(one.words)}<small>Tells apart: {text(', '.join(dict.fromkeys(one.causes)))}; "
-        f"{text(promise_words(one))}.</small></li>"
+        f"<li>{text(one.words)}<small>Tells apart: {text(told_apart(one))}; {text(promise_words(one))}.</small></li>"
         for one in found.experiments
     )
     return (
@@ -243,7 +243,9 @@ def _next(found: Diagnosis) -> str:
 
 def _confused(found: Diagnosis) -> str:
     """Return pairs that these data confuse."""
-    open_ones = [f"{one.cause} and {', '.join(one.equivalent)}" for one in found.effects if one.equivalent]
+    open_ones = [
+        f"{placed(one.cause, one.target)} and {', '.join(one.equivalent)}" for one in found.effects if one.equivalent
+    ]
     left = f" What was named is another question: not told apart are {'; '.join(open_ones)}." if open_ones else ""
     if not found.confusions:
         return paragraph(
@@ -271,4 +273,6 @@ def _limits(found: Diagnosis, drawn: dict[str, str]) -> str:
 def _noise(found: Diagnosis, drawn: dict[str, str]) -> str:
     """Return the noise budget."""
     rows = [(name, f"{value * 1e6:.3f}", words) for name, value, words in noise_rows(found)]
-    return drawn["noise"] + table("Parts of the noise", ("noise", "standard deviation, um>", "what it is"), rows)
+    hidden = "The slow part holds what has no name as well, and so do the limits of detection."
+    held = paragraph(hidden) if found.follows is not None and found.verdict == "unexplained" else ""
+    return drawn["noise"] + held + table("Parts of the noise", ("noise", "standard deviation, um>", "what it is"), rows)

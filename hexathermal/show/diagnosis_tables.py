@@ -14,13 +14,13 @@ from hexathermal.show.diagnosis_words import (
     effect_rows,
     how_apart,
     noise_rows,
-    odds,
     rounded,
     settings_words,
     span,
     visible_std,
     where,
 )
+from hexathermal.show.experiment_words import odds, promised, told_apart
 from hexathermal.show.tables import framed
 
 
@@ -118,8 +118,7 @@ def experiments_table(found: Diagnosis, pretty: bool) -> Table:
     table = framed(pretty, "next", "experiment", "tells apart", "for an effect of\num>", "promised\nlog>", "odds")
     for k, one in enumerate(found.experiments):
         size = two_digits(one.size * 1e6) if one.size > 0.0 else "-"
-        table.add_row(f"{k + 1}", one.words, ", ".join(dict.fromkeys(one.causes)), size, f"{one.separation:z.1f}",
-                      odds(one.separation))  # fmt: skip
+        table.add_row(f"{k + 1}", one.words, told_apart(one), size, promised(one), odds(one.separation))
     return table
 
 

@@ -11,7 +11,7 @@ from hexathermal.learn.coverage import TWO_SIDED
 from hexathermal.show.diagnosis_labels import CHOICES, LABELS, SHARES, SIGNALS
 
 if TYPE_CHECKING:
-    from hexathermal.learn.diagnosis.result import Diagnosis, Effect, Experiment, Quantity
+    from hexathermal.learn.diagnosis.result import Diagnosis, Effect, Quantity
     from hexathermal.learn.law import IdentifiedLaw
 
 
@@ -242,39 +242,6 @@ def duration(seconds: float) -> str:
         if size < 7200.0
         else f"{seconds / 3600.0:.3g} h"
     )
-
-
-def promise_words(one: Experiment) -> str:
-    """Return what an experiment promises.
-
-    Examples
-    --------
-    >>> from hexathermal.learn.diagnosis.result import Experiment
-    >>> promise_words(Experiment("Rest.", ("zero-drift",), 2.3, 1.2e-7))
-    'log evidence 2.3, odds 10 to 1, for an effect of 0.12 um RMS'
-    """
-    from hexathermal.learn.diagnosis.words import two_digits
-
-    told = f"log evidence {one.separation:.1f}, odds {odds(one.separation)}"
-    return f"{told}, for an effect of {two_digits(one.size * 1e6)} um RMS" if one.size > 0.0 else told
-
-
-def odds(evidence: float) -> str:
-    """Return log evidence as odds that people can weigh.
-
-    Examples
-    --------
-    >>> odds(0.2), odds(2.3), odds(114.0)
-    ('1 to 1', '10 to 1', 'above 1000 to 1')
-    """
-    if not math.isfinite(evidence):
-        return "not known"
-    size = abs(evidence)
-    if size > math.log(1000.0):
-        return "above 1000 to 1" if evidence > 0.0 else "below 1 to 1000"
-    ratio = math.exp(size)
-    shown = f"{ratio:.0f}" if ratio < 20.0 else f"{float(f'{ratio:.2g}'):.0f}"
-    return f"{shown} to 1" if evidence >= 0.0 else f"1 to {shown}"
 
 
 def how_apart(separation: float) -> str:

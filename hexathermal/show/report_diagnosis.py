@@ -18,11 +18,11 @@ from hexathermal.show.diagnosis_words import (
     UNNAMED,
     VERDICTS,
     how_apart,
-    odds,
     parameter,
     settings_words,
     where,
 )
+from hexathermal.show.experiment_words import odds
 from hexathermal.show.report_chart import Chart
 from hexathermal.show.report_diagnosis_charts import disturbances_chart, gain_chart, limits_chart, ranking_chart
 from hexathermal.show.report_diagnosis_fields import wrong_fields

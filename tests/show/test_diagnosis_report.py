@@ -225,10 +225,10 @@ def test_curves_go_on_through_rest_and_show_every_window(draw: Callable[..., Any
         assert {line.get_color() for line in dots} == {line.get_color() for line in curves}
 
 
-def test_a_caption_says_what_white_spaces_are() -> None:
+def test_a_caption_says_what_gaps_are() -> None:
     """Pictures with times without rows say so; those without any do not."""
     said = pictures_of(_at_rest())
-    assert "White spaces are times without a settled row." in said["runs"][0].caption
+    assert "Gaps are times without a settled row." in said["runs"][0].caption
     assert "White spaces" not in said["fitted"][0].caption
 
 

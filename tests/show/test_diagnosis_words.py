@@ -24,7 +24,6 @@ from hexathermal.show.diagnosis_words import (
     ENDINGS,
     how_apart,
     noise_rows,
-    odds,
     parameter,
     rounded,
     sentences,
@@ -32,6 +31,7 @@ from hexathermal.show.diagnosis_words import (
     shared_words,
     span,
 )
+from hexathermal.show.experiment_words import odds
 from tests.show.drawn_diagnoses import BACKLASH, CANDIDATES, drawn
 
 PICTURES: dict[str, str] = defaultdict(str)

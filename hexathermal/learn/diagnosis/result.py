@@ -56,6 +56,8 @@ class Effect:
         Whether it stays out of the law since that would foretell runs never fitted worse.
     taken_back : bool
         Whether cleaning had taken it back before any law was fitted: no law need hold it.
+    rivals : mapping of str to float
+        Probabilities of those of `equivalent` of which these data speak; the others no data of this kind tell apart.
     """
 
     cause: str
@@ -69,6 +71,7 @@ class Effect:
     joined: bool
     taken_back: bool = False
     refused: bool = False
+    rivals: Mapping[str, float] = field(default_factory=dict)
 
     @property
     def of_judged_run(self) -> bool:
@@ -351,8 +354,8 @@ class Diagnosis(Shown):
             "unlike": list(self.unlike),
             "effects": [
                 {"cause": one.cause, "target": target_of(one), "probability": one.probability,
-                 "equivalent": list(one.equivalent), "parameters": parameter_facts(one), "settings": dict(one.settings),
-                 "visible_rms_um": one.visible * UM, "joined_law": one.joined,
+                 "equivalent": list(one.equivalent), "rivals": dict(one.rivals), "parameters": parameter_facts(one),
+                 "settings": dict(one.settings), "visible_rms_um": one.visible * UM, "joined_law": one.joined,
                  "taken_back": one.taken_back, "refused": one.refused, "sentence": one.sentence}
                 for one in self.effects
             ],

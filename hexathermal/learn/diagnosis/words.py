@@ -166,8 +166,9 @@ def effect_of(found: Found, stage: Stage, final: Stage, covariance: FloatArray, 
     sentence = sentence if stage.view.kind == "leg" else sentence.replace("the leg", "the part")
     alike = tuple(dict.fromkeys((*found.decision.equivalent, *alike_by_nature(stage.view, trial))))
     sentence = sentence.removesuffix(".") + _doubts(found, amplitudes, spread, alike) + "."
+    rivals = {name: found.decision.probabilities[name] for name in found.decision.equivalent}
     return Effect(trial.cause, trial.target, parameters, settings, found.decision.probability, alike, visible, sentence,
-                  found.joined)  # fmt: skip
+                  found.joined, rivals=rivals)  # fmt: skip
 
 
 def of_part(name: str, unit: str, factor: float) -> tuple[str, float]:

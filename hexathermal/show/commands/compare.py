@@ -39,7 +39,7 @@ files of --plots DIR:
   parameters.png      factors of all numbers with intervals, and how large a difference would have been named
   RUN-channels.png    each run: every channel, measured, and simulated before and after
   RUN-residuals.png   each run: simulated less measured, by part; thermocouples with the largest are named
-White spaces between curves are times without a settled row, longer than five usual steps.
+Gaps between curves are times without a settled row, longer than five usual steps.
 
 examples:
   hexathermal compare my-campaign
