@@ -13,7 +13,7 @@ from hexathermal.poses import FloatArray
 from hexathermal.show import diagnosis_figures as figures
 from hexathermal.show import diagnosis_run_figures as along
 from hexathermal.show.diagnosis_pictures import Picture
-from hexathermal.show.diagnosis_words import changed, noise_rows, signal_words
+from hexathermal.show.diagnosis_words import changed, lags_outside, noise_rows, shares_windows, signal_words
 from hexathermal.show.folded_figures import Fold, fold_figure, foldable, folded, folds_of
 
 MOST_RUNS = 12
@@ -198,12 +198,11 @@ def _whiteness(found: Diagnosis) -> list[Picture]:
     told = found.whiteness
     if told is None:
         return []
-    shown = [told.before, told.after] if changed(found) else [told.before]
-    outside = [int((np.abs(one) > told.band).sum()) for one in shown]
+    outside = lags_outside(found)
     both = f"{outside[0]} of {len(told.before)} lags stand out of the band of independent noise"
     both += f", with the extended law {outside[1]}" if len(outside) > 1 else ""
     caption = f"Whitened by the fitted noise, what is left of a window says little of the next one: {both}."
-    if min(outside) > 0.2 * len(told.before):
+    if shares_windows(found):
         caption = f"Something is left that windows share: {both}."
     return [Picture("autocorrelation", f"{caption} Band: {told.band:.3f}.", caption,
                     partial(figures.whiteness_figure, found))]  # fmt: skip

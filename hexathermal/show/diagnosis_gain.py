@@ -12,6 +12,9 @@ if TYPE_CHECKING:
     from hexathermal.learn.diagnosis.result import Diagnosis
     from hexathermal.learn.validation_gain import RunGain
 
+SHIFTED = 0.75
+"""Part of the RMSE below which what a law leaves beside a constant in each run is told."""
+
 FEWEST_JUDGED = 3
 """Fewer runs for validation hardly tell how much runs differ."""
 
@@ -25,6 +28,7 @@ def gain_words(found: Diagnosis) -> str:
     if not changed(found):
         said = f"On runs never fitted the law leaves an RMSE of {before:.3f} um; nothing joined it"
         said += "" if found.refused is None else refused_words(found.refused.total, found.law.zero)
+        said += zero_words(found)
     else:
         said = (
             f"On runs never fitted the extended law brings the RMSE from {before:.3f} to {after:.3f} um ({less(part)}"
@@ -41,6 +45,17 @@ def gain_words(found: Diagnosis) -> str:
     said += f". That is of {runs}; three or more tell how much runs differ" if few else ""
     said += f".{shifted_words(found)}"
     return said + (f" Not compared, rows differ: {', '.join(skipped)}." if skipped else "")
+
+
+def zero_words(found: Diagnosis) -> str:
+    """Return what a law leaves beside a constant in each run, where that is much less; else nothing."""
+    one = found.beside_constants
+    if one is None or found.gain is None or one.rmse_before > SHIFTED * found.gain.total.rmse_before:
+        return ""
+    return (
+        "; beside a constant in each run, which the noise of its first row shifts as a whole, means over minutes leave "
+        f"{one.rmse_before * 1e6:.3f} um"
+    )
 
 
 def refused_words(lost: RunGain, zero: str) -> str:

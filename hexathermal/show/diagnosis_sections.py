@@ -20,6 +20,7 @@ from hexathermal.show.diagnosis_words import (
     sentences,
     settings_words,
     shared_words,
+    shares_windows,
     unexplained_words,
     verdict_words,
 )
@@ -42,7 +43,8 @@ def opening(found: Diagnosis) -> str:
     pairs.append(("Noise", f"{found.noise.rms * 1e6:.3f} µm", "within runs; what shifts a whole run is told below"))
     roles = [run.role for run in found.residuals]
     pairs.append(("Runs", f"{len(roles)}", f"{roles.count('identification')} fitted, {roles.count('validation')} not"))
-    notes = "".join(paragraph(f"Note: {note}.", "note") for note in found.notes)
+    left = ["something is left that neighbouring windows share, see the autocorrelation under “Noise”"]
+    notes = "".join(paragraph(f"Note: {note}.", "note") for note in (*found.notes, *left * shares_windows(found)))
     others = "".join(paragraph(words) for words in sentences(found)[1:])
     return others + facts(pairs) + notes
 

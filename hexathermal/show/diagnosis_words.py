@@ -7,6 +7,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+
 from hexathermal.learn.coverage import TWO_SIDED
 from hexathermal.show.diagnosis_labels import CHOICES, LABELS, SHARES, SIGNALS
 
@@ -293,6 +295,25 @@ def noise_rows(found: Diagnosis) -> list[tuple[str, float, str]]:
 def changed(found: Diagnosis) -> bool:
     """Return whether something joined the law, so that there is an after."""
     return found.extended is not found.law
+
+
+MOST_OUTSIDE = 0.2
+"""Part of the lags beyond the band of independent noise from which on windows share something that is left."""
+
+
+def lags_outside(found: Diagnosis) -> list[int]:
+    """Return how many lags stand out of the band of independent noise, before and, where something joined, after."""
+    told = found.whiteness
+    if told is None:
+        return []
+    shown = [told.before, told.after] if changed(found) else [told.before]
+    return [int((np.abs(one) > told.band).sum()) for one in shown]
+
+
+def shares_windows(found: Diagnosis) -> bool:
+    """Return whether something is left that windows share, with all that joined."""
+    outside = lags_outside(found)
+    return found.whiteness is not None and min(outside) > MOST_OUTSIDE * len(found.whiteness.before)
 
 
 def sentences(found: Diagnosis) -> list[str]:

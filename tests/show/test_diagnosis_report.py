@@ -229,7 +229,7 @@ def test_a_caption_says_what_gaps_are() -> None:
     """Pictures with times without rows say so; those without any do not."""
     said = pictures_of(_at_rest())
     assert "Gaps are times without a settled row." in said["runs"][0].caption
-    assert "White spaces" not in said["fitted"][0].caption
+    assert "Gaps" not in said["fitted"][0].caption
 
 
 def test_rare_rows_and_long_windows_are_no_gaps() -> None:
