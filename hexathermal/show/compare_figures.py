@@ -59,7 +59,7 @@ def channels_figure(found: Comparison, run: ComparedRun) -> Figure:
             drift = k == count - 1
             _pair(axes[k], hours, run, k, thin, bool(found.differences))
             if drift:
-                axes[k].set_title("drift (µm)", color=VERMILION)
+                axes[k].set_title("drift (µm)")
             else:
                 part, position = found.placed.places[k]
                 axes[k].set_title(f"{found.sensors[k]}, {part} {position * 1e3:.0f} mm (K)")
@@ -71,7 +71,8 @@ def channels_figure(found: Comparison, run: ComparedRun) -> Figure:
             bottom.tick_params(labelbottom=True)
         handles, labels = axes[0].get_legend_handles_labels()
         figure.legend(handles, labels, loc="outside upper right", ncols=3)
-        figure.suptitle(f"{run.name} ({run.role}): measured and simulated", x=0.01, ha="left", fontweight="bold")
+        what = f"{run.name} ({run.role}): rises (K) and drift (µm), measured and simulated"
+        figure.suptitle(what, x=0.01, ha="left", fontweight="bold")
     return figure
 
 
@@ -131,7 +132,7 @@ def residuals_figure(found: Comparison, run: ComparedRun) -> Figure:
         figure = Figure(figsize=(4.2 * len(stages) + 1.5, 2.1 * (len(parts) + 1) + 0.5), layout="constrained")
         axes = figure.subplots(len(parts) + 1, len(stages), sharex=True, sharey="row", squeeze=False)
         for line, part in enumerate([*parts, "drift"]):
-            looks = _looks(found, run, [curves for _stage, curves in stages], part)
+            looks = _looks(found, part)
             for column, (stage, curves) in enumerate(stages):
                 one = axes[line, column]
                 one.axhline(0.0, color=GREY, lw=0.6)
@@ -149,26 +150,28 @@ def residuals_figure(found: Comparison, run: ComparedRun) -> Figure:
     return figure
 
 
-def _looks(found: Comparison, run: ComparedRun, stages: list[RunCurves], part: str) -> dict[int, str]:
+def _looks(found: Comparison, part: str) -> dict[int, str]:
     """Return the colour of each channel of a part, in the order in which they are drawn: those that stand out last.
 
-    These have the largest residuals (RMS) of the bench as it is, and then of the last stage.
+    These have the largest residuals (RMS) of the bench as it is in all runs, and then of the last stage: the same in
+    the figure of each run.
     """
     if part == "drift":
         return {len(found.placed.places): VERMILION}
     own = [k for k, place in enumerate(found.placed.places) if place[0] == part]
     most = len(STANDING_OUT)
-    first = _largest(own, run, stages[0])[: most // 2 + 1]
-    chosen = sorted([*first, *(k for k in _largest(own, run, stages[-1]) if k not in first)][:most])
+    first = _largest(own, [(run.measured, run.before) for run in found.runs])[: most // 2 + 1]
+    last = [(run.measured, run.after if found.differences else run.before) for run in found.runs]
+    chosen = sorted([*first, *(k for k in _largest(own, last) if k not in first)][:most])
     grey = {k: OTHERS for k in own if k not in chosen}
     return grey | dict(zip(chosen, STANDING_OUT, strict=False))
 
 
-def _largest(channels: list[int], run: ComparedRun, curves: RunCurves) -> list[int]:
-    """Return channels by the RMS of their residuals, the largest first."""
+def _largest(channels: list[int], runs: list[tuple[RunCurves, RunCurves]]) -> list[int]:
+    """Return channels by the RMS of their residuals, the largest first; runs are what was measured, and simulated."""
 
     def square(k: int) -> float:
-        rest = _channel(curves, k) - _channel(run.measured, k)
+        rest = np.concatenate([_channel(simulated, k) - _channel(measured, k) for measured, simulated in runs])
         good = rest[np.isfinite(rest)]
         return float(np.mean(good**2)) if len(good) else 0.0
 
@@ -232,9 +235,9 @@ def parameters_figure(found: Comparison) -> Figure:
         top.set_xticks(*_factor_ticks(low, high))
         top.minorticks_off()
         top.set_xlabel(
-            "factor on the bench's number, 95 % interval\n(green: the bench's own; grey: too small to be "
-            "named, everywhere\nwhere no size would be; orange: named; open: not needed beside what\nis named to "
-            "foretell runs left out, or not told apart from it)"
+            "factor on the bench's number, 95 % interval\n(green: the bench's own; grey: too small to be named, "
+            "everywhere\nwhere no size would be, nowhere where others are named beside it;\norange: named; open: not "
+            "needed beside what is named to foretell\nruns left out, or not told apart from it)"
         )
         top.set_title(f"{found.title}: the bench's numbers")
         for axes in below:

@@ -21,6 +21,15 @@ FACTOR = "factor, or part\nof the air>"
 """What the number of a difference is: a factor on the bench's, of a thermocouple its part of the air."""
 
 
+def three(value: float) -> str:
+    """Return a factor, or a part, with three decimals, of 10 and more with three digits.
+
+    >>> three(0.518), three(37.278), three(129.4), three(-0.0001)
+    ('0.518', '37.3', '129', '0.000')
+    """
+    return f"{value:z.3f}" if abs(value) < 9.9995 else f"{value:.3g}" if abs(value) < 999.5 else f"{value:.0f}"
+
+
 def differences_table(found: Comparison, pretty: bool) -> Table:
     """Return what was named."""
     table = framed(pretty, "what differs", FACTOR, "95 % interval", "probability>", "runs left out\nbetter>",
@@ -29,8 +38,8 @@ def differences_table(found: Comparison, pretty: bool) -> Table:
         name = f"{one.name} {one.target}".strip()
         same = ", ".join(f"{other} ({value:z.2f})" for other, value in one.equivalent) or "-"
         better = f"{one.runs_better[0]} of {one.runs_better[1]}" if one.runs_better[1] else "-"
-        table.add_row(name, f"{one.value:z.3f}", f"{one.low:z.3f} to {one.high:z.3f}", f"{one.probability:.3f}", better,
-                      same, one.meaning)  # fmt: skip
+        table.add_row(name, three(one.value), f"{three(one.low)} to {three(one.high)}", f"{one.probability:.3f}",
+                      better, same, one.meaning)  # fmt: skip
     return table
 
 
@@ -62,7 +71,7 @@ def parameters_table(found: Comparison, pretty: bool) -> Table:
     for one in filter(lambda one: one.speaks, found.parameters):
         alike = ", ".join(name for name, _value in one.alike) or "-"
         named = "yes" if one.named else "not needed" if one.needless else ""
-        table.add_row(f"{one.name} {one.target}".strip(), f"{one.value:z.3f}", f"{one.low:z.3f} to {one.high:z.3f}",
+        table.add_row(f"{one.name} {one.target}".strip(), three(one.value), f"{three(one.low)} to {three(one.high)}",
                       named, limit_words(one), alike)  # fmt: skip
     return table
 

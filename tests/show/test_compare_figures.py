@@ -50,11 +50,12 @@ def run_of(rms_before: FloatArray, rms_after: FloatArray) -> ComparedRun:
     return ComparedRun("run-01", "validation", time, np.zeros(len(time)), nothing, before, after)
 
 
-def comparison(parameters: tuple[ParameterFound, ...] = PARAMETERS) -> Any:
+def comparison(parameters: tuple[ParameterFound, ...] = PARAMETERS, runs: tuple[ComparedRun, ...] = ()) -> Any:
     """Return what a figure needs of a comparison."""
     return SimpleNamespace(
         title="bench", sensors=tuple(f"T{k + 1:02d}" for k in range(COUNT)), differences=("one",),
         placed=SimpleNamespace(places=tuple(("body", 0.05 * k) for k in range(COUNT))), parameters=parameters,
+        runs=runs,
     )  # fmt: skip
 
 
@@ -70,7 +71,7 @@ def run() -> ComparedRun:
 @pytest.mark.parametrize("draw", [residuals_figure, channels_figure])
 def test_no_line_bridges_a_gap(draw: Any, run: ComparedRun) -> None:
     """No curve has a piece inside of times without settled rows; a row alone between two such times is a dot."""
-    figure = draw(comparison(), run)
+    figure = draw(comparison(runs=(run,)), run)
     curves = 0
     for axes in figure.axes:
         for line in axes.lines:
@@ -94,14 +95,21 @@ def test_rare_rows_are_no_gaps() -> None:
 
 
 def test_thermocouples_that_stand_out_are_named_in_their_colours(run: ComparedRun) -> None:
-    """The largest residuals before and after are named, each in one colour on both sides; all others are grey."""
-    figure = residuals_figure(comparison(), run)
+    """The largest residuals before and after are named, each in one colour on both sides; all others are grey.
+
+    They are those of all runs: the same in each figure.
+    """
+    other = run_of(np.full(COUNT, 0.1), np.full(COUNT, 0.05))
+    found = comparison(runs=(run, other))
+    figure = residuals_figure(found, run)
     legends = [axes.get_legend() for axes in figure.axes if axes.get_legend() is not None]
     assert len(legends) == 1
     said = {text.get_text(): line.get_color() for text, line in zip(legends[0].get_texts(), legends[0].get_lines(),
                                                                     strict=True)}  # fmt: skip
     assert list(said) == ["T01", "T04", "T05", "T06", "T09", "others"]
     assert len(set(said.values())) == len(said)
+    elsewhere = residuals_figure(found, other).axes[1].get_legend()
+    assert [line.get_color() for line in elsewhere.get_lines()] == list(said.values())
     for axes in figure.axes[:2]:
         colours = [line.get_color() for line in axes.lines if len(line.get_xdata()) > 10]
         assert sorted(colours) == sorted([*said.values(), *[OTHERS] * (COUNT - 6)])
