@@ -37,6 +37,9 @@ apart; but not beyond an hour, which 3.6 s written in milliseconds are."""
 THOUSAND, NEARLY = 1000.0, 0.01
 """Quicker rows are told to be in milliseconds where they are a thousand times apart to this share: one logger's."""
 
+FEWEST_STILL = 10
+"""So many rows are not all of one moment."""
+
 STUDIED_STEPS = 32768
 """Steps in time from which a run's usual one is taken."""
 
@@ -66,18 +69,21 @@ class RunClock:
         Row of the latest time.
     jump : Jump or None
         The first step that is too long.
+    rows : int
+        How many passed.
     """
 
     def __init__(self) -> None:
         self.first, self.latest, self.row = np.nan, np.nan, -1
         self.jump: Jump | None = None
         self._steps: list[FloatArray] = []
-        self._studied = 0
+        self._studied, self.rows = 0, 0
 
     def add(self, time: FloatArray, rows: npt.NDArray[np.int64]) -> None:
         """Look at the next rows; their times [s] do not fall."""
         if not len(time):
             return
+        self.rows += len(time)
         if self.row < 0:
             self.first, self.latest, self.row = float(time[0]), float(time[0]), int(rows[0])
         with np.errstate(over="ignore"):
@@ -134,6 +140,10 @@ def impossible(clock: RunClock, lines: tuple[int, int, int], column: int) -> Pro
             f"{clock.jump.end:.10g}; a run pauses for no more than {LONGEST_PAUSE_S / DAY_S:g} days: is time_s in "
             "milliseconds there, or did the logger's clock jump? Mend it; what begins again after such a pause is "
             "another run"
+        ))  # fmt: skip
+    if clock.rows >= FEWEST_STILL and clock.duration == 0.0:
+        return Problem(lines[0], column, (
+            f"time_s is {clock.first:.10g} in all {clock.rows} rows: it does not advance; write when each row was read"
         ))  # fmt: skip
     if clock.duration > LONGEST_RUN_S:
         return Problem(lines[2], column, (

@@ -49,6 +49,12 @@ TABLES: dict[str, dict[str, str]] = {
 }  # fmt: skip
 """Keys of each table and their rules, see `hexathermal.machine.forms.Form`."""
 
+FARTHEST_M, WITHIN = 1000.0, "above 0, and less than a kilometre"
+"""No length of a leg, or of its beams, is as long as that."""
+
+BESIDE = 0.25
+"""Thermocouples sit on the leg or no farther beside it, parts of its length."""
+
 SHORTEST_LEG_M, LEAST_STROKES = 0.01, 0.1
 """No leg is shorter between its joint centres, retracted, than the first [m], nor than this share of its stroke.
 
@@ -120,7 +126,10 @@ def _campaign(form: Form, folder: Path, needed: tuple[str, ...]) -> Campaign | N
     )
     also = ALSO_INPUTS if kind != "hexapod" else AIR
     inputs = tuple(item for item in named if item.name not in also)
+    if any(ord(letter) < 32 for letter in top.get("title", "")):
+        form.complain(("title",), f"title {shown(top['title'])} holds a line's end or another control character")
     leg, beams, hexapod = _leg(form, top, kind), _beams(form, top, kind), _hexapod(form, top, kind, folder)
+    _refuse_beside(form, thermocouples, leg)
     if not kind:
         return None
     sensors = thermocouples or (_machine_thermometers(runs) if kind == "hexapod" else ())
@@ -209,6 +218,22 @@ def _thermocouples(form: Form, top: dict[str, Any], kind: str) -> tuple[Thermoco
     )
 
 
+def _refuse_beside(form: Form, thermocouples: tuple[Thermocouple, ...], leg: LegDimensions | None) -> None:
+    """Complain of thermocouples that sit far beside the leg; of most of them, the leg's length is doubted instead."""
+    if leg is None:
+        return
+    length, beside = leg.retracted_length, BESIDE * leg.retracted_length
+    low, high = -beside, length + leg.stroke[1] + beside
+    placed = [(k, one.name, one.position) for k, one in enumerate(thermocouples) if one.position is not None]
+    far = [one for one in placed if not low <= one[2] <= high]
+    for k, name, position in far if 2 * len(far) < len(placed) else ():
+        form.complain(("thermocouples", k, "position_mm"), (
+            f"position_mm of {name} is {position * 1e3:g}, expected {low * 1e3:g} to {high * 1e3:g}: along the leg of "
+            f"{length * 1e3:g} mm from the lower joint centre, rod retracted; leave it out where the thermocouple is "
+            "not on the leg"
+        ))  # fmt: skip
+
+
 def _leg(form: Form, top: dict[str, Any], kind: str) -> LegDimensions | None:
     """Return the leg's dimensions, or None where there are none or after complaints."""
     if "leg" not in top:
@@ -218,10 +243,11 @@ def _leg(form: Form, top: dict[str, Any], kind: str) -> LegDimensions | None:
     before, at = len(form.problems), ("leg",)
     found = form.table(top["leg"], at, "leg")
     if "q0_mm" in found:
-        form.check((*at, "q0_mm"), found["q0_mm"] > 0.0, "above 0")
+        form.check((*at, "q0_mm"), 0.0 < found["q0_mm"] < FARTHEST_M, WITHIN)
     if "stroke_mm" in found:
         low, high = found["stroke_mm"]
-        if form.check((*at, "stroke_mm"), low < high, "[low, high] with low < high") and "q0_mm" in found:
+        ends = -FARTHEST_M < low < high < FARTHEST_M
+        if form.check((*at, "stroke_mm"), ends, "[low, high] with low < high, within a kilometre") and "q0_mm" in found:
             form.check((*at, "stroke_mm"), found["q0_mm"] + low > 0.0, "[low, high] with q0 + low above 0")
     if len(form.problems) == before and {"q0_mm", "stroke_mm"} <= found.keys():
         _refuse_short(form, at, float(found["q0_mm"]), float(found["stroke_mm"][1] - found["stroke_mm"][0]))
@@ -253,7 +279,7 @@ def _beams(form: Form, top: dict[str, Any], kind: str) -> BeamLayout | None:
     found = form.table(top["interferometer"], at, "interferometer")
     for key in ("radius_mm", "dead_path_mm"):
         if key in found:
-            form.check((*at, key), found[key] >= 0.0, "0 or more")
+            form.check((*at, key), 0.0 <= found[key] < FARTHEST_M, "0 or more, and less than a kilometre")
     if "azimuth_deg" in found:
         turned = np.mod(found["azimuth_deg"], 2.0 * np.pi)
         apart = len(np.unique(np.round(turned, 6))) == turned.size

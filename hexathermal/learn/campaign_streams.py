@@ -110,7 +110,7 @@ class LoggerCsv(CsvStream):
             return float(text)
         except ValueError:
             shown = repr(text if len(text) <= 40 else text[:37] + "...")
-            message = f"{name} is {shown}, expected a number"
+            message = f"{name} is {shown}, expected {'1 at rest, 0 otherwise' if name == 'settled' else 'a number'}"
             self.faults.add(self.path, Problem(line, self.header.column(name), message), f"text {name}")
             return None
 
@@ -217,7 +217,9 @@ def header_names(path: Path, faults: Faults, campaign: Campaign | None = None) -
     """Return the names of a table's columns, or none after faults were noted."""
     if not path.is_file():
         what = "is a folder" if path.is_dir() else "is not there" if not path.exists() else "is no plain file"
-        faults.add(path, Problem(1, 1, f"the table {what}; [[runs]] in campaign.toml names it"))
+        twin = path.with_suffix(".csv" if is_parquet(path) else ".parquet")
+        instead = f"; {twin.name} is there: write file = ... of that name" if twin.is_file() else ""
+        faults.add(path, Problem(1, 1, f"the table {what}; [[runs]] in campaign.toml names it{instead}"))
         return ()
     try:
         if is_parquet(path):

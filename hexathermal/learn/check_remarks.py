@@ -38,6 +38,9 @@ SLACK = 0.01
 LEAST_LENGTH, LONGEST_M = 0.5, 20.0
 """A leg is longer than this part of its stroke, which it holds when it is retracted, and shorter than a hall."""
 
+NEAR_JOINT = 0.01
+"""Places that are all nearer to the lower joint than this part of a leg are in metres."""
+
 LONGEST_SHORT_S, LEAST_RISE_K = 900.0, 0.5
 """Runs in which temperatures change by so much last longer than this."""
 
@@ -66,6 +69,17 @@ def of_length(retracted: float | None, stroke: tuple[float, float] | None) -> li
     return [
         f"q0_mm is {retracted * 1e3:g}, the stroke {(stroke[1] - stroke[0]) * 1e3:g} mm: is q0_mm in another unit? It "
         "is the length from joint to joint with the rod retracted, in mm"
+    ]
+
+
+def of_places(campaign: Campaign) -> list[str]:
+    """Return that thermocouples sit so near to the lower joint of a leg as places in metres do."""
+    places = [one.position for one in campaign.thermocouples if one.position is not None]
+    if campaign.leg is None or len(places) < 2 or not 0.0 < max(places) < NEAR_JOINT * campaign.leg.retracted_length:
+        return []
+    return [
+        f"all thermocouples sit within {max(places) * 1e3:.3g} mm of the lower joint centre, on a leg of "
+        f"{campaign.leg.retracted_length * 1e3:g} mm: is position_mm in metres?"
     ]
 
 

@@ -18,6 +18,7 @@ from hexathermal.learn.check_remarks import (
     of_length,
     of_noise,
     of_one_fahrenheit,
+    of_places,
     of_pressure,
     of_roles,
     of_stroke,
@@ -68,7 +69,7 @@ def warnings_of(check: CampaignCheck) -> tuple[str, ...]:
     campaign = check.campaign
     clocks = [Clock(run.run.name, run.record.rows, run.record.duration, run.record.sampling) for run in check.runs]
     lowest = {run.run.name: run.lowest_degC for run in check.runs}
-    return (*of_roles(campaign), *of_clock(clocks), *_of_leg(campaign.leg), *_of_runs(check),
+    return (*of_roles(campaign), *of_clock(clocks), *_of_leg(campaign.leg), *of_places(campaign), *_of_runs(check),
             *_of_stroke(check),
             *of_noise(campaign.sensors, check.sensor_noise), *of_collinearity(campaign.sensors, check.inflation),
             *_of_apart(check), *_of_weather(check), *of_pressure(campaign, *check.weather[:, 1].tolist()),

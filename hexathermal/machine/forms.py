@@ -129,7 +129,10 @@ class Form:
         if not isinstance(path, str | os.PathLike):
             raise ArgumentError(f"a {what} is named by a text or a path, not by {type(path).__name__}")
         file = Path(path)
-        file = file / name if name and os.path.isdir(file) else file
+        if name and os.path.isdir(file):
+            if not os.path.exists(file / name):
+                raise ArgumentError(f"no {what} at {file / name}: the folder is there, but holds no {name}")
+            file = file / name
         if not os.path.isfile(file):
             found = " (it is a folder)" if os.path.isdir(file) else " (it is no plain file)" * os.path.exists(file)
             raise ArgumentError(f"no {what} at {file}{found}; expected {expected}")

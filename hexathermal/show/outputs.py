@@ -139,11 +139,12 @@ def _check_campaigns(option: str, path: Path, making: bool) -> None:
 
 
 def _check_answer(path: Path) -> None:
-    """Refuse to replace a file that is no JSON."""
+    """Refuse to replace a file that is no earlier answer of this program."""
     if str(path) == "-" or not path.is_file():
         return
     try:
-        known = isinstance(json.loads(path.read_text(encoding="utf-8")), dict)
+        found = json.loads(path.read_text(encoding="utf-8"))
+        known = isinstance(found, dict) and str(found.get("format", "")).startswith("hexathermal-")
     except (OSError, ValueError):
         known = False
     if not known:

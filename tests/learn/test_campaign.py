@@ -249,7 +249,7 @@ def test_a_text_in_every_row_is_one_fault(tmp_path: Path) -> None:
     file.write_text("\n".join([head, *lines]) + "\n")
     found = messages(folder)
     assert len(found) == 2
-    assert "b.csv:2:3 settled is 'true', expected a number (and 553 more that read the same" in found[0]
+    assert "b.csv:2:3 settled is 'true', expected 1 at rest, 0 otherwise (and 553 more that read the same" in found[0]
 
 
 @pytest.mark.parametrize("still", [0.0, 1e-5])

@@ -33,6 +33,11 @@ def nanoseconds(table: Table) -> None:
     table["time_s"] *= 1e9
 
 
+def still(table: Table) -> None:
+    """Write one time into all rows."""
+    table["time_s"][:] = 40.0
+
+
 def milliseconds(table: Table) -> None:
     """Write all times in milliseconds."""
     table["time_s"] *= 1e3
@@ -45,6 +50,7 @@ def milliseconds(table: Table) -> None:
         (set_anew, "a run pauses for no more than 30 days: is time_s in milliseconds there, or did the logger's clock"),
         (last_is_huge, "a.csv:601:1 run 'a': time_s jumps by 3.17e+292 years from line 600 to 601"),
         (nanoseconds, "a.csv:2:1 run 'a': one row every 634 years, in the other runs every 20 s"),
+        (still, "a.csv:2:1 run 'a': time_s is 40 in all 600 rows: it does not advance"),
         (milliseconds, "a.csv:2:1 run 'a': one row every 5.56 h, in the other runs every 20 s; runs of one campaign"),
         (milliseconds, "is its time_s in milliseconds?"),
     ],

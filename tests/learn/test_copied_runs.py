@@ -9,6 +9,7 @@ from tempfile import TemporaryDirectory
 
 import pytest
 
+from hexathermal.cli import main
 from hexathermal.learn.campaign import Campaign
 from hexathermal.learn.campaign_files import load_campaign
 from hexathermal.learn.check import check_campaign
@@ -70,6 +71,7 @@ def test_no_gain_is_told_on_copies_alone() -> None:
         found = diagnose(campaign, answer.base)
     assert found.gain is None
     assert sum("holds the same table as" in note for note in found.notes) == len(campaign.runs_of("validation"))
+    assert sum("holds the same table as" in note for note in found.doubtful) == len(campaign.runs_of("validation"))
 
 
 def test_fitted_twins_are_told_and_stay(tmp_path: Path) -> None:
@@ -82,6 +84,15 @@ def test_fitted_twins_are_told_and_stay(tmp_path: Path) -> None:
     assert said.startswith(f"{second.name} holds the same table as {first.name}")
     assert said in warnings_of(check_campaign(campaign))
     assert without_copies(campaign) == (campaign, [said])
+
+
+def test_identify_warns_of_twins(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """Coefficients of runs that count twice look surer than they are: stderr says so."""
+    folder = leg_campaign(tmp_path / "campaign")
+    first, second = load_campaign(folder).runs_of("identification")[:2]
+    shutil.copy(first.path, second.path)
+    assert main(["identify", str(folder), "--sensors", "T01"]) == 0
+    assert f"warning: {second.name} holds the same table as {first.name}" in capsys.readouterr().err
 
 
 @pytest.mark.parametrize("role", ["identification", "validation"])

@@ -53,15 +53,19 @@ def test_nor_into_a_campaign_that_is_not_read(
 
 
 def test_a_file_that_is_read_is_not_replaced_and_json_only_by_json(tmp_path: Path) -> None:
-    """A law is not replaced by an answer, a text not by --json; an earlier answer is."""
+    """A law is not replaced by an answer, a text or another program's JSON not by --json; an earlier answer is."""
     law, text, answer = tmp_path / "leg.toml", tmp_path / "notes.txt", tmp_path / "a.json"
+    foreign = tmp_path / "package.json"
+    foreign.write_text(json.dumps({"name": "my-app", "format": "1"}))
     law.write_text("x")
     text.write_text("my notes")
-    answer.write_text(json.dumps({"verdict": "none"}))
+    answer.write_text(json.dumps({"format": "hexathermal-diagnosis/1", "verdict": "none"}))
     with pytest.raises(ArgumentError, match="one of the files that are read"):
         protect(Namespace(law=law, json=str(law)))
     with pytest.raises(ArgumentError, match="no earlier answer"):
         protect(Namespace(law=law, json=str(text)))
+    with pytest.raises(ArgumentError, match="no earlier answer"):
+        protect(Namespace(law=law, json=str(foreign)))
     protect(Namespace(law=law, json=str(answer)))
     protect(Namespace(law=law, json="-"))
 

@@ -127,12 +127,12 @@ def _diagnosed(
     limits = at_most_named(limits, _smallest(course, effects))
     verdict, probability, follows = _verdict(course, effects, sure_of_nothing(limits, levels.rms))
     candidates = _candidates(course, told)
-    doubtful = doubtful_readings(campaign, [*rows, *judged], course.first.channel.y, levels)
+    doubtful = (*copies, *doubtful_readings(campaign, [*rows, *judged], course.first.channel.y, levels))
     notes = (
         *doubtful, *of_another_leg(law, campaign), *of_another_form(law, base), *_notes(course), *_opposed(effects),
         *_sees_little(verdict, limits, levels.rms),
         *_chosen(base, given=sensors is not None or law is not None), *_unseen(course, rows, mute),
-        *copies, *_cleaned((*rows, *judged)),
+        *_cleaned((*rows, *judged)),
     )  # fmt: skip
     return Diagnosis(
         verdict, probability, effects, follows, candidates, base, final.law, final.gain,

@@ -14,6 +14,7 @@ from hexathermal.learn.check_remarks import (
     of_fahrenheit,
     of_length,
     of_one_fahrenheit,
+    of_places,
     of_pressure,
     of_rises,
     of_stroke,
@@ -50,8 +51,8 @@ def doubtful_readings(
     known = read[np.isfinite(read)]
     pressure = (float(known.min()), float(known.max())) if len(known) else (math.nan, math.nan)
     return (
-        *of_clock(clocks), *of_rises(_rises(rows)), *_of_strokes(campaign, rows), *_of_temperatures(rows),
-        *of_pressure(campaign, *pressure), *_of_landings(drift, levels),
+        *of_clock(clocks), *of_rises(_rises(rows)), *_of_strokes(campaign, rows), *of_places(campaign),
+        *_of_temperatures(rows), *of_pressure(campaign, *pressure), *_of_landings(drift, levels),
     )  # fmt: skip
 
 

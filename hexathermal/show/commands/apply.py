@@ -104,6 +104,7 @@ def run(arguments: argparse.Namespace, progress: Progress) -> Answer:
         f"{high:g} degC.\n"
         f"Written:\n  {file}\nnext: hexathermal {'correct' if model.states else 'demo'} --machine "
         f"{unmistakable(file.parent if out.name == 'hexapod.toml' else file)}"
+        f"{' --poses poses.csv --temps temps.csv --out corrected.csv' if model.states else ''}"
     )
     return Answer((text,), facts, tuple(f"warning: {one}" for one in warnings))
 

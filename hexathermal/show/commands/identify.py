@@ -96,6 +96,7 @@ def run(arguments: argparse.Namespace, progress: Progress) -> Answer:
     """Identify a law."""
     from hexathermal.learn.campaign_files import load_campaign
     from hexathermal.learn.campaign_laws import identify_campaign
+    from hexathermal.learn.copied_runs import repeated_words
     from hexathermal.learn.identification import AUTO
     from hexathermal.learn.leg_law_files import write_leg_law
     from hexathermal.predict.table_writing import refuse_no_folder, refuse_no_place
@@ -132,7 +133,7 @@ def run(arguments: argparse.Namespace, progress: Progress) -> Answer:
              lambda pretty, _: sets_table(found, pretty)]  # fmt: skip
     if shared:
         texts.append(shared)
-    warnings = [f"warning: {text}" for text in found.warnings]
+    warnings = [f"warning: {text}" for text in (*repeated_words(campaign), *found.warnings)]
     return Answer((*texts, *writing.words), facts, (*warnings, *writing.lost), code=writing.code)
 
 
