@@ -26,7 +26,7 @@ def alike_words(one: Effect, kind: str) -> str:
     said = [f"These data do not rule out {', '.join(told)}: an experiment must decide, see below."] if told else []
     for name in never:
         why = NEVER_TOLD.get(name) if kind != "leg" else None
-        said.append(f"Nor is {name} ruled out{'' if why is None else f': {why}'}.")
+        said.append(f"No data of this kind rule out {name}{'' if why is None else f': {why}'}.")
     return " ".join(said)
 
 

@@ -14,7 +14,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from hexathermal.learn.diagnosis.channels import Levels
-from hexathermal.learn.diagnosis.result import Quantity
+from hexathermal.learn.diagnosis.result import Experiment, Quantity
 from hexathermal.learn.diagnosis.words import AMPLITUDES, STEPS, UNITS
 from hexathermal.learn.validation_scores import Figure
 from hexathermal.show.diagnosis_gain import gain_words
@@ -31,7 +31,7 @@ from hexathermal.show.diagnosis_words import (
     shared_words,
     span,
 )
-from hexathermal.show.experiment_words import odds
+from hexathermal.show.experiment_words import alike_words, odds, told_apart
 from tests.show.drawn_diagnoses import BACKLASH, CANDIDATES, drawn
 
 PICTURES: dict[str, str] = defaultdict(str)
@@ -239,3 +239,20 @@ def test_few_judged_runs_are_told(count: int, words: str | None) -> None:
     said = gain_words(replace(found, gain=replace(found.gain, runs=runs)))
     assert ("three or more tell how much runs differ" in said) == (words is not None)
     assert words is None or words in said
+
+
+def test_rivals_of_a_name_are_told_with_their_probability_and_others_with_what_decides() -> None:
+    """What data speak of has a number; what no data of a part tell apart has the measurement that does."""
+    rivals = {"hidden-heat": 0.066}
+    one = replace(BACKLASH, cause="missing-sensor", equivalent=("hidden-heat", "abbe-tilt"), rivals=rivals)
+    said = alike_words(one, "component")
+    assert "do not rule out hidden-heat (probability 0.066): an experiment must decide" in said
+    assert "No data of this kind rule out abbe-tilt: one displacement does not tell a part's tilt" in said
+    assert alike_words(replace(one, equivalent=()), "component").startswith("No other cause")
+
+
+def test_a_cause_alone_is_told_from_no_effect() -> None:
+    """An experiment that shows one cause tells it from nothing; of two, which they are."""
+    alone = Experiment("Warm one.", ("swapped-sensors", "swapped-sensors"), 9.0)
+    assert told_apart(alone) == "swapped-sensors, no effect"
+    assert told_apart(Experiment("Rest.", ("creep", "zero-drift"), 9.0)) == "creep, zero-drift"
