@@ -138,7 +138,9 @@ def cleaning_words(records: Sequence[CleaningRecord]) -> tuple[str, ...]:
     channels: dict[str, dict[str, None]] = {}
     for item in (item for record in records for item in record.steps):
         counts[item.step] = counts.get(item.step, 0) + item.count
-        channels.setdefault(item.step, {}).update({} if item.action == ROW else {item.channel: None})
+        channels.setdefault(item.step, {}).update(
+            {} if item.action == ROW or item.channel == "row" else {item.channel: None}
+        )
     if not counts:
         return ()
     rows, used = (sum(getattr(record, name) for record in records) for name in ("rows", "used"))
