@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from hexathermal.learn.cleaning_record import ROW, VALUE, CleaningRecord, CleaningStep, cleaning_words
+from hexathermal.learn.cleaning_record import NOTED, ROW, VALUE, CleaningRecord, CleaningStep, cleaning_words
 from hexathermal.learn.diagnosis.recorded import partly_recorded
 from tests.learn.diagnosis.campaigns import viewed
 
@@ -27,9 +27,10 @@ def test_counts_of_values_are_not_taken_for_rows() -> None:
         return CleaningStep(name, channel, action, count, "", 0.0)
 
     steps = (step("dead channel", "T03_degC", VALUE, 100), step("not settled", "row", ROW, 30),
-             step("spike", "T01_degC", VALUE, 2), step("spike", "T02_degC", VALUE, 3))  # fmt: skip
+             step("spike", "T01_degC", VALUE, 2), step("spike", "T02_degC", VALUE, 3),
+             step("drift step", "row", NOTED, 4))  # fmt: skip
     (said,) = cleaning_words([CleaningRecord("run-01", 100, 70, 1500.0, 15.0, 0.0, steps)])
     assert said.startswith(
         "70 of 100 rows are usable; cleaning: dead channel 100 values of T03_degC, not settled 30, "
-        "spike 5 values of 2 channels ("
+        "spike 5 values of 2 channels, drift step 4 ("
     )
