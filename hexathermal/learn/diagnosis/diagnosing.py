@@ -17,6 +17,7 @@ from hexathermal.learn.diagnosis.causes import catalogue
 from hexathermal.learn.diagnosis.course import Course, Progress, base_law, searched
 from hexathermal.learn.diagnosis.doubtful import doubtful_readings
 from hexathermal.learn.diagnosis.extension import extended_law, gained, joint_law, reachable
+from hexathermal.learn.diagnosis.far_landings import far_landings
 from hexathermal.learn.diagnosis.given_law import Given, of_another_form, of_another_leg
 from hexathermal.learn.diagnosis.judged_steps import JudgedStep, judged_steps, told_steps
 from hexathermal.learn.diagnosis.limits import at_most_named, limits_of, sure_of_nothing
@@ -237,6 +238,7 @@ def _notes(course: Course) -> tuple[str, ...]:
         how = f"{'late' if late > 0.0 else 'early'} by some {abs(late):.0f} s"
         notes.append(f"the temperatures are {how} against the drift: thermometers and loggers are off by so much, and "
                      "it has no name")  # fmt: skip
+    notes += far_landings(course.last)
     view = course.first.view
     pitches = [one.ranked.best.trial.parameters.get("pitch_m") for one in course.found]
     alike = alias_words(view, next((pitch for pitch in pitches if pitch is not None), None))
