@@ -81,7 +81,7 @@ def _run(found: Diagnosis, run: RunResidual, name: str) -> Picture:
     drift = run.measured * 1e6
     alt = (
         f"Run {run.run}, {fitted}: over {np.ptp(run.time) / 3600.0:.1f} hours the measured drift goes from "
-        f"{np.nanmin(drift):.2f} to {np.nanmax(drift):.2f} µm. {left}"
+        f"{np.nanmin(drift):z.2f} to {np.nanmax(drift):z.2f} µm. {left}"
     )
     caption = f"{run.run} ({fitted}), means of windows. {left}{_white([run])}{_begins(found, run)}"
     return Picture(name, alt, caption, partial(along.run_figure, found, run))

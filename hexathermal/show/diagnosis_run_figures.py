@@ -241,7 +241,8 @@ def clouds_figure(
             _cloud(axes, signal * factor, values * 1e6, colour, name)
             axes.set_title(what)
         panels[0].set_ylabel("left over (µm)")
-        figure.supxlabel(f"{label} ({unit})" if unit else label, fontsize=9.0)
+        scale = f"{unit}, scale of square roots" if name == "since_move" else unit
+        figure.supxlabel(f"{label} ({scale})" if scale else label, fontsize=9.0)
     return figure
 
 

@@ -168,8 +168,8 @@ def _gain(found: Diagnosis, drawn: dict[str, str]) -> str:
              f"{parts(one.linf_gain.value)} % ({interval(one.linf_gain)})")
             for name, one in (*found.gain.runs.items(), ("all", found.gain.total))
         ]  # fmt: skip
-        head = ("run", "RMSE before, um>", "RMSE after, um (95 %)>", "less by (95 %)>", "largest, um>",
-                "less by (95 %)>")  # fmt: skip
+        head = ("run", "RMSE before, um>", "RMSE after, um (95 %)>", "RMSE less by (95 %)>", "largest, um>",
+                "largest less by (95 %)>")  # fmt: skip
         lines += [drawn["gain"], table("The law and the extended law, run by run", head, rows, [len(rows) - 1])]
     else:
         plain = [(name, f"{one.rmse_before * 1e6:.3f}", f"{one.linf_before * 1e6:.2f}")
