@@ -13,7 +13,7 @@ FEWEST = 20
 """Landings that tell how landings scatter."""
 
 MOST_FAR = 0.02
-"""Part of the landings that may stand off: of more the scatter has heavy tails."""
+"""Part of the landings that may stand off, and one in any case: of more the scatter has heavy tails."""
 
 MOST_TOLD = 3
 
@@ -35,7 +35,7 @@ def far_landings(stage: Stage) -> list[str]:
         mean[run == k] -= np.median(mean[run == k])
     spread = float(np.median(np.abs(mean)) / 0.6745)
     far = np.flatnonzero(np.abs(mean) > FAR * max(spread, stage.levels.landing))
-    if len(mean) < FEWEST or not 0 < len(far) <= MOST_FAR * len(mean):
+    if len(mean) < FEWEST or not 0 < len(far) <= max(1.0, MOST_FAR * len(mean)):
         return []
     said = []
     for one in far[np.argsort(-np.abs(mean[far]))][:MOST_TOLD]:
