@@ -311,7 +311,7 @@ def lags_outside(found: Diagnosis) -> list[int]:
 
 
 def shares_windows(found: Diagnosis) -> bool:
-    """Return whether something is left that windows share, with all that joined."""
+    """Return whether something is left that windows share, before as after."""
     outside = lags_outside(found)
     return found.whiteness is not None and min(outside) > MOST_OUTSIDE * len(found.whiteness.before)
 
