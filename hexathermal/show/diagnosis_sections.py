@@ -9,7 +9,7 @@ from hexathermal.learn.validation_scores import Figure
 from hexathermal.show.diagnosis_album import MOST_RUNS
 from hexathermal.show.diagnosis_gain import gain_words
 from hexathermal.show.diagnosis_page import facts, paragraph, section, table, text
-from hexathermal.show.diagnosis_tables import joined_words, probability, verdict_probability, visible_words
+from hexathermal.show.diagnosis_tables import joined_words, verdict_probability, visible_words
 from hexathermal.show.diagnosis_words import (
     NONE_NAMED,
     changed,
@@ -25,7 +25,7 @@ from hexathermal.show.diagnosis_words import (
     verdict_words,
 )
 from hexathermal.show.experiment_words import alike_words, promise_words, told_apart
-from hexathermal.show.shares import bounded, interval, less, parts
+from hexathermal.show.shares import bounded, interval, less, parts, probability
 
 
 def opening(found: Diagnosis) -> str:

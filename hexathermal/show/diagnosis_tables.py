@@ -21,6 +21,7 @@ from hexathermal.show.diagnosis_words import (
     where,
 )
 from hexathermal.show.experiment_words import odds, promised, told_apart
+from hexathermal.show.shares import probability
 from hexathermal.show.tables import framed
 
 
@@ -58,17 +59,6 @@ def verdict_probability(verdict: str, effects: int, value: float) -> str:
     if verdict == "none":
         return f"probability {probability(value)} that nothing of a quarter of the noise or more is there"
     return f"{'the first with ' if effects > 1 else ''}probability {probability(value)}"
-
-
-def probability(value: float) -> str:
-    """Return a probability without claiming certainty.
-
-    Examples
-    --------
-    >>> probability(0.99999), probability(0.974), probability(0.0001)
-    ('>0.999', '0.974', '<0.001')
-    """
-    return ">0.999" if value > 0.999 else "<0.001" if value < 0.001 else f"{value:z.3f}"
 
 
 def effects_table(found: Diagnosis, pretty: bool) -> Table:

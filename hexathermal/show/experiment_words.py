@@ -5,6 +5,8 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING
 
+from hexathermal.show.shares import probability
+
 if TYPE_CHECKING:
     from hexathermal.learn.diagnosis.result import Effect, Experiment
 
@@ -17,8 +19,6 @@ NEVER_TOLD = {
 
 def alike_words(one: Effect, kind: str) -> str:
     """Return which other causes the data do not rule out, with their probabilities where data speak of them."""
-    from hexathermal.show.diagnosis_tables import probability
-
     if not one.equivalent:
         return "No other cause of the catalogue explains these data as well."
     told = [f"{name} (probability {probability(one.rivals[name])})" for name in one.equivalent if name in one.rivals]

@@ -174,8 +174,8 @@ def _shown(found: MachineDiagnosis, plan: MachineExperiment | None, poses: bool)
 
 def _summary(found: MachineDiagnosis) -> str:
     """Return what stands around the finding, in words."""
-    from hexathermal.show.diagnosis_tables import probability
     from hexathermal.show.machine_words import noise_words, notes_of
+    from hexathermal.show.shares import probability
 
     poses = sum(len(run.time) for run in found.residuals if run.role == "identification")
     notes, bench = notes_of(found)

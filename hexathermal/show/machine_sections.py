@@ -7,7 +7,6 @@ from hexathermal.learn.machine_diagnosis.planning import MachineExperiment
 from hexathermal.learn.machine_diagnosis.result import MachineDiagnosis, MachineEffect
 from hexathermal.learn.machine_proposal import ALIKE
 from hexathermal.show.diagnosis_page import facts, paragraph, section, table, text
-from hexathermal.show.diagnosis_tables import probability
 from hexathermal.show.diagnosis_words import VERDICTS
 from hexathermal.show.hexapod_tables import unit_of
 from hexathermal.show.machine_tables import LIMITS_WORDS, apart, limits_rows, ranking_rows
@@ -23,7 +22,7 @@ from hexathermal.show.machine_words import (
     score_cells,
     sentences,
 )
-from hexathermal.show.shares import less
+from hexathermal.show.shares import less, probability
 
 
 def opening(found: MachineDiagnosis) -> str:

@@ -10,11 +10,12 @@ from hexathermal.learn.hexapod_data import AXES
 from hexathermal.learn.machine_diagnosis.plan_files import planned_facts
 from hexathermal.learn.machine_diagnosis.planning import MachineExperiment
 from hexathermal.learn.machine_diagnosis.result import MachineDiagnosis
-from hexathermal.show.diagnosis_tables import plain, probability
+from hexathermal.show.diagnosis_tables import plain
 from hexathermal.show.diagnosis_words import how_apart, settings_words
 from hexathermal.show.hexapod_tables import unit_of
 from hexathermal.show.machine_figures import limits_by_cause
 from hexathermal.show.machine_words import amplitude, framed_out, parameter_rows, score_cells
+from hexathermal.show.shares import probability
 from hexathermal.show.tables import framed
 
 UM = 1e6

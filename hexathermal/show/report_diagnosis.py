@@ -12,7 +12,7 @@ from hexathermal.learn.diagnosis.words import two_digits
 from hexathermal.learn.validation_scores import Figure
 from hexathermal.show import shares
 from hexathermal.show.diagnosis_page import paragraph, table, text
-from hexathermal.show.diagnosis_tables import probability, verdict_probability
+from hexathermal.show.diagnosis_tables import verdict_probability
 from hexathermal.show.diagnosis_words import (
     NONE_NAMED,
     UNNAMED,
@@ -27,6 +27,7 @@ from hexathermal.show.report_chart import Chart
 from hexathermal.show.report_diagnosis_charts import disturbances_chart, gain_chart, limits_chart, ranking_chart
 from hexathermal.show.report_diagnosis_fields import wrong_fields
 from hexathermal.show.report_page import Report, Section
+from hexathermal.show.shares import probability
 
 MOST_LIMITS = 40
 """Limits of a machine that the page lists; the JSON has all."""

@@ -1,4 +1,4 @@
-"""Parts of an error in words: by how much it became less, and whether that is proven."""
+"""Parts of an error in words: by how much it became less, and whether that is proven; and probabilities."""
 
 from __future__ import annotations
 
@@ -80,3 +80,14 @@ def proven(part: Figure) -> str:
     return (
         "proven" if part.low > 0.0 else "proven to be worse" if part.high < 0.0 else "not proven: the interval holds 0"
     )
+
+
+def probability(value: float) -> str:
+    """Return a probability without claiming certainty.
+
+    Examples
+    --------
+    >>> probability(0.99999), probability(0.974), probability(0.0001)
+    ('>0.999', '0.974', '<0.001')
+    """
+    return ">0.999" if value > 0.999 else "<0.001" if value < 0.001 else f"{value:z.3f}"
