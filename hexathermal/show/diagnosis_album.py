@@ -14,7 +14,7 @@ from hexathermal.show import diagnosis_figures as figures
 from hexathermal.show import diagnosis_run_figures as along
 from hexathermal.show.diagnosis_pictures import Picture
 from hexathermal.show.diagnosis_words import changed, lags_outside, noise_rows, shares_windows, signal_words
-from hexathermal.show.folded_figures import Fold, fold_figure, foldable, folded, folds_of
+from hexathermal.show.folded_figures import Fold, fold_figure, folded, folds_of
 
 MOST_RUNS = 12
 """Runs that have a picture of their own."""
@@ -33,7 +33,7 @@ def pictures_of(found: Diagnosis) -> dict[str, list[Picture]]:
         "runs": [_run(found, run, name) for run, name in zip(shown, file_names(run.run for run in shown), strict=True)],
         "fitted": [_runs(found, fitted)] if held and fitted else [],
         "signals": [
-            *(_fold(found, fold, k) for k, fold in enumerate(folds_of(found)) if foldable(found, fold)),
+            *(_fold(found, fold, k) for k, fold in enumerate(folds_of(found))),
             *(_signal(found, name) for name in along.signal_names(found)),
         ],
         "ranking": [_ranking(found)] if found.candidates else [],
@@ -83,7 +83,7 @@ def _run(found: Diagnosis, run: RunResidual, name: str) -> Picture:
         f"Run {run.run}, {fitted}: over {np.ptp(run.time) / 3600.0:.1f} hours the measured drift goes from "
         f"{np.nanmin(drift):z.2f} to {np.nanmax(drift):z.2f} µm. {left}"
     )
-    caption = f"{run.run} ({fitted}), means of windows. {left}{_white([run])}{_begins(found, run)}"
+    caption = f"{run.run} ({fitted}), means of windows. {left}{_gaps([run])}{_begins(found, run)}"
     return Picture(name, alt, caption, partial(along.run_figure, found, run))
 
 
@@ -114,11 +114,11 @@ def _runs(found: Diagnosis, runs: list[RunResidual]) -> Picture:
         words += f" After, the step of the zero in {off} is taken off."
     sizes = "; ".join(f"{run.run} {_rms(run.before)}" + (f" to {_rms(run.after)}" if changed(found) else "")
                       for run in shown)  # fmt: skip
-    caption = f"{words}{_white(shown)}"
+    caption = f"{words}{_gaps(shown)}"
     return Picture("runs-fitted", f"{words} RMS: {sizes}.", caption, partial(along.runs_figure, found, shown))
 
 
-def _white(runs: Sequence[RunResidual]) -> str:
+def _gaps(runs: Sequence[RunResidual]) -> str:
     """Return what gaps between curves are, where there are some."""
     return " Gaps are times without a settled row." if any(len(along.gaps(run.time)) for run in runs) else ""
 

@@ -174,16 +174,21 @@ def _finite(values: FloatArray) -> FloatArray:
     return kept if len(kept) else np.zeros(1)
 
 
+def known_windows(found: Diagnosis, name: str) -> list[tuple[FloatArray, FloatArray, FloatArray]]:
+    """Return a signal and the residual before and after [m] of each run that has it, in windows where all are known."""
+    runs = []
+    for run in found.residuals:
+        if name == "time" or name in run.signals:
+            signal = run.time if name == "time" else run.signals[name]
+            known = np.isfinite(signal) & np.isfinite(run.before) & np.isfinite(run.after)
+            runs.append((signal[known], run.before[known], run.after[known]))
+    return runs
+
+
 def pooled(found: Diagnosis, name: str) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Return a signal and the residual before and after [m] in all windows of all runs that have it."""
-    runs = [run for run in found.residuals if name == "time" or name in run.signals]
-    signal = np.concatenate([run.time if name == "time" else run.signals[name] for run in runs])
-    before = np.concatenate([run.before for run in runs])
-    after = np.concatenate([run.after for run in runs])
-    if name == "direction":
-        signal = np.round(signal)  # a window may hold a reversal
-    known = np.isfinite(signal) & np.isfinite(before) & np.isfinite(after)
-    return signal[known], before[known], after[known]
+    signal, before, after = (np.concatenate(columns) for columns in zip(*known_windows(found, name), strict=True))
+    return (np.round(signal) if name == "direction" else signal), before, after  # a window may hold a reversal
 
 
 def binned(signal: FloatArray, values: FloatArray) -> tuple[FloatArray, FloatArray, float]:

@@ -7,9 +7,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from hexathermal.learn.diagnosis.result import Diagnosis, RunResidual
+from hexathermal.learn.diagnosis.result import Diagnosis
 from hexathermal.poses import FloatArray
-from hexathermal.show.diagnosis_run_figures import clouds_figure
+from hexathermal.show.diagnosis_run_figures import clouds_figure, known_windows
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -36,11 +36,15 @@ class Fold:
 
 
 def folds_of(found: Diagnosis) -> list[Fold]:
-    """Return what the residual is folded on: pitches that were named, and the period of a rhythm without a name."""
+    """Return what the residual is folded on: pitches that were named, and the period of a rhythm without a name.
+
+    Only what at least one run knows the signal of.
+    """
     pitches = [one.parameters["pitch_m"].value for one in found.effects if "pitch_m" in one.parameters]
     nameless = [one.settings for one in found.candidates if one.cause == found.follows]
     periods = [float(settings["period_s"]) for settings in nameless if "period_s" in settings]
-    return [*(Fold("q", pitch) for pitch in pitches), *(Fold("time", period) for period in periods)]
+    folds = [*(Fold("q", pitch) for pitch in pitches), *(Fold("time", period) for period in periods)]
+    return [fold for fold in folds if any(len(signal) for signal, *_left in known_windows(found, fold.signal))]
 
 
 def folded(found: Diagnosis, fold: Fold) -> tuple[FloatArray, FloatArray, FloatArray]:
@@ -49,11 +53,8 @@ def folded(found: Diagnosis, fold: Fold) -> tuple[FloatArray, FloatArray, FloatA
     The phase of a rhythm is another one in each run: each is turned by that of the sine that fits it best.
     """
     parts = []
-    for run in found.residuals:
-        signal = run.time if fold.signal == "time" else run.signals.get("q", np.full(len(run.time), np.nan))
-        known = np.isfinite(signal) & np.isfinite(run.before) & np.isfinite(run.after)
-        if known.any():
-            at, before, after = signal[known], run.before[known], run.after[known]
+    for at, before, after in known_windows(found, fold.signal):
+        if len(at):
             turn = _phase(at, before, fold.period) if fold.signal == "time" else 0.0
             parts.append(((at + turn) % fold.period, before - before.mean(), after - after.mean()))
     place, before, after = (np.concatenate(columns) for columns in zip(*parts, strict=True))
@@ -66,16 +67,6 @@ def _phase(time: FloatArray, left: FloatArray, period: float) -> float:
     X = np.column_stack([np.sin(angle), np.cos(angle), np.ones(len(angle))])
     sine, cosine, _mean = np.linalg.lstsq(X, left)[0]
     return float(np.arctan2(cosine, sine) / (2.0 * np.pi) * period)
-
-
-def foldable(found: Diagnosis, fold: Fold) -> bool:
-    """Return whether a run knows the signal of a fold."""
-    return any(_knows(run, fold.signal) for run in found.residuals)
-
-
-def _knows(run: RunResidual, signal: str) -> bool:
-    """Return whether a run has values of a signal."""
-    return signal == "time" or bool(np.isfinite(run.signals.get(signal, np.array([np.nan]))).any())
 
 
 def fold_figure(found: Diagnosis, fold: Fold, width: float) -> Figure:

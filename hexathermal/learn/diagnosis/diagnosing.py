@@ -121,7 +121,7 @@ def _diagnosed(
     limits, confusions = limits_of(course.first, levels, course.threshold)
     jumped = judged_steps(plain, extended, held, course.threshold)
     told = _told_before(course, plain, plugs, jumped)
-    final = paid(campaign, mute, rows, held, base, extended, read, sure=bool(plugs))
+    final = paid(campaign, seen, rows, held, base, extended, read, sure=bool(plugs))
     effects = _effects(course, told)
     if final.refused is not None:
         effects = tuple(map(kept_out, effects))

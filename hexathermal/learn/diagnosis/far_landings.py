@@ -29,7 +29,8 @@ def far_landings(stage: Stage) -> list[str]:
         return []
     landing = np.cumsum(channel.fresh) - 1
     rows = np.bincount(landing, channel.rows)
-    run = channel.run[np.flatnonzero(channel.fresh)]
+    firsts = np.flatnonzero(channel.fresh)
+    run = channel.run[firsts]
     mean = np.bincount(landing, channel.rows * stage.left) / rows
     for k in np.unique(run):
         mean[run == k] -= np.median(mean[run == k])
@@ -39,7 +40,7 @@ def far_landings(stage: Stage) -> list[str]:
         return []
     said = []
     for one in far[np.argsort(-np.abs(mean[far]))][:MOST_TOLD]:
-        first = int(np.flatnonzero(channel.fresh)[one])
+        first = firsts[one]
         said.append(
             f"{view.runs[run[one]].run.name} at {view.time[first] / 3600.0:.2f} h, {view.q[first] * 1e3:.1f} mm: "
             f"{mean[one] * 1e6:+.2g} um"

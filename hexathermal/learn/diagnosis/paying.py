@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 from hexathermal.learn.campaign import Campaign
@@ -42,16 +42,15 @@ class Paid:
 
 
 def paid(
-    campaign: Campaign, mute: Collection[str], rows: Sequence[RunRows], held: Sequence[RunRows], before: IdentifiedLaw,
+    campaign: Campaign, seen: Campaign, rows: Sequence[RunRows], held: Sequence[RunRows], before: IdentifiedLaw,
     extended: IdentifiedLaw, read: Mapping[str, RunRows], *, sure: bool,
 ) -> Paid:  # fmt: skip
     """Return the extended law, with its gain and what it leaves; the law before where the extended one does not pay.
 
     Parameters
     ----------
-    campaign : Campaign
-    mute : collection of str
-        Its runs for validation that cannot be judged.
+    campaign, seen : Campaign
+        Whole, and without runs for validation that cannot be judged.
     rows, held : sequence of RunRows
         Runs for identification, and those for validation that are judged.
     before, extended : IdentifiedLaw
@@ -60,7 +59,6 @@ def paid(
     sure : bool
         Whether others than the drift told of what is mended: then no drift refuses it.
     """
-    seen = replace(campaign, runs=tuple(run for run in campaign.runs if run.name not in mute))
     gain, residuals = gained(before, extended, seen, read), run_residuals(campaign, rows, held, before, extended)
     if gain is None or sure or not loses(gain, beside_constants(residuals, gain, before.zero)):
         return Paid(extended, gain, residuals)
