@@ -10,7 +10,6 @@ from hexathermal.show.shares import less, proven
 
 if TYPE_CHECKING:
     from hexathermal.learn.diagnosis.result import Diagnosis
-    from hexathermal.learn.validation_gain import RunGain
 
 SHIFTED = 0.75
 """Part of the RMSE below which what a law leaves beside a constant in each run is told."""
@@ -27,13 +26,12 @@ def gain_words(found: Diagnosis) -> str:
     before, after, part = one.rmse_before * 1e6, one.rmse_after.value * 1e6, one.rmse_gain
     if not changed(found):
         said = f"On runs never fitted the law leaves an RMSE of {before:.3f} um; nothing joined it"
-        said += "" if found.refused is None else refused_words(found.refused.total, found.law.zero)
-        said += zero_words(found)
+        said += refused_words(found) or zero_words(found)
     else:
         said = (
             f"On runs never fitted the extended law brings the RMSE from {before:.3f} to {after:.3f} um ({less(part)}"
         )
-        said += f"; {proven(part)})"
+        said += f"; {proven(part)})" + refused_words(found)
     if found.reachable is not None and math.isfinite(found.reachable):
         free = f"{found.reachable * 1e6:.3f} um"
         beaten = found.reachable > found.gain.total.rmse_after.value
@@ -58,12 +56,18 @@ def zero_words(found: Diagnosis) -> str:
     )
 
 
-def refused_words(lost: RunGain, zero: str) -> str:
-    """Return by how much a law would foretell runs never fitted worse, with what stays out of it."""
-    beside = ", and more beside a constant in each run, too" if zero == "run" else ""
+def refused_words(found: Diagnosis) -> str:
+    """Return by how much a law would foretell runs never fitted worse with what stays out of it; else nothing."""
+    if found.refused is None:
+        return ""
+    lost, beside = found.refused.gain.total, found.refused.beside
+    said = f"; by all that was named it would leave {lost.rmse_after.value * 1e6:.3f} um ({less(lost.rmse_gain)})"
+    if beside is None:
+        return said
     return (
-        f": extended by what was named it would leave {lost.rmse_after.value * 1e6:.3f} um ({less(lost.rmse_gain)})"
-        f"{beside}"
+        f"{said}, {'but' if found.refused.better_beside else 'and'} beside a constant in each run, which the noise of "
+        f"its first row shifts as a whole, {beside.rmse_after * 1e6:.3f} instead of {beside.rmse_before * 1e6:.3f} um: "
+        + ("more runs for validation decide" if found.refused.better_beside else "it does not pay")
     )
 
 

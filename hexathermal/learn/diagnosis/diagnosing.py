@@ -24,7 +24,7 @@ from hexathermal.learn.diagnosis.limits import at_most_named, limits_of, sure_of
 from hexathermal.learn.diagnosis.lost_counts import lost_count
 from hexathermal.learn.diagnosis.mending import mended, mended_view
 from hexathermal.learn.diagnosis.next_experiments import next_experiments
-from hexathermal.learn.diagnosis.paying import kept_out, paid
+from hexathermal.learn.diagnosis.paying import Paid, kept_out, paid
 from hexathermal.learn.diagnosis.places import alias_words
 from hexathermal.learn.diagnosis.put_back import put_back, told_back
 from hexathermal.learn.diagnosis.recorded import judged_runs, partly_recorded, refuse_silent, refuse_slow, silence_words
@@ -33,7 +33,7 @@ from hexathermal.learn.diagnosis.residuals import whiteness
 from hexathermal.learn.diagnosis.result import Candidate, Diagnosis, Effect, Limit
 from hexathermal.learn.diagnosis.rivals import LATE, OFF, STEP, TILT
 from hexathermal.learn.diagnosis.search import REPEATED
-from hexathermal.learn.diagnosis.stage import view_of
+from hexathermal.learn.diagnosis.stage import Stage, view_of
 from hexathermal.learn.diagnosis.trials import Trial
 from hexathermal.learn.diagnosis.view import View
 from hexathermal.learn.diagnosis.words import effect_of
@@ -121,10 +121,8 @@ def _diagnosed(
     limits, confusions = limits_of(course.first, levels, course.threshold)
     jumped = judged_steps(plain, extended, held, course.threshold)
     told = _told_before(course, plain, plugs, jumped)
-    final = paid(campaign, seen, rows, held, base, extended, read, sure=bool(plugs))
-    effects = _effects(course, told)
-    if final.refused is not None:
-        effects = tuple(map(kept_out, effects))
+    final = paid(campaign, seen, rows, held, base, extended, course, read, sure=bool(plugs))
+    effects = _effects(course, final, told)
     limits = at_most_named(limits, _smallest(course, effects))
     verdict, probability, follows = _verdict(course, effects, sure_of_nothing(limits, levels.rms))
     candidates = _candidates(course, told)
@@ -158,13 +156,15 @@ def _told_before(
     return [*found, *(one for one in (lost, told_steps(jumped, plain)) if one is not None)]
 
 
-def _effects(course: Course, told: Sequence[Beforehand]) -> tuple[Effect, ...]:
-    """Return what was named, with the numbers of the law that all of it joined; what was told before in its place."""
-    mean, covariance = joint_law(course.last)
-    effects = [
-        effect_of(found, stage, course.last, covariance, mean)
-        for found, stage in zip(course.found, course.stages, strict=True)
-    ]
+def _effects(course: Course, final: Paid, told: Sequence[Beforehand]) -> tuple[Effect, ...]:
+    """Return what was named, with the numbers of the law that it joined or would join; what was told before, too."""
+
+    def of(named: Sequence[int], last: Stage) -> list[Effect]:
+        mean, covariance = joint_law(last)
+        return [effect_of(course.found[k], course.stages[k], last, covariance, mean) for k in named]
+
+    at = range(len(course.found))
+    effects = [*of(at[: final.kept], final.stage), *map(kept_out, of(at[final.kept :], course.last))]
     return tuple(among(effects, told, _largest(course), lambda one: one.effect))
 
 

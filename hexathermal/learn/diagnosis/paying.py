@@ -1,21 +1,24 @@
-"""Whether an extended law pays on runs never fitted: one that foretells them worse is not made."""
+"""Whether an extended law pays on runs never fitted: what foretells them worse stays out of it."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 from hexathermal.learn.campaign import Campaign
-from hexathermal.learn.diagnosis.constants_beside import BesideConstants, beside_constants
-from hexathermal.learn.diagnosis.extension import gained
+from hexathermal.learn.diagnosis.constants_beside import beside_constants
+from hexathermal.learn.diagnosis.course import Course
+from hexathermal.learn.diagnosis.extension import extended_law, gained
+from hexathermal.learn.diagnosis.refused import Refused
 from hexathermal.learn.diagnosis.residuals import run_residuals
 from hexathermal.learn.diagnosis.result import Effect, RunResidual
+from hexathermal.learn.diagnosis.stage import Stage
 from hexathermal.learn.law import IdentifiedLaw
 from hexathermal.learn.signals import RunRows
 from hexathermal.learn.validation_gain import Gain
 
-LOSS = 0.02
-"""Part by which the RMSE must rise beside what shifts a run as a whole: less says nothing."""
+NOTHING = 1e-9
+"""Part by which the RMSE on runs never fitted may rise by rounding alone."""
 
 STAYS_OUT = "; runs never fitted are foretold worse with it: it stays out of the law."
 """What the sentence of a cause ends with that was refused."""
@@ -28,24 +31,30 @@ class Paid:
     Attributes
     ----------
     law : IdentifiedLaw
-        The extended law, or the one before where the extended one is refused.
+        The extended law, one by fewer causes, or the one before.
+    stage : Stage
+        With what joined that law.
     gain : Gain or None
     residuals : tuple of RunResidual
-    refused : Gain or None
-        Of an extended law that was refused.
+    kept : int
+        How many of the causes that were named, in their order, stay in it.
+    refused : Refused or None
+        What the law by all of them would leave, where some stay out.
     """
 
     law: IdentifiedLaw
+    stage: Stage
     gain: Gain | None
     residuals: tuple[RunResidual, ...]
-    refused: Gain | None = None
+    kept: int
+    refused: Refused | None = None
 
 
 def paid(
     campaign: Campaign, seen: Campaign, rows: Sequence[RunRows], held: Sequence[RunRows], before: IdentifiedLaw,
-    extended: IdentifiedLaw, read: Mapping[str, RunRows], *, sure: bool,
+    extended: IdentifiedLaw, course: Course, read: Mapping[str, RunRows], *, sure: bool,
 ) -> Paid:  # fmt: skip
-    """Return the extended law, with its gain and what it leaves; the law before where the extended one does not pay.
+    """Return the law by as many of the causes, in the order in which they were named, as do not make it foretell worse.
 
     Parameters
     ----------
@@ -54,32 +63,58 @@ def paid(
     rows, held : sequence of RunRows
         Runs for identification, and those for validation that are judged.
     before, extended : IdentifiedLaw
+    course : Course
+        In which the extended one was found.
     read : mapping of str to RunRows
         Runs that are in memory.
     sure : bool
         Whether others than the drift told of what is mended: then no drift refuses it.
     """
+    count = len(course.found)
     gain, residuals = gained(before, extended, seen, read), run_residuals(campaign, rows, held, before, extended)
-    if gain is None or sure or not loses(gain, beside_constants(residuals, gain, before.zero)):
-        return Paid(extended, gain, residuals)
-    plain = run_residuals(campaign, rows, held, before, before)
-    return Paid(before, gained(before, before, seen, read), plain, gain)
+    if gain is None or sure or not loses(gain):
+        return Paid(extended, course.last, gain, residuals, count)
+    refused = Refused(gain, beside_constants(residuals, gain, before.zero))
+    kept, stage, law, gain = next(one for one in _laws(course, before, seen, read) if not loses(one[-1]))
+    return Paid(law, stage, gain, run_residuals(campaign, rows, held, before, law), kept, refused)
 
 
-def loses(gain: Gain, beside: BesideConstants | None) -> bool:
-    """Return whether a law foretells runs worse, as measured and beside a constant in each run where that is told.
+def _laws(
+    course: Course, before: IdentifiedLaw, seen: Campaign, read: Mapping[str, RunRows]
+) -> Iterator[tuple[int, Stage, IdentifiedLaw, Gain]]:
+    """Yield laws by fewer causes each time, the one before at the end, and what they gain."""
+    for kept, stage in _fewer(course):
+        law = extended_law(before, stage)
+        gain = gained(before, law, seen, read)
+        assert gain is not None  # there are runs for validation: the law by all causes was judged on them
+        yield kept, stage, law, gain
+    gain = gained(before, before, seen, read)
+    assert gain is not None
+    yield 0, course.first, before, gain
 
-    As measured alone it is not believed where each run counts from its own first row: that row's noise shifts the run,
-    and laws nearer to the truth lose by it as often as they gain.
+
+def _fewer(course: Course) -> Iterator[tuple[int, Stage]]:
+    """Yield how many causes stay, and the last stage without the terms of the others, fewer each time.
+
+    What joined after a repair was found in data that it mends: a repair is not taken out alone.
     """
-    lost = -gain.total.rmse_gain.value
-    if beside is None:
-        return lost > LOSS
-    return lost > 0.0 and beside.rmse_after > (1.0 + LOSS) * beside.rmse_before
+    last = course.last
+    for kept in range(len(course.found) - 1, 0, -1):
+        out = [one.ranked.best for one in course.found[kept:]]
+        joined = tuple(item for item in last.joined if not any(item is one for one in out))
+        if any(one.trial.repair is not None for one in out):
+            return
+        if len(joined) < len(last.joined) and (joined or last.repairs):
+            yield kept, replace(last, joined=joined)
+
+
+def loses(gain: Gain) -> bool:
+    """Return whether a law foretells runs worse, by their RMSE as measured."""
+    return gain.total.rmse_gain.value < -NOTHING
 
 
 def kept_out(one: Effect) -> Effect:
-    """Return a cause as it is told where its law was refused."""
+    """Return a cause as it is told where it stays out of the law."""
     if not one.joined:
         return one
     return replace(one, joined=False, refused=True, sentence=one.sentence.removesuffix(".") + STAYS_OUT)

@@ -10,6 +10,7 @@ from hexathermal.learn.diagnosis.as_json import UM, gained_facts, parameter_fact
 from hexathermal.learn.diagnosis.channels import Levels
 from hexathermal.learn.diagnosis.constants_beside import BesideConstants, beside_constants
 from hexathermal.learn.diagnosis.given_law import Given
+from hexathermal.learn.diagnosis.refused import Refused
 from hexathermal.learn.diagnosis.trials import PREFIX
 from hexathermal.learn.diagnosis.unlike_runs import unlike_words
 from hexathermal.learn.law import IdentifiedLaw
@@ -229,8 +230,8 @@ class Diagnosis(Shown):
         The law that was given, where one was.
     doubtful : tuple of str
         Of the notes, what makes the readings themselves doubtful.
-    refused : Gain or None
-        What the law would gain by causes that stay out of it, since it would foretell runs never fitted worse.
+    refused : Refused or None
+        What the law would leave with causes that stay out of it, since it would foretell runs never fitted worse.
     """
 
     verdict: str
@@ -253,7 +254,7 @@ class Diagnosis(Shown):
     whiteness: Autocorrelation | None = None
     given: Given | None = None
     doubtful: tuple[str, ...] = ()
-    refused: Gain | None = None
+    refused: Refused | None = None
 
     def __repr__(self) -> str:
         return f"{type(self).__name__}: {self.sentence}"
@@ -366,7 +367,7 @@ class Diagnosis(Shown):
                          for name, run in (self.gain.runs if self.gain is not None else {}).items()},
                 "rmse_reachable_um": None if self.reachable is None else self.reachable * UM,
             },
-            "refused": None if self.refused is None else gained_facts(self.refused.total),
+            "refused": None if self.refused is None else self.refused.to_json(),
             "beside_constants": None if self.beside_constants is None else self.beside_constants.to_json(),
             "given": None if self.given is None else self.given.to_json(),
             "candidates": [ranked_facts(one) for one in self.candidates],
