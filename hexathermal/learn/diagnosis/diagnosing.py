@@ -33,7 +33,7 @@ from hexathermal.learn.diagnosis.residuals import whiteness
 from hexathermal.learn.diagnosis.result import Candidate, Diagnosis, Effect, Limit
 from hexathermal.learn.diagnosis.rivals import LATE, OFF, STEP, TILT
 from hexathermal.learn.diagnosis.search import REPEATED
-from hexathermal.learn.diagnosis.stage import Stage, view_of
+from hexathermal.learn.diagnosis.stage import view_of
 from hexathermal.learn.diagnosis.trials import Trial
 from hexathermal.learn.diagnosis.view import View
 from hexathermal.learn.diagnosis.words import effect_of
@@ -159,12 +159,14 @@ def _told_before(
 def _effects(course: Course, final: Paid, told: Sequence[Beforehand]) -> tuple[Effect, ...]:
     """Return what was named, with the numbers of the law that it joined or would join; what was told before, too."""
 
-    def of(named: Sequence[int], last: Stage) -> list[Effect]:
-        mean, covariance = joint_law(last)
-        return [effect_of(course.found[k], course.stages[k], last, covariance, mean) for k in named]
+    def of(k: int) -> Effect:
+        mean, covariance = laws[k in final.out]
+        last = course.last if k in final.out else final.stage
+        one = effect_of(course.found[k], course.stages[k], last, covariance, mean)
+        return kept_out(one) if k in final.out else one
 
-    at = range(len(course.found))
-    effects = [*of(at[: final.kept], final.stage), *map(kept_out, of(at[final.kept :], course.last))]
+    laws = {False: joint_law(final.stage), True: joint_law(course.last)}
+    effects = [of(k) for k in range(len(course.found))]
     return tuple(among(effects, told, _largest(course), lambda one: one.effect))
 
 

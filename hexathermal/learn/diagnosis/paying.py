@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 
 from hexathermal.learn.campaign import Campaign
 from hexathermal.learn.diagnosis.constants_beside import beside_constants
@@ -36,8 +37,8 @@ class Paid:
         With what joined that law.
     gain : Gain or None
     residuals : tuple of RunResidual
-    kept : int
-        How many of the causes that were named, in their order, stay in it.
+    out : frozenset of int
+        Places of the causes that were named, but stay out of it.
     refused : Refused or None
         What the law by all of them would leave, where some stay out.
     """
@@ -46,7 +47,7 @@ class Paid:
     stage: Stage
     gain: Gain | None
     residuals: tuple[RunResidual, ...]
-    kept: int
+    out: frozenset[int]
     refused: Refused | None = None
 
 
@@ -54,7 +55,9 @@ def paid(
     campaign: Campaign, seen: Campaign, rows: Sequence[RunRows], held: Sequence[RunRows], before: IdentifiedLaw,
     extended: IdentifiedLaw, course: Course, read: Mapping[str, RunRows], *, sure: bool,
 ) -> Paid:  # fmt: skip
-    """Return the law by as many of the causes, in the order in which they were named, as do not make it foretell worse.
+    """Return the law by the causes that do not make it foretell worse.
+
+    As long as it does, the term without which it foretells best is taken out.
 
     Parameters
     ----------
@@ -70,42 +73,46 @@ def paid(
     sure : bool
         Whether others than the drift told of what is mended: then no drift refuses it.
     """
-    count = len(course.found)
     gain, residuals = gained(before, extended, seen, read), run_residuals(campaign, rows, held, before, extended)
     if gain is None or sure or not loses(gain):
-        return Paid(extended, course.last, gain, residuals, count)
+        return Paid(extended, course.last, gain, residuals, frozenset())
     refused = Refused(gain, beside_constants(residuals, gain, before.zero))
-    kept, stage, law, gain = next(one for one in _laws(course, before, seen, read) if not loses(one[-1]))
-    return Paid(law, stage, gain, run_residuals(campaign, rows, held, before, law), kept, refused)
+    judge = partial(gained, before, campaign=seen, read=read)
+    out, stage = _taken_out(course, before, judge)
+    law = before if stage is None else extended_law(before, stage)
+    left = run_residuals(campaign, rows, held, before, law)
+    return Paid(law, stage or course.first, judge(law), left, out, refused)
 
 
-def _laws(
-    course: Course, before: IdentifiedLaw, seen: Campaign, read: Mapping[str, RunRows]
-) -> Iterator[tuple[int, Stage, IdentifiedLaw, Gain]]:
-    """Yield laws by fewer causes each time, the one before at the end, and what they gain."""
-    for kept, stage in _fewer(course):
-        law = extended_law(before, stage)
-        gain = gained(before, law, seen, read)
-        assert gain is not None  # there are runs for validation: the law by all causes was judged on them
-        yield kept, stage, law, gain
-    gain = gained(before, before, seen, read)
-    assert gain is not None
-    yield 0, course.first, before, gain
-
-
-def _fewer(course: Course) -> Iterator[tuple[int, Stage]]:
-    """Yield how many causes stay, and the last stage without the terms of the others, fewer each time.
+def _taken_out(
+    course: Course, before: IdentifiedLaw, judge: Callable[[IdentifiedLaw], Gain | None]
+) -> tuple[frozenset[int], Stage | None]:
+    """Return places of causes that stay out, and the stage without them; None where nothing pays.
 
     What joined after a repair was found in data that it mends: a repair is not taken out alone.
     """
     last = course.last
-    for kept in range(len(course.found) - 1, 0, -1):
-        out = [one.ranked.best for one in course.found[kept:]]
-        joined = tuple(item for item in last.joined if not any(item is one for one in out))
-        if any(one.trial.repair is not None for one in out):
-            return
-        if len(joined) < len(last.joined) and (joined or last.repairs):
-            yield kept, replace(last, joined=joined)
+    terms = [k for k, one in enumerate(course.found) if any(item is one.ranked.best for item in last.joined)]
+    out = frozenset[int]()
+    while len(out) < len(terms):
+        tried = []
+        for k in terms:
+            if k not in out:
+                stage = _without(last, course, out | {k})
+                gain = judge(extended_law(before, stage))
+                assert gain is not None  # there are runs for validation: the law by all causes was judged on them
+                tried.append((gain, k, stage))
+        gain, k, stage = max(tried, key=lambda one: one[0].total.rmse_gain.value)
+        out |= {k}
+        if not loses(gain):
+            return out, stage
+    return frozenset(range(len(course.found))), None
+
+
+def _without(last: Stage, course: Course, out: frozenset[int]) -> Stage:
+    """Return the last stage without the terms of some causes."""
+    gone = [course.found[k].ranked.best for k in out]
+    return replace(last, joined=tuple(item for item in last.joined if not any(item is one for one in gone)))
 
 
 def loses(gain: Gain) -> bool:

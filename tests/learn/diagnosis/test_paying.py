@@ -23,11 +23,14 @@ from tests.learn.diagnosis.campaigns import rewritten
 SCALE = 5e-6
 """Of the scale in runs for identification."""
 
+LARGE = 4.0
+"""Strength of what is hidden besides: more than the scale."""
+
 
 @cache
-def with_scale(judged: float) -> Diagnosis:
-    """What is said of a sound leg whose scale is wrong by `SCALE`, in runs for validation by that times a factor."""
-    truth, answer = campaign_of("quiet", 5, causes=(), shared=True)
+def with_scale(judged: float, *hidden: str) -> Diagnosis:
+    """What is said of a leg whose scale is wrong by `SCALE`, in runs for validation by that times a factor."""
+    truth, answer = campaign_of("quiet", 5, causes=hidden, strength=LARGE if hidden else None, shared=True)
     with TemporaryDirectory() as place:
         folder = Path(place) / "campaign"
         write_campaign(folder, truth, answer)
@@ -77,6 +80,22 @@ def test_the_same_law_is_made_where_runs_bear_it_out() -> None:
     assert found.to_json()["refused"] is None
     assert found.gain is not None
     assert found.gain.total.rmse_gain.low > 0.0
+
+
+@pytest.mark.long
+def test_the_rest_of_what_was_named_is_made() -> None:
+    """Beside backlash that all runs have, the scale alone stays out, and the law is the one with backlash alone."""
+    found = with_scale(-1.0, "backlash")
+    assert [one.cause for one in found.effects] == ["scale-error", "backlash"]
+    assert [one.joined for one in found.effects] == [False, True]
+    assert [one.refused for one in found.effects] == [True, False]
+    assert [one.cause for one in found.extended.terms] == ["backlash"]
+    assert found.gain is not None
+    assert found.refused is not None
+    assert found.gain.total.rmse_gain.value > 0.0 > found.refused.gain.total.rmse_gain.value
+    (told,), term = found.effects[1].parameters.values(), found.extended.terms[0]
+    assert told.value == pytest.approx(1e6 * float(term.amplitudes[0]))
+    assert "; by all that was named it would leave" in gain_words(found)
 
 
 def gain_of(part: float) -> Gain:
