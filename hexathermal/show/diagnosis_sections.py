@@ -124,7 +124,7 @@ def _effect(one: Effect, kind: str) -> str:
         else "It joined the law, since it foretells runs left out of the fit."
         if one.joined
         else "It did not join the law: that would foretell runs never fitted worse, see the gain below. More runs for "
-        "validation tell whether this name is wrong, or those runs are unlike the others."
+        "validation tell whether this name is wrong, those runs are unlike the others, or their noise speaks by chance."
         if one.refused
         else "It did not join the law: runs left out of the fit do as well without it. It may go along with the drift "
         "and move nothing."
