@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+import math
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
-from functools import partial
 
 from hexathermal.learn.campaign import Campaign
-from hexathermal.learn.diagnosis.constants_beside import beside_constants
+from hexathermal.learn.diagnosis.constants_beside import BesideConstants, beside_constants
 from hexathermal.learn.diagnosis.course import Course
 from hexathermal.learn.diagnosis.extension import extended_law, gained
 from hexathermal.learn.diagnosis.refused import Refused
@@ -20,6 +20,10 @@ from hexathermal.learn.validation_gain import Gain
 
 NOTHING = 1e-9
 """Part by which the RMSE on runs never fitted may rise by rounding alone."""
+
+BORNE_OUT, FEWEST_BEARING = 0.05, 3
+"""A rise as measured is of first rows alone where the RMSE beside a constant in each run falls by this part, in each of
+so many runs or more."""
 
 STAYS_OUT = "; runs never fitted are foretold worse with it: it stays out of the law."
 """What the sentence of a cause ends with that was refused."""
@@ -73,40 +77,42 @@ def paid(
     sure : bool
         Whether others than the drift told of what is mended: then no drift refuses it.
     """
-    gain, residuals = gained(before, extended, seen, read), run_residuals(campaign, rows, held, before, extended)
-    if gain is None or sure or not loses(gain):
+
+    def judge(law: IdentifiedLaw) -> tuple[Gain | None, tuple[RunResidual, ...], BesideConstants | None]:
+        gain, residuals = gained(before, law, seen, read), run_residuals(campaign, rows, held, before, law)
+        return gain, residuals, beside_constants(residuals, gain, before.zero)
+
+    gain, residuals, beside = judge(extended)
+    if gain is None or sure or not loses(gain, beside):
         return Paid(extended, course.last, gain, residuals, frozenset())
-    refused = Refused(gain, beside_constants(residuals, gain, before.zero))
-    judge = partial(gained, before, campaign=seen, read=read)
-    out, stage = _taken_out(course, before, judge)
-    law = before if stage is None else extended_law(before, stage)
-    left = run_residuals(campaign, rows, held, before, law)
-    return Paid(law, stage or course.first, judge(law), left, out, refused)
+    refused = Refused(gain, beside)
+    for out, stage in _fewer(course, lambda stage: judge(extended_law(before, stage))[0]):
+        law = extended_law(before, stage)
+        gain, residuals, beside = judge(law)
+        if gain is not None and not loses(gain, beside):
+            return Paid(law, stage, gain, residuals, out, refused)
+    gain, residuals, _ = judge(before)
+    return Paid(before, course.first, gain, residuals, frozenset(range(len(course.found))), refused)
 
 
-def _taken_out(
-    course: Course, before: IdentifiedLaw, judge: Callable[[IdentifiedLaw], Gain | None]
-) -> tuple[frozenset[int], Stage | None]:
-    """Return places of causes that stay out, and the stage without them; None where nothing pays.
+def _fewer(
+    course: Course, judge: Callable[[Stage], Gain | None]
+) -> Iterator[tuple[frozenset[int], Stage]]:  # fmt: skip
+    """Yield places of causes that stay out, one more each time, and the stage without them that foretells best.
 
     What joined after a repair was found in data that it mends: a repair is not taken out alone.
     """
     last = course.last
-    terms = [k for k, one in enumerate(course.found) if any(item is one.ranked.best for item in last.joined)]
+    terms = {k for k, one in enumerate(course.found) if any(item is one.ranked.best for item in last.joined)}
     out = frozenset[int]()
-    while len(out) < len(terms):
-        tried = []
-        for k in terms:
-            if k not in out:
-                stage = _without(last, course, out | {k})
-                gain = judge(extended_law(before, stage))
-                assert gain is not None  # there are runs for validation: the law by all causes was judged on them
-                tried.append((gain, k, stage))
-        gain, k, stage = max(tried, key=lambda one: one[0].total.rmse_gain.value)
-        out |= {k}
-        if not loses(gain):
-            return out, stage
-    return frozenset(range(len(course.found))), None
+
+    def foretells(k: int) -> float:
+        gain = judge(_without(last, course, out | {k}))
+        return -math.inf if gain is None else gain.total.rmse_gain.value
+
+    while left := sorted(terms - out):
+        out |= {left[0] if len(left) == 1 else max(left, key=foretells)}
+        yield out, _without(last, course, out)
 
 
 def _without(last: Stage, course: Course, out: frozenset[int]) -> Stage:
@@ -115,9 +121,17 @@ def _without(last: Stage, course: Course, out: frozenset[int]) -> Stage:
     return replace(last, joined=tuple(item for item in last.joined if not any(item is one for one in gone)))
 
 
-def loses(gain: Gain) -> bool:
-    """Return whether a law foretells runs worse, by their RMSE as measured."""
-    return gain.total.rmse_gain.value < -NOTHING
+def loses(gain: Gain, beside: BesideConstants | None) -> bool:
+    """Return whether a law foretells runs worse, as measured; but for what first rows alone speak against.
+
+    Where each run counts from its own first row, that row's noise shifts it: what is left beside a constant in each run
+    is all that its rows tell of a law.
+    """
+    return gain.total.rmse_gain.value < -NOTHING and not (
+        beside is not None
+        and beside.falls == beside.runs >= FEWEST_BEARING
+        and beside.rmse_after < (1.0 - BORNE_OUT) * beside.rmse_before
+    )
 
 
 def kept_out(one: Effect) -> Effect:

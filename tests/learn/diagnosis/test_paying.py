@@ -12,6 +12,7 @@ import pytest
 
 from hexathermal.learn.campaign_files import load_campaign
 from hexathermal.learn.diagnosis import Diagnosis, diagnose
+from hexathermal.learn.diagnosis.constants_beside import BesideConstants
 from hexathermal.learn.diagnosis.paying import loses
 from hexathermal.learn.validation_gain import Gain, RunGain
 from hexathermal.learn.validation_scores import Figure
@@ -104,7 +105,26 @@ def gain_of(part: float) -> Gain:
     return Gain({}, RunGain(1e-6, 1e-6, replace(one, value=1e-6 * (1.0 - part)), one, one, one, one))
 
 
-@pytest.mark.parametrize(("part", "lost"), [(-0.3, True), (-0.001, True), (0.0, False), (-1e-12, False), (0.1, False)])
-def test_any_rise_is_a_loss(part: float, lost: bool) -> None:
-    """A law that leaves more of runs never fitted does not pay, however little it is; rounding is no rise."""
-    assert loses(gain_of(part)) is lost
+def beside(part: float, falls: int = 3, runs: int = 3) -> BesideConstants:
+    """What is left beside a constant in each run, of one before."""
+    return BesideConstants(1e-6, (1.0 - part) * 1e-6, falls, runs)
+
+
+@pytest.mark.parametrize(
+    ("part", "told", "lost"),
+    [
+        (-0.3, None, True),
+        (-0.001, None, True),
+        (0.0, None, False),
+        (-1e-12, None, False),
+        (0.1, None, False),
+        (0.1, beside(-0.3, 0), False),
+        (-0.3, beside(0.2), False),  # first rows alone speak against it
+        (-0.3, beside(0.04), True),
+        (-0.3, beside(0.2, 2), True),
+        (-0.3, beside(0.5, 2, 2), True),
+    ],
+)
+def test_any_rise_is_a_loss_but_of_first_rows(part: float, told: BesideConstants | None, lost: bool) -> None:
+    """A law that leaves more of runs never fitted does not pay, but where each of three says so beside a constant."""
+    assert loses(gain_of(part), told) is lost
