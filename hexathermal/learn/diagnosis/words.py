@@ -263,6 +263,8 @@ def _sentence(
     if "gains_s_per_h" in parameters:
         gains = parameters["gains_s_per_h"].value > 0.0
         words = words.replace("runs ahead of", "gains time on" if gains else "loses time against")
+    if cause == "backlash" and "step_um" in parameters:
+        words += f", {'longer' if parameters['step_um'].value > 0.0 else 'shorter'} where q grew last"
     spoken = SPOKEN | ({"kick_um": "after each long move"} if "saturation_m" in parameters else {})
     if settings.get("kick") == "begin":
         spoken |= {"kick_um": "from the beginning of each run"}

@@ -20,6 +20,13 @@ def test_a_clock_behind_is_said_to_be_behind() -> None:
     assert "runs behind that" in behind
 
 
+def test_backlash_says_on_which_side_the_leg_is_longer() -> None:
+    """A step is told as what moves to larger q leave over moves to smaller q: the sign is a word, too."""
+    for step, word in ((0.3, "longer"), (-0.3, "shorter")):
+        words = _sentence("backlash", None, {"step_um": Quantity(step, 0.02, "um")}, {}, 1e-7)
+        assert f"from the other side, {word} where q grew last;" in words
+
+
 def test_both_exchanged_plugs_are_named() -> None:
     """The sentence names the two thermometers."""
     said = _sentence("swapped-sensors", "T08", {}, {"other": "T07"}, 3e-7)
