@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from hexathermal.errors import FileFormatError, Problem
-from hexathermal.learn.diagnosis.result import Quantity, in_turn
+from hexathermal.learn.diagnosis.result import Experiment, Quantity, in_turn
 from hexathermal.learn.diagnosis.words import two_digits
 from hexathermal.learn.validation_scores import Figure
 from hexathermal.show import shares
@@ -22,7 +22,7 @@ from hexathermal.show.diagnosis_words import (
     settings_words,
     where,
 )
-from hexathermal.show.experiment_words import odds
+from hexathermal.show.experiment_words import promise_words, told_apart
 from hexathermal.show.report_chart import Chart
 from hexathermal.show.report_diagnosis_charts import disturbances_chart, gain_chart, limits_chart, ranking_chart
 from hexathermal.show.report_diagnosis_fields import wrong_fields
@@ -301,8 +301,9 @@ def _alike(told: Facts) -> list[str]:
 def _next(told: Facts) -> Section:
     """Return what to measure next."""
     if "experiments" in told:
-        lines = [f"{one['words']} Tells apart: {', '.join(dict.fromkeys(one['causes']))}; promised odds "
-                 f"{odds(one['separation'])}." for one in told["experiments"]]  # fmt: skip
+        planned = [Experiment(one["words"], tuple(one["causes"]), one["separation"], one.get("size_um", 0.0) * 1e-6)
+                   for one in told["experiments"]]  # fmt: skip
+        lines = [f"{one.words} Tells apart: {told_apart(one)}; {promise_words(one)}." for one in planned]
     else:
         lines = [f"{one['words']} ({', '.join(one['causes'])})" for one in told.get("advice", ())]
         plan = told.get("next_experiment")
