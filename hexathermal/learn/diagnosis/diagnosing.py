@@ -119,7 +119,7 @@ def _diagnosed(
     seen = replace(campaign, runs=tuple(run for run in campaign.runs if run.name not in mute))
     levels = course.steps[0].levels
     limits, confusions = limits_of(course.first, levels, course.threshold)
-    jumped = judged_steps(plain, extended, held, course.threshold)
+    jumped = judged_steps(plain, extended, held, course.threshold, _nameless(course))
     told = _told_before(course, plain, plugs, jumped)
     final = paid(campaign, seen, rows, held, base, extended, course, read, sure=bool(plugs))
     effects = _effects(course, final, told)
@@ -193,13 +193,18 @@ def _verdict(course: Course, effects: Sequence[Effect], nothing: float) -> tuple
 
     `nothing` is how sure these data can make that nothing is there.
     """
-    end = course.end
-    left = end.leader.cause if end.leader is not None and not end.leader.named else None
+    left = _nameless(course)
     if effects:
         return "effect", effects[0].probability, left
     if left is not None:
-        return "unexplained", end.probability, left
-    return "none", min(end.probability, nothing), None
+        return "unexplained", course.end.probability, left
+    return "none", min(course.end.probability, nothing), None
+
+
+def _nameless(course: Course) -> str | None:
+    """Return what was left without a name."""
+    leader = course.end.leader
+    return leader.cause if leader is not None and not leader.named else None
 
 
 def _candidates(course: Course, told: Sequence[Beforehand]) -> tuple[Candidate, ...]:

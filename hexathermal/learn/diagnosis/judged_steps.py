@@ -2,7 +2,8 @@
 
 What the extended law leaves of those runs is searched for steps as the runs for identification are, beside the law's
 own columns, which take up what it foretells a little wrong. A run that is not foretold well may wander, bend or relax:
-one step must beat all that does so from the same moment on.
+one step must beat all that does so from the same moment on. Where the search left something without a name, that is in
+these runs, too: a step must stand beside all forms of it.
 """
 
 from __future__ import annotations
@@ -41,6 +42,9 @@ RIVAL_LEAD = 0.1
 
 MOST_STEPS = 4
 
+ALIKE = 1e-3
+"""Part of the largest singular value below which forms of what has no name say the same."""
+
 
 @dataclass(frozen=True, eq=False)
 class JudgedStep:
@@ -63,7 +67,9 @@ class JudgedStep:
     evidence: float
 
 
-def judged_steps(view: View, law: IdentifiedLaw, held: Sequence[RunRows], threshold: float) -> list[JudgedStep]:
+def judged_steps(
+    view: View, law: IdentifiedLaw, held: Sequence[RunRows], threshold: float, nameless: str | None = None
+) -> list[JudgedStep]:
     """Return the steps of the zero that runs for validation have, largest evidence first.
 
     Parameters
@@ -76,6 +82,8 @@ def judged_steps(view: View, law: IdentifiedLaw, held: Sequence[RunRows], thresh
         For validation, as they were read, in which everything that the law reads has values.
     threshold : float
         Log evidence that a name needs in this campaign against a small misfit.
+    nameless : str, optional
+        What the search left without a name.
     """
     if not view.zeroed_by_run or not held:
         return []
@@ -84,7 +92,19 @@ def judged_steps(view: View, law: IdentifiedLaw, held: Sequence[RunRows], thresh
     judged.__dict__["channel"] = replace(judged.channel, walks=False)  # of steps in two runs a walk would be learnt
     stage = Stage(judged)
     X = stage.view.base_columns
-    base, levels, found = Base(X, stage.channel.loose(X), X.shape[1]), stage.levels, list[JudgedStep]()
+    found = _steps_beside(stage, Base(X, stage.channel.loose(X), X.shape[1]), stage.levels, threshold)
+    if found and nameless is not None:
+        more = _forms_of(stage, nameless)
+        beside = Base(X, stage.channel.loose(X), X.shape[1]).extended(more, stage.channel.loose(more))
+        found = _steps_beside(stage, beside, stage.channel.fitted(beside.X, beside.sd)[0], threshold)
+    records = {rows.run.name: rows for rows in runs}
+    found = [one for one in found if not _taken_back(one, records[one.run])]
+    return sorted(found, key=lambda one: -one.evidence)
+
+
+def _steps_beside(stage: Stage, base: Base, levels: Levels, threshold: float) -> list[JudgedStep]:
+    """Return the steps that stand beside a base, as they were found."""
+    found = list[JudgedStep]()
     while len(found) < MOST_STEPS:
         step = _next(stage, base, levels, threshold)
         if step is None:
@@ -92,9 +112,16 @@ def judged_steps(view: View, law: IdentifiedLaw, held: Sequence[RunRows], thresh
         found.append(step[0])
         base = base.extended(step[1].trial.columns, step[1].size)
         levels, _ = stage.channel.fitted(base.X, base.sd)
-    records = {rows.run.name: rows for rows in runs}
-    found = [one for one in found if not _taken_back(one, records[one.run])]
-    return sorted(found, key=lambda one: -one.evidence)
+    return found
+
+
+def _forms_of(stage: Stage, nameless: str) -> FloatArray:
+    """Return columns that make all forms of something without a name, shape (n, k)."""
+    forms = [trial.columns for trial in stage.search.trials if trial.cause == nameless]
+    if not forms:
+        return np.empty((len(stage.channel), 0))
+    u, s, _ = np.linalg.svd(np.column_stack(forms), full_matrices=False)
+    return np.asarray((u * s)[:, s > ALIKE * s[0]])
 
 
 def _taken_back(step: JudgedStep, rows: RunRows) -> bool:

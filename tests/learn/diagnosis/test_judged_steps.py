@@ -65,6 +65,28 @@ def test_a_step_is_found_in_its_run_at_its_time(bench: str, run: int) -> None:
     assert abs(found[0].size - 4.0 * Stage(view).levels.rms) < 3.0 * found[0].error + 0.2 * found[0].size
 
 
+KINK = "follows the temperature beyond a kink"
+
+
+@pytest.mark.long
+def test_what_has_no_name_is_no_step_of_a_run_for_validation(tmp_path: Path) -> None:
+    """A kink without a name, which a run for validation passes at once, is told as a kink; beside it no jump stands."""
+    truth, answer = campaign_of("held_out_axis", 5441576012203089, shared=True)
+    write_campaign(tmp_path / "campaign", truth, answer)
+    found = diagnose(load_campaign(tmp_path / "campaign"), answer.base)
+    assert (found.verdict, found.follows, found.effects) == ("unexplained", KINK, ())
+
+
+@pytest.mark.long
+def test_a_step_stands_beside_what_has_no_name() -> None:
+    """A step that all forms of a kink do not make is told where a kink was left, at the same time."""
+    view, law, held = sound("quiet", 5)
+    time, noise = held[0].signals.time, Stage(view).levels.rms
+    changed = replace(held[0], drift=held[0].drift + 6.0 * noise * (time >= 0.55 * time[-1]))
+    alone, beside = (judged_steps(view, law, [changed, *held[1:]], THRESHOLD, left) for left in (None, KINK))
+    assert [(one.run, one.time) for one in beside] == [(one.run, one.time) for one in alone] != []
+
+
 def test_what_cleaning_took_back_is_no_jump_of_the_zero() -> None:
     """A step where cleaning mended a beam is what that left; at another time of the run it is one."""
     view, law, held = sound("quiet", 5)
