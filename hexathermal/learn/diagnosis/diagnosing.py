@@ -137,7 +137,7 @@ def _diagnosed(
         verdict, probability, effects, follows, candidates, base, final.law, final.gain,
         reachable(campaign, last, held, base, extended.repairs), last.channel.counted(last.levels), course.threshold,
         limits, confusions, next_experiments(course, limits, confusions, _candidates(course, ())),
-        final.residuals, campaign.title, notes, whiteness(course),
+        final.residuals, campaign.title, notes, whiteness(course.first, final.stage),
         None if law is None else Given(law, gained(law, base, seen, read)), doubtful, final.refused,
     )  # fmt: skip
 

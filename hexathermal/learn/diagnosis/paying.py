@@ -95,9 +95,7 @@ def paid(
     return Paid(before, course.first, gain, residuals, frozenset(range(len(course.found))), refused)
 
 
-def _fewer(
-    course: Course, judge: Callable[[Stage], Gain | None]
-) -> Iterator[tuple[frozenset[int], Stage]]:  # fmt: skip
+def _fewer(course: Course, judge: Callable[[Stage], Gain | None]) -> Iterator[tuple[frozenset[int], Stage]]:
     """Yield places of causes that stay out, one more each time, and the stage without them that foretells best.
 
     What joined after a repair was found in data that it mends: a repair is not taken out alone.

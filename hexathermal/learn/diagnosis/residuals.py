@@ -9,7 +9,6 @@ import numpy.typing as npt
 
 from hexathermal.learn.campaign import Campaign
 from hexathermal.learn.coverage import TWO_SIDED
-from hexathermal.learn.diagnosis.course import Course
 from hexathermal.learn.diagnosis.result import Autocorrelation, RunResidual
 from hexathermal.learn.diagnosis.smoothing import smoothed
 from hexathermal.learn.diagnosis.stage import Stage, view_of
@@ -25,7 +24,7 @@ LAGS = 20
 """Windows from one to another up to which whitened residuals are held against each other."""
 
 
-def whiteness(course: Course) -> Autocorrelation | None:
+def whiteness(first: Stage, last: Stage) -> Autocorrelation | None:
     """Return the autocorrelation of whitened residuals of the runs for identification, before and after.
 
     ``r_l = sum x_i x_(i+l) / sum x_i^2`` within runs; of independent noise ``N(0, 1 / n)``, n the pairs of the first
@@ -33,17 +32,18 @@ def whiteness(course: Course) -> Autocorrelation | None:
 
     Parameters
     ----------
-    course : Course
+    first, last : Stage
+        Without anything, and with what joined the law.
 
     Returns
     -------
     Autocorrelation or None
         None where no run has twice as many windows as lags.
     """
-    run = course.first.channel.run
-    if len(run) != len(course.last.channel.run) or np.bincount(run).max() < 2 * LAGS:
+    run = first.channel.run
+    if len(run) != len(last.channel.run) or np.bincount(run).max() < 2 * LAGS:
         return None
-    before, after = (_autocorrelation(_whitened(stage), run) for stage in (course.first, course.last))
+    before, after = (_autocorrelation(_whitened(stage), run) for stage in (first, last))
     return Autocorrelation(before, after, TWO_SIDED / float(np.sqrt((run[1:] == run[:-1]).sum())))
 
 
