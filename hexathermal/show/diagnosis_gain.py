@@ -61,7 +61,7 @@ def refused_words(found: Diagnosis) -> str:
     if found.refused is None:
         return ""
     lost, beside = found.refused.gain.total, found.refused.beside
-    said = f"; by all that was named it would leave {lost.rmse_after.value * 1e6:.3f} um ({less(lost.rmse_gain)})"
+    said = f"; with what stays out, too, it would leave {lost.rmse_after.value * 1e6:.3f} um ({less(lost.rmse_gain)})"
     if beside is None:
         return said
     return (

@@ -33,7 +33,7 @@ from hexathermal.learn.diagnosis.residuals import whiteness
 from hexathermal.learn.diagnosis.result import Candidate, Diagnosis, Effect, Limit
 from hexathermal.learn.diagnosis.rivals import LATE, OFF, STEP, TILT
 from hexathermal.learn.diagnosis.search import REPEATED
-from hexathermal.learn.diagnosis.stage import view_of
+from hexathermal.learn.diagnosis.stage import Stage, view_of
 from hexathermal.learn.diagnosis.trials import Trial
 from hexathermal.learn.diagnosis.view import View
 from hexathermal.learn.diagnosis.words import effect_of
@@ -121,15 +121,15 @@ def _diagnosed(
     limits, confusions = limits_of(course.first, levels, course.threshold)
     jumped = judged_steps(plain, extended, held, course.threshold, _nameless(course))
     told = _told_before(course, plain, plugs, jumped)
-    final = paid(campaign, seen, rows, held, base, extended, course, read, sure=bool(plugs))
+    final = paid(campaign, seen, rows, held, base, extended, course, read, jumped)
     effects = _effects(course, final, told)
     limits = at_most_named(limits, _smallest(course, effects))
     verdict, probability, follows = _verdict(course, effects, sure_of_nothing(limits, levels.rms))
     candidates = _candidates(course, told)
     doubtful = (*copies, *doubtful_readings(campaign, [*rows, *judged], course.first.channel.y, levels))
     notes = (
-        *doubtful, *of_another_leg(law, campaign), *of_another_form(law, base), *_notes(course), *_opposed(effects),
-        *_sees_little(verdict, limits, levels.rms),
+        *doubtful, *of_another_leg(law, campaign), *of_another_form(law, base), *_notes(course, final.stage),
+        *_opposed(effects), *_sees_little(verdict, limits, levels.rms),
         *_chosen(base, given=sensors is not None or law is not None), *_unseen(course, rows, mute),
         *_cleaned((*rows, *judged)),
     )  # fmt: skip
@@ -227,7 +227,7 @@ def _candidates(course: Course, told: Sequence[Beforehand]) -> tuple[Candidate, 
     return tuple(found)
 
 
-def _notes(course: Course) -> tuple[str, ...]:
+def _notes(course: Course, made: Stage) -> tuple[str, ...]:
     """Return what a reader must know besides."""
     notes = [
         f"{_sited(item.cause, item.best.trial.target)} stands above chance, but predicts runs left out of the fit no "
@@ -238,7 +238,7 @@ def _notes(course: Course) -> tuple[str, ...]:
         if not one.joined:
             which = _sited(one.ranked.cause, one.ranked.best.trial.target)
             notes.append(f"{which} does not pay on runs left out of the fit: it does not join the law")
-    notes += [_told(item.trial) for item in course.last.joined
+    notes += [_told(item.trial) for item in made.joined
               if item.trial.cause == REPEATED and "weights" in item.trial.parameters]  # fmt: skip
     late = course.last.late
     if late is not None and not {LATE, OFF} & {one.ranked.cause for one in course.found}:

@@ -6,17 +6,22 @@ import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 
+import numpy as np
+
 from hexathermal.learn.campaign import Campaign
-from hexathermal.learn.diagnosis.constants_beside import BesideConstants, beside_constants
+from hexathermal.learn.diagnosis.constants_beside import beside_constants
 from hexathermal.learn.diagnosis.course import Course
 from hexathermal.learn.diagnosis.extension import extended_law, gained
+from hexathermal.learn.diagnosis.judged_steps import JudgedStep
 from hexathermal.learn.diagnosis.refused import Refused
 from hexathermal.learn.diagnosis.residuals import run_residuals
 from hexathermal.learn.diagnosis.result import Effect, RunResidual
 from hexathermal.learn.diagnosis.stage import Stage
+from hexathermal.learn.diagnosis.trials import Trial
 from hexathermal.learn.law import IdentifiedLaw
 from hexathermal.learn.signals import RunRows
 from hexathermal.learn.validation_gain import Gain
+from hexathermal.machine.leg_repairs import SensorRepair
 
 NOTHING = 1e-9
 """Part by which the RMSE on runs never fitted may rise by rounding alone."""
@@ -57,11 +62,12 @@ class Paid:
 
 def paid(
     campaign: Campaign, seen: Campaign, rows: Sequence[RunRows], held: Sequence[RunRows], before: IdentifiedLaw,
-    extended: IdentifiedLaw, course: Course, read: Mapping[str, RunRows], *, sure: bool,
+    extended: IdentifiedLaw, course: Course, read: Mapping[str, RunRows], jumped: Sequence[JudgedStep],
 ) -> Paid:  # fmt: skip
     """Return the law by the causes that do not make it foretell worse.
 
-    As long as it does, the term without which it foretells best is taken out.
+    As long as it does, the cause without which it foretells best is taken out. What others than the drift told of is
+    mended either way, and steps of the zero that runs for validation have are no word against a law.
 
     Parameters
     ----------
@@ -74,39 +80,65 @@ def paid(
         In which the extended one was found.
     read : mapping of str to RunRows
         Runs that are in memory.
-    sure : bool
-        Whether others than the drift told of what is mended: then no drift refuses it.
+    jumped : sequence of JudgedStep
+        Steps of the zero in runs for validation.
     """
+    floor = _law_by(before, course.first, extended)
+    steady = {name: _without_steps(one, jumped) for name, one in read.items()}
+    calm = [_without_steps(one, jumped) for one in held]
 
-    def judge(law: IdentifiedLaw) -> tuple[Gain | None, tuple[RunResidual, ...], BesideConstants | None]:
-        gain, residuals = gained(before, law, seen, read), run_residuals(campaign, rows, held, before, law)
-        return gain, residuals, beside_constants(residuals, gain, before.zero)
+    def judge(law: IdentifiedLaw) -> Refused | None:
+        one = gained(floor, law, seen, steady)
+        if one is None:
+            return None
+        return Refused(one, beside_constants(run_residuals(seen, rows, calm, floor, law), one, before.zero))
 
-    gain, residuals, beside = judge(extended)
-    if gain is None or sure or not loses(gain, beside):
-        return Paid(extended, course.last, gain, residuals, frozenset())
-    refused = Refused(gain, beside)
-    for out, stage in _fewer(course, lambda stage: judge(extended_law(before, stage))[0]):
-        law = extended_law(before, stage)
-        gain, residuals, beside = judge(law)
-        if gain is not None and not loses(gain, beside):
-            return Paid(law, stage, gain, residuals, out, refused)
-    gain, residuals, _ = judge(before)
-    return Paid(before, course.first, gain, residuals, frozenset(range(len(course.found))), refused)
+    def made(law: IdentifiedLaw, stage: Stage, out: frozenset[int], lost: Refused | None) -> Paid:
+        left = run_residuals(campaign, rows, held, before, law)
+        return Paid(law, stage, gained(before, law, seen, read), left, out, lost)
+
+    lost = judge(extended)
+    if lost is None or not loses(lost):
+        return made(extended, course.last, frozenset(), None)
+    for out, stage in _fewer(course, lambda stage: judge(_law_by(before, stage, extended))):
+        law = _law_by(before, stage, extended)
+        found = judge(law)
+        if found is not None and not loses(found):
+            return made(law, stage, out, lost)
+    return made(floor, course.first, frozenset(range(len(course.found))), lost)
 
 
-def _fewer(course: Course, judge: Callable[[Stage], Gain | None]) -> Iterator[tuple[frozenset[int], Stage]]:
+def _law_by(before: IdentifiedLaw, stage: Stage, extended: IdentifiedLaw) -> IdentifiedLaw:
+    """Return the law by a stage; repairs that the extended one ends with a run end with it here, too."""
+    law, ended = extended_law(before, stage), {_place(one): one for one in extended.repairs}
+    return replace(law, repairs=tuple(ended.get(_place(one), one) for one in law.repairs)) if law.repairs else law
+
+
+def _place(repair: SensorRepair) -> tuple[str, str]:
+    """Return what tells a repair from others of a law."""
+    return repair.kind, str(repair.parameters.get("sensor"))
+
+
+def _without_steps(rows: RunRows, jumped: Sequence[JudgedStep]) -> RunRows:
+    """Return a run without its steps of the zero."""
+    since = rows.signals.time - rows.signals.time[0]
+    steps = [one.size * (since >= one.time) for one in jumped if one.run == rows.run.name]
+    return replace(rows, drift=rows.drift - np.sum(steps, axis=0)) if steps else rows
+
+
+def _fewer(course: Course, judge: Callable[[Stage], Refused | None]) -> Iterator[tuple[frozenset[int], Stage]]:
     """Yield places of causes that stay out, one more each time, and the stage without them that foretells best.
 
     What joined after a repair was found in data that it mends: a repair is not taken out alone.
     """
     last = course.last
-    terms = {k for k, one in enumerate(course.found) if any(item is one.ranked.best for item in last.joined)}
+    joined = {_key(item.trial) for item in last.joined}
+    terms = {k for k, one in enumerate(course.found) if _key(one.ranked.best.trial) in joined}
     out = frozenset[int]()
 
     def foretells(k: int) -> float:
-        gain = judge(_without(last, course, out | {k}))
-        return -math.inf if gain is None else gain.total.rmse_gain.value
+        found = judge(_without(last, course, out | {k}))
+        return -math.inf if found is None else found.gain.total.rmse_gain.value
 
     while left := sorted(terms - out):
         out |= {left[0] if len(left) == 1 else max(left, key=foretells)}
@@ -114,18 +146,24 @@ def _fewer(course: Course, judge: Callable[[Stage], Gain | None]) -> Iterator[tu
 
 
 def _without(last: Stage, course: Course, out: frozenset[int]) -> Stage:
-    """Return the last stage without the terms of some causes."""
-    gone = [course.found[k].ranked.best for k in out]
-    return replace(last, joined=tuple(item for item in last.joined if not any(item is one for one in gone)))
+    """Return the last stage without all terms of some causes."""
+    gone = {_key(course.found[k].ranked.best.trial) for k in out}
+    return replace(last, joined=tuple(item for item in last.joined if _key(item.trial) not in gone))
 
 
-def loses(gain: Gain, beside: BesideConstants | None) -> bool:
+def _key(trial: Trial) -> tuple[str, str | None]:
+    """Return what terms of a cause have in common, also those that joined it later and those made anew."""
+    return trial.cause, trial.target
+
+
+def loses(found: Refused) -> bool:
     """Return whether a law foretells runs worse, as measured; but for what first rows alone speak against.
 
     Where each run counts from its own first row, that row's noise shifts it: what is left beside a constant in each run
     is all that its rows tell of a law.
     """
-    return gain.total.rmse_gain.value < -NOTHING and not (
+    beside = found.beside
+    return found.gain.total.rmse_gain.value < -NOTHING and not (
         beside is not None
         and beside.falls == beside.runs >= FEWEST_BEARING
         and beside.rmse_after < (1.0 - BORNE_OUT) * beside.rmse_before

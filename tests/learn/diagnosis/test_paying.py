@@ -14,6 +14,7 @@ from hexathermal.learn.campaign_files import load_campaign
 from hexathermal.learn.diagnosis import Diagnosis, diagnose
 from hexathermal.learn.diagnosis.constants_beside import BesideConstants
 from hexathermal.learn.diagnosis.paying import loses
+from hexathermal.learn.diagnosis.refused import Refused
 from hexathermal.learn.validation_gain import Gain, RunGain
 from hexathermal.learn.validation_scores import Figure
 from hexathermal.show.diagnosis_gain import gain_words
@@ -66,7 +67,7 @@ def test_a_law_that_foretells_runs_worse_is_not_made() -> None:
     assert told["refused"]["rmse_after_um"] > told["refused"]["rmse_before_um"] == told["gain"]["rmse_after_um"]
     assert told["refused"]["beside_constants"]["rmse_after_um"] > told["refused"]["beside_constants"]["rmse_before_um"]
     assert not found.refused.better_beside
-    assert "nothing joined it; by all that was named it would leave" in gain_words(found)
+    assert "nothing joined it; with what stays out, too, it would leave" in gain_words(found)
     assert "um: it does not pay; a free fit" in gain_words(found)
 
 
@@ -96,7 +97,7 @@ def test_the_rest_of_what_was_named_is_made() -> None:
     assert found.gain.total.rmse_gain.value > 0.0 > found.refused.gain.total.rmse_gain.value
     (told,), term = found.effects[1].parameters.values(), found.extended.terms[0]
     assert told.value == pytest.approx(1e6 * float(term.amplitudes[0]))
-    assert "; by all that was named it would leave" in gain_words(found)
+    assert "; with what stays out, too, it would leave" in gain_words(found)
 
 
 def gain_of(part: float) -> Gain:
@@ -127,4 +128,4 @@ def beside(part: float, falls: int = 3, runs: int = 3) -> BesideConstants:
 )
 def test_any_rise_is_a_loss_but_of_first_rows(part: float, told: BesideConstants | None, lost: bool) -> None:
     """A law that leaves more of runs never fitted does not pay, but where each of three says so beside a constant."""
-    assert loses(gain_of(part), told) is lost
+    assert loses(Refused(gain_of(part), told)) is lost
