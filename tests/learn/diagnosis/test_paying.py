@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from functools import cache
 from pathlib import Path
 from tempfile import TemporaryDirectory
+from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -13,7 +15,7 @@ import pytest
 from hexathermal.learn.campaign_files import load_campaign
 from hexathermal.learn.diagnosis import Diagnosis, diagnose
 from hexathermal.learn.diagnosis.constants_beside import BesideConstants
-from hexathermal.learn.diagnosis.paying import loses
+from hexathermal.learn.diagnosis.paying import _without, loses
 from hexathermal.learn.diagnosis.refused import Refused
 from hexathermal.learn.validation_gain import Gain, RunGain
 from hexathermal.learn.validation_scores import Figure
@@ -100,6 +102,26 @@ def test_the_rest_of_what_was_named_is_made() -> None:
     assert "; with what stays out, too, it would leave" in gain_words(found)
 
 
+@dataclass(frozen=True)
+class Joined:
+    """What a stage has of what joined."""
+
+    joined: tuple[Any, ...]
+
+
+def test_what_stays_out_takes_all_its_terms_with_it() -> None:
+    """Terms that a cause took beside its first one go with it, also made anew in mended data; other places stay."""
+
+    def term(cause: str, target: str) -> Any:
+        return SimpleNamespace(trial=SimpleNamespace(cause=cause, target=target))
+
+    named = [term("thermal-lag", "T05"), term("missing-sensor", "T02"), term("missing-sensor", "T09")]
+    course: Any = SimpleNamespace(found=[SimpleNamespace(ranked=SimpleNamespace(best=one)) for one in named])
+    last: Any = Joined((term("thermal-lag", "T05"), named[1], term("thermal-lag", "T05"), named[2]))
+    assert _without(last, course, frozenset({0})).joined == (named[1], named[2])
+    assert len(_without(last, course, frozenset({2})).joined) == 3
+
+
 def gain_of(part: float) -> Gain:
     """A gain, of all runs."""
     one = Figure(part, part - 0.1, part + 0.1)
@@ -123,7 +145,9 @@ def beside(part: float, falls: int = 3, runs: int = 3) -> BesideConstants:
         (-0.3, beside(0.2), False),  # first rows alone speak against it
         (-0.3, beside(0.04), True),
         (-0.3, beside(0.2, 2), True),
-        (-0.3, beside(0.5, 2, 2), True),
+        (-0.3, beside(0.35, 2, 2), True),
+        (-0.3, beside(0.5, 2, 2), False),
+        (-0.3, beside(0.5, 1, 1), True),
     ],
 )
 def test_any_rise_is_a_loss_but_of_first_rows(part: float, told: BesideConstants | None, lost: bool) -> None:
