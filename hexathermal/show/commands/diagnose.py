@@ -28,7 +28,7 @@ DIAGNOSE = f"""\
 What does the law of a leg get wrong, and why? Seventeen causes are tried on what the law leaves of the campaign's runs
 for identification. The one that these data demand, above all that chance could do, is named; it joins the law if it
 foretells runs left out; and the search goes on. Runs for validation tell what that gains, and whether the zero jumps
-there.
+there; what makes them be foretold worse stays out of the law.
 
 {DIAGNOSE_HEXAPOD}
 The first line is the finding, one of these:
