@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import gc
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import replace
 from functools import reduce
 
@@ -159,14 +159,14 @@ def _told_before(
 def _effects(course: Course, final: Paid, told: Sequence[Beforehand]) -> tuple[Effect, ...]:
     """Return what was named, with the numbers of the law that it joined or would join; what was told before, too."""
 
-    def of(k: int) -> Effect:
-        mean, covariance = laws[k in final.out]
-        last = course.last if k in final.out else final.stage
-        one = effect_of(course.found[k], course.stages[k], last, covariance, mean)
-        return kept_out(one) if k in final.out else one
+    def of(last: Stage, places: Iterable[int]) -> dict[int, Effect]:
+        mean, covariance = joint_law(last)
+        return {k: effect_of(course.found[k], course.stages[k], last, covariance, mean) for k in places}
 
-    laws = {False: joint_law(final.stage), True: joint_law(course.last)}
-    effects = [of(k) for k in range(len(course.found))]
+    at = of(final.stage, [k for k in range(len(course.found)) if k not in final.out])
+    if final.out:
+        at |= {k: kept_out(one) for k, one in of(course.last, final.out).items()}
+    effects = [at[k] for k in sorted(at)]
     return tuple(among(effects, told, _largest(course), lambda one: one.effect))
 
 

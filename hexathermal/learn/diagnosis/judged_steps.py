@@ -92,10 +92,11 @@ def judged_steps(
     judged.__dict__["channel"] = replace(judged.channel, walks=False)  # of steps in two runs a walk would be learnt
     stage = Stage(judged)
     X = stage.view.base_columns
-    found = _steps_beside(stage, Base(X, stage.channel.loose(X), X.shape[1]), stage.levels, threshold)
+    base = Base(X, stage.channel.loose(X), X.shape[1])
+    found = _steps_beside(stage, base, stage.levels, threshold)
     if found and nameless is not None:
         more = _forms_of(stage, nameless)
-        beside = Base(X, stage.channel.loose(X), X.shape[1]).extended(more, stage.channel.loose(more))
+        beside = base.extended(more, stage.channel.loose(more))
         found = _steps_beside(stage, beside, stage.channel.fitted(beside.X, beside.sd)[0], threshold)
     records = {rows.run.name: rows for rows in runs}
     found = [one for one in found if not _taken_back(one, records[one.run])]

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import cache
 
 import numpy as np
 
@@ -21,7 +22,6 @@ from hexathermal.learn.diagnosis.trials import Trial
 from hexathermal.learn.law import IdentifiedLaw
 from hexathermal.learn.signals import RunRows
 from hexathermal.learn.validation_gain import Gain
-from hexathermal.machine.leg_repairs import SensorRepair
 
 NOTHING = 1e-9
 """Part by which the RMSE on runs never fitted may rise by rounding alone."""
@@ -83,40 +83,33 @@ def paid(
     jumped : sequence of JudgedStep
         Steps of the zero in runs for validation.
     """
-    floor = _law_by(before, course.first, extended)
+    floor = extended_law(before, course.first)
+    as_measured = floor is before and not jumped
     steady = {name: _without_steps(one, jumped) for name, one in read.items()}
     calm = [_without_steps(one, jumped) for one in held]
 
-    def judge(law: IdentifiedLaw) -> Refused | None:
-        one = gained(floor, law, seen, steady)
-        if one is None:
-            return None
-        return Refused(one, beside_constants(run_residuals(seen, rows, calm, floor, law), one, before.zero))
+    def law_by(stage: Stage) -> IdentifiedLaw:
+        law = extended_law(before, stage)  # repairs that the extended law ends with a run end with it here, too
+        return replace(law, repairs=extended.repairs) if law.repairs else law
 
-    def made(law: IdentifiedLaw, stage: Stage, out: frozenset[int], lost: Refused | None) -> Paid:
-        left = run_residuals(campaign, rows, held, before, law)
-        return Paid(law, stage, gained(before, law, seen, read), left, out, lost)
+    @cache
+    def measured(law: IdentifiedLaw) -> tuple[Gain | None, tuple[RunResidual, ...]]:
+        return gained(before, law, seen, read), run_residuals(campaign, rows, held, before, law)
+
+    def judge(law: IdentifiedLaw) -> Refused | None:
+        gain, residuals = measured(law) if as_measured else (
+            gained(floor, law, seen, steady), run_residuals(campaign, rows, calm, floor, law))  # fmt: skip
+        return None if gain is None else Refused(gain, beside_constants(residuals, gain, before.zero))
 
     lost = judge(extended)
     if lost is None or not loses(lost):
-        return made(extended, course.last, frozenset(), None)
-    for out, stage in _fewer(course, lambda stage: judge(_law_by(before, stage, extended))):
-        law = _law_by(before, stage, extended)
+        return Paid(extended, course.last, *measured(extended), frozenset())
+    for out, stage in _fewer(course, lambda stage: gained(floor, law_by(stage), seen, steady)):
+        law = law_by(stage)
         found = judge(law)
         if found is not None and not loses(found):
-            return made(law, stage, out, lost)
-    return made(floor, course.first, frozenset(range(len(course.found))), lost)
-
-
-def _law_by(before: IdentifiedLaw, stage: Stage, extended: IdentifiedLaw) -> IdentifiedLaw:
-    """Return the law by a stage; repairs that the extended one ends with a run end with it here, too."""
-    law, ended = extended_law(before, stage), {_place(one): one for one in extended.repairs}
-    return replace(law, repairs=tuple(ended.get(_place(one), one) for one in law.repairs)) if law.repairs else law
-
-
-def _place(repair: SensorRepair) -> tuple[str, str]:
-    """Return what tells a repair from others of a law."""
-    return repair.kind, str(repair.parameters.get("sensor"))
+            return Paid(law, stage, *measured(law), out, lost)
+    return Paid(floor, course.first, *measured(floor), frozenset(range(len(course.found))), lost)
 
 
 def _without_steps(rows: RunRows, jumped: Sequence[JudgedStep]) -> RunRows:
@@ -126,7 +119,7 @@ def _without_steps(rows: RunRows, jumped: Sequence[JudgedStep]) -> RunRows:
     return replace(rows, drift=rows.drift - np.sum(steps, axis=0)) if steps else rows
 
 
-def _fewer(course: Course, judge: Callable[[Stage], Refused | None]) -> Iterator[tuple[frozenset[int], Stage]]:
+def _fewer(course: Course, gain_of: Callable[[Stage], Gain | None]) -> Iterator[tuple[frozenset[int], Stage]]:
     """Yield places of causes that stay out, one more each time, and the stage without them that foretells best.
 
     What joined after a repair was found in data that it mends: a repair is not taken out alone.
@@ -137,8 +130,8 @@ def _fewer(course: Course, judge: Callable[[Stage], Refused | None]) -> Iterator
     out = frozenset[int]()
 
     def foretells(k: int) -> float:
-        found = judge(_without(last, course, out | {k}))
-        return -math.inf if found is None else found.gain.total.rmse_gain.value
+        gain = gain_of(_without(last, course, out | {k}))
+        return -math.inf if gain is None else gain.total.rmse_gain.value
 
     while left := sorted(terms - out):
         out |= {left[0] if len(left) == 1 else max(left, key=foretells)}
