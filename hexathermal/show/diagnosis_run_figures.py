@@ -44,7 +44,8 @@ FEWEST_USUAL = 3
 
 def steps_of(found: Diagnosis) -> list[Effect]:
     """Return the steps of the zero that were named and are no terms of the law."""
-    return [one for one in found.effects if one.cause == "zero-jump" and one.joined and "step_um" in one.parameters]
+    steps = [one for one in found.effects if one.cause == "zero-jump" and "step_um" in one.parameters]
+    return [one for one in steps if one.joined or one.refused]
 
 
 def without_steps(found: Diagnosis) -> Diagnosis:

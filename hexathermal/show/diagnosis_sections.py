@@ -114,6 +114,9 @@ def _effect(one: Effect, kind: str) -> str:
     joined = (
         f"No law is fitted to {one.target}, a run for validation: what it is judged by there has the step in it."
         if one.of_judged_run
+        else f"It is no term of the law, which is to hold in other runs. Coefficients freed of it in {one.target} "
+        "would foretell runs never fitted worse, see the gain below: they are those fitted with it."
+        if joined_words(one) == "no term" and one.refused
         else "It is no term of the law, which is to hold in other runs: the coefficients are freed of it in "
         f"{one.target}."
         if joined_words(one) == "no term"

@@ -75,12 +75,12 @@ def effects_table(found: Diagnosis, pretty: bool) -> Table:
 
 
 def joined_words(one: Effect) -> str:
-    """Return whether a cause joined the law; a step of the zero is no term, its run is freed of it."""
+    """Return whether a cause joined the law; a step of the zero is no term: at most its run is freed of it."""
     if one.taken_back:
         return "taken back"
-    if one.of_judged_run:
+    if one.of_judged_run or (one.cause == "zero-jump" and (one.joined or one.refused)):
         return "no term"
-    return "no term" if one.cause == "zero-jump" and one.joined else "yes" if one.joined else "no"
+    return "yes" if one.joined else "no"
 
 
 def limits_table(found: Diagnosis, pretty: bool) -> Table:

@@ -16,13 +16,14 @@ from urllib.parse import unquote
 import numpy as np
 import pytest
 
+from hexathermal.learn.diagnosis.paying import kept_out
 from hexathermal.learn.diagnosis.result import Diagnosis, Effect, Quantity, RunResidual
 from hexathermal.show.diagnosis_album import pictures_of
 from hexathermal.show.diagnosis_page import CSS, table
 from hexathermal.show.diagnosis_pictures import BLACK, DARK, PAPER, WIDE_IN, themed_svg
 from hexathermal.show.diagnosis_report import report_page, write_report
 from hexathermal.show.diagnosis_run_figures import binned, gaps, run_figure, runs_figure, without_steps
-from hexathermal.show.diagnosis_tables import diagnosis_facts
+from hexathermal.show.diagnosis_tables import diagnosis_facts, joined_words
 from hexathermal.show.machine_signals import share
 from tests.browser import complaints
 from tests.show.drawn_diagnoses import drawn
@@ -290,6 +291,24 @@ def test_a_step_of_the_zero_is_off_in_the_pictures_of_what_is_left() -> None:
     assert "It joined the law" not in page
     other = drawn()
     assert without_steps(other).residuals == other.residuals
+
+
+def test_a_step_that_frees_no_coefficient_is_told_as_that() -> None:
+    """Where a law freed of a step foretells runs never fitted worse, the step is drawn, and said to change nothing."""
+    step = Effect("zero-jump", "a/b", {"time_s": Quantity(3000.0, 60.0, "s"), "step_um": Quantity(-0.5, 0.01, "um")},
+                  {"run": "a/b"}, 0.98, (), 1e-7, "The residual is zero-jump.", True)  # fmt: skip
+    kept = kept_out(step)
+    assert (
+        kept.sentence == "The residual is zero-jump; coefficients freed of it foretell runs never fitted worse: "
+        "they stay as they were."
+    )
+    assert joined_words(kept) == "no term"
+    found = drawn(effects=(kept,))
+    assert any((one.after != other.after).any()
+               for one, other in zip(without_steps(found).residuals, found.residuals, strict=True))  # fmt: skip
+    page = words_only(found)
+    assert "would foretell runs never fitted worse" in page
+    assert "the coefficients are freed of it" not in page
 
 
 def test_an_interval_may_take_a_line_of_its_own() -> None:

@@ -284,9 +284,9 @@ def _asked_again(course: Course) -> Course:
     """
     if sum(one.joined for one in course.found) < 2 or course.last.repairs:
         return course
-    kinds = [(item.trial.cause, item.trial.target) for item in course.last.joined]
+    kinds = [item.trial.origin for item in course.last.joined]
     bests = [one.ranked.best for one in course.found]
-    asked = [best for best in bests if best.trial.shape and kinds.count((best.trial.cause, best.trial.target)) == 1]
+    asked = [best for best in bests if best.trial.shape and kinds.count(best.trial.origin) == 1]
     last, gone = pruned(course.last, asked)
     found = [replace(one, joined=one.joined and all(one.ranked.best is not item for item in gone))
              for one in course.found]  # fmt: skip

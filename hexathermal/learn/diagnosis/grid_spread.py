@@ -25,8 +25,8 @@ def grid_spread(leader: Ranked, stage: Stage, name: str) -> float:
         Of the parameter.
     """
     best = leader.best.trial
-    own = (best.cause, best.shape, best.target)
-    alike = [one for one in stage.trials_left if (one.cause, one.shape, one.target) == own and name in one.parameters]
+    own = best.origin, best.shape
+    alike = [one for one in stage.trials_left if (one.origin, one.shape) == own and name in one.parameters]
     scored = stage.search.scored(leader.levels, alike)
     values = np.array([float(one.trial.parameters[name]) for one in scored])
     evidence = np.array([one.value for one in scored])

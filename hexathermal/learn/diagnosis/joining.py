@@ -77,7 +77,7 @@ def _kin(stage: Stage, leader: Ranked) -> list[Trial]:
     own = leader.best.trial
     return [trial for trial in stage.search.trials
             if own.shape and (trial.shape or (trial.term is not None and trial.carried)) and not trial.starts
-            and (trial.cause, trial.target) == (own.cause, own.target)]  # fmt: skip
+            and trial.origin == own.origin]  # fmt: skip
 
 
 def _refined(before: Stage, after: Stage, leader: Ranked, threshold: float) -> Stage:

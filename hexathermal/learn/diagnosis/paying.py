@@ -17,8 +17,8 @@ from hexathermal.learn.diagnosis.judged_steps import JudgedStep
 from hexathermal.learn.diagnosis.refused import Refused
 from hexathermal.learn.diagnosis.residuals import run_residuals
 from hexathermal.learn.diagnosis.result import Effect, RunResidual
+from hexathermal.learn.diagnosis.rivals import STEP
 from hexathermal.learn.diagnosis.stage import Stage
-from hexathermal.learn.diagnosis.trials import Trial
 from hexathermal.learn.law import IdentifiedLaw
 from hexathermal.learn.signals import RunRows
 from hexathermal.learn.validation_gain import Gain
@@ -31,7 +31,8 @@ BORNE_OUT = {2: 0.4, 3: 0.05}
 each of so many runs or more: two may fall by chance, but not by nearly half."""
 
 STAYS_OUT = "; runs never fitted are foretold worse with it: it stays out of the law."
-"""What the sentence of a cause ends with that was refused."""
+STAYS_FITTED = "; coefficients freed of it foretell runs never fitted worse: they stay as they were."
+"""What the sentence of a cause ends with that was refused; that of a step of the zero, which joins no law anyway."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -125,8 +126,8 @@ def _fewer(course: Course, gain_of: Callable[[Stage], Gain | None]) -> Iterator[
     What joined after a repair was found in data that it mends: a repair is not taken out alone.
     """
     last = course.last
-    joined = {_key(item.trial) for item in last.joined}
-    terms = {k for k, one in enumerate(course.found) if _key(one.ranked.best.trial) in joined}
+    joined = {item.trial.origin for item in last.joined}
+    terms = {k for k, one in enumerate(course.found) if one.ranked.best.trial.origin in joined}
     out = frozenset[int]()
 
     def foretells(k: int) -> float:
@@ -140,13 +141,8 @@ def _fewer(course: Course, gain_of: Callable[[Stage], Gain | None]) -> Iterator[
 
 def _without(last: Stage, course: Course, out: frozenset[int]) -> Stage:
     """Return the last stage without all terms of some causes."""
-    gone = {_key(course.found[k].ranked.best.trial) for k in out}
-    return replace(last, joined=tuple(item for item in last.joined if _key(item.trial) not in gone))
-
-
-def _key(trial: Trial) -> tuple[str, str | None]:
-    """Return what terms of a cause have in common, also those that joined it later and those made anew."""
-    return trial.cause, trial.target
+    gone = {course.found[k].ranked.best.trial.origin for k in out}
+    return replace(last, joined=tuple(item for item in last.joined if item.trial.origin not in gone))
 
 
 def loses(found: Refused) -> bool:
@@ -166,4 +162,5 @@ def kept_out(one: Effect) -> Effect:
     """Return a cause as it is told where it stays out of the law."""
     if not one.joined:
         return one
-    return replace(one, joined=False, refused=True, sentence=one.sentence.removesuffix(".") + STAYS_OUT)
+    end = STAYS_FITTED if one.cause == STEP else STAYS_OUT
+    return replace(one, joined=False, refused=True, sentence=one.sentence.removesuffix(".") + end)

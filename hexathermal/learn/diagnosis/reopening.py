@@ -33,7 +33,7 @@ def form_beside(stage: Stage, first: Ranked, later: Step) -> Scored | None:
     """
     own, search = first.best.trial, stage.search
     forms = [trial for trial in search.trials
-             if (trial.cause, trial.target, trial.shape) == (own.cause, own.target, own.shape)
+             if trial.origin == own.origin and trial.shape == own.shape
              and trial.parameters.get("ratio") == own.parameters.get("ratio")]  # fmt: skip
     if not own.shape or own.anew or TIME not in own.parameters or len(forms) < FEWEST_FORMS:
         return None

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Hashable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Hashable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property, partial
-from typing import TYPE_CHECKING, Any, Protocol, TypeVar
+from typing import TYPE_CHECKING, Any, TypeVar
 
 import numpy as np
 
@@ -249,6 +249,11 @@ class Trial:
         return self.cause, frozenset(begins), own
 
     @property
+    def origin(self) -> tuple[str, str | None]:
+        """Its cause and where that sits: what all terms of one cause have in common."""
+        return self.cause, self.target
+
+    @property
     def named(self) -> bool:
         """Whether it is of the catalogue."""
         return not self.cause.startswith(PREFIX)
@@ -388,13 +393,3 @@ class Workbench:
 def evenly(items: Sequence[Item], most: int) -> list[Item]:
     """Return at most so many items, evenly chosen, first and last among them."""
     return [items[k] for k in np.unique(np.linspace(0, len(items) - 1, min(most, len(items))).astype(int))]
-
-
-class CauseModule(Protocol):
-    """A file of `hexathermal.learn.diagnosis.causes`: what the cause is, and its trials."""
-
-    CAUSE: Cause
-
-    def trials(self, bench: Workbench) -> Iterator[Trial]:
-        """Give the cause's trials for a campaign; none where the data have not what it needs."""
-        ...

@@ -17,6 +17,7 @@ from hexathermal.learn.diagnosis import Diagnosis, diagnose
 from hexathermal.learn.diagnosis.constants_beside import BesideConstants
 from hexathermal.learn.diagnosis.paying import _without, loses
 from hexathermal.learn.diagnosis.refused import Refused
+from hexathermal.learn.diagnosis.trials import Trial
 from hexathermal.learn.validation_gain import Gain, RunGain
 from hexathermal.learn.validation_scores import Figure
 from hexathermal.show.diagnosis_gain import gain_words
@@ -113,7 +114,7 @@ def test_what_stays_out_takes_all_its_terms_with_it() -> None:
     """Terms that a cause took beside its first one go with it, also made anew in mended data; other places stay."""
 
     def term(cause: str, target: str) -> Any:
-        return SimpleNamespace(trial=SimpleNamespace(cause=cause, target=target))
+        return SimpleNamespace(trial=Trial(cause, np.zeros((4, 1)), target))
 
     named = [term("thermal-lag", "T05"), term("missing-sensor", "T02"), term("missing-sensor", "T09")]
     course: Any = SimpleNamespace(found=[SimpleNamespace(ranked=SimpleNamespace(best=one)) for one in named])

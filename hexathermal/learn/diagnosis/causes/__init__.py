@@ -2,10 +2,22 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from functools import cache
+from typing import Protocol
 
 from hexathermal.learn.cause_files import causes_in
-from hexathermal.learn.diagnosis.trials import CauseModule
+from hexathermal.learn.diagnosis.trials import Cause, Trial, Workbench
+
+
+class CauseModule(Protocol):
+    """A file of this folder: what the cause is, and its trials."""
+
+    CAUSE: Cause
+
+    def trials(self, bench: Workbench) -> Iterator[Trial]:
+        """Give the cause's trials for a campaign; none where the data have not what it needs."""
+        ...
 
 
 @cache
