@@ -63,10 +63,7 @@ def flexible_trials(bench: Workbench) -> Iterator[Trial]:
             yield Trial(PREFIX + "displacement and temperature", both.reshape(len(T), -1), "qT")
     yield from view.once((PREFIX, "rhythms"), lambda: (*_rhythms(view), *_rates(view)), ())
     yield from view.once((PREFIX, "weather"), lambda: tuple(_weather(bench)), ())
-    for name in view.runs[0].signals.inputs:
-        values = np.concatenate([s.inputs[name] for s in view.windowed])
-        if np.ptp(values) > 0.0:
-            yield Trial(PREFIX + f"the input {name}", _hinges(values, 5), "input")
+    yield from view.once((PREFIX, "inputs"), lambda: tuple(_inputs(view)), ())
 
 
 def _moved(view: View) -> Iterator[Trial]:
@@ -186,6 +183,15 @@ def _play(run: npt.NDArray[np.int64], values: FloatArray, width: float) -> Float
         held = min(max(held, value - 0.5 * width), value + 0.5 * width)
         out[i] = held
     return out
+
+
+def _inputs(view: View) -> Iterator[Trial]:
+    """Give each recorded input as it is, and bent: less what it is at the zero, from which the drift counts."""
+    for name in view.runs[0].signals.inputs:
+        values = np.concatenate([signals.inputs[name] for signals in view.signals])
+        if np.ptp(values) > 0.0:
+            for columns in (values[:, None] / np.ptp(values), _hinges(values, 5)):
+                yield Trial(PREFIX + f"the input {name}", view.windows_zeroed([columns]), "input")
 
 
 def _weather(bench: Workbench) -> Iterator[Trial]:

@@ -15,6 +15,7 @@ from hexathermal.learn.diagnosis.own_rates import FEWEST_RATES, own_rates
 from hexathermal.learn.diagnosis.stage import Stage
 from hexathermal.learn.diagnosis.tolerating import tolerant
 from hexathermal.learn.diagnosis.unexplained import flexible_trials
+from hexathermal.learn.diagnosis.view import View
 from tests.learn.diagnosis.campaigns import first_name, viewed
 
 
@@ -118,3 +119,25 @@ def test_an_instrument_warms_up_beside_a_part_that_never_moves(rng: np.random.Ge
     leader = stage.step.ranking[0]
     assert leader.cause == "zero-drift"
     assert leader.best.trial.parameters["time_constant_s"] == 3000.0
+
+
+def with_field(size: float) -> View:
+    """A quiet leg beside a magnet, whose recorded field switches on and off and is on when half of the runs begin."""
+    view, _ = viewed("quiet", 2, (), 1.0)
+    rng = np.random.default_rng(5)
+    runs = []
+    for k, one in enumerate(view.runs):
+        on = (k + np.cumsum(rng.random(len(one.signals.time)) < 0.01)) % 2.0
+        field = 40.0 + 8.0 * on + 0.01 * rng.standard_normal(len(on))
+        signals = replace(one.signals, inputs={"field_uT": field})
+        runs.append(replace(one, signals=signals, drift=one.drift + size * (field - field[0])))
+    return replace(view, runs=tuple(runs))
+
+
+def test_an_input_counts_from_where_the_drift_counts_from() -> None:
+    """A drift goes as a recorded input: one of the columns that follow it is just that, on or off when a run begins."""
+    without, view = with_field(0.0), with_field(1e-8)
+    shown = view.channel.y - without.channel.y
+    columns = [trial.columns for trial in flexible_trials(Stage(view).bench) if trial.target == "input"]
+    left = [shown - one @ np.linalg.lstsq(one, shown, rcond=None)[0] for one in columns]
+    assert min(float(np.abs(one).max()) for one in left) < 1e-6 * float(np.abs(shown).max())
