@@ -43,8 +43,9 @@ SILENT = 0.5
 class Levels:
     """Standard deviations of the noise's parts, in the channel's unit, and the slow process's correlation time [s].
 
-    `least` is what each window has at least. Of a channel that `walks` the offset holds what the slow process is when a
-    run begins, and goes against it: `Channel.counted` gives parts that are independent.
+    `least` is what each window has at least, `rows` how many rows a usual one is the mean of. Of a channel that `walks`
+    the offset holds what the slow process is when a run begins, and goes against it: `Channel.counted` gives parts that
+    are independent.
     """
 
     white: float
@@ -53,10 +54,16 @@ class Levels:
     offset: float
     slow_time: float = 2400.0
     least: float = 0.0
+    rows: float = 1.0
+
+    @property
+    def usual(self) -> float:
+        """RMS of a usual window, offsets apart."""
+        return math.sqrt(self.variance(self.rows))
 
     @property
     def rms(self) -> float:
-        """Of a window that is the mean of many rows, offsets apart."""
+        """RMS of a single row, offsets apart."""
         return math.hypot(self.landing, self.slow, self.white, self.least)
 
     def variance(self, rows: Rows) -> Rows:
@@ -202,7 +209,8 @@ class Channel:
         from hexathermal.learn.diagnosis.whitening_loops import levels_at
 
         white, landing, slow, offset = levels_at(np.asarray(theta), self.scale, self.has_landings, self.walks)
-        return Levels(white, landing, slow, offset, slow_time, float(np.sqrt(self._least.min())))
+        least, rows = float(np.sqrt(self._least.min())), float(np.median(self.rows))
+        return Levels(white, landing, slow, offset, slow_time, least, rows)
 
     def theta(self, levels: Levels) -> tuple[float, ...]:
         """Return the logarithms of levels over `scale`, and of the offset's over what the first row's should be."""

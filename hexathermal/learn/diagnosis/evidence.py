@@ -39,7 +39,8 @@ TABLE = 500_000
 """Numbers of a table of trials' columns."""
 
 TOLERATED = 0.05
-"""Misfit that the null tolerates in any shape, RMS over the noise: no model is exact, and many rows would tell."""
+"""Misfit that the null tolerates in any shape, RMS over the noise of a usual window: no model is exact, and many of
+them would tell."""
 
 WANDERING = 0.5
 """Part of what wanders that must stay beside a trial for all that thermometers feign to count, as they wander too."""
@@ -89,7 +90,7 @@ class Scored:
     visible : float
         Visible RMS of what was found, in the channel's unit.
     noise : float
-        RMS of the noise that it was scored at.
+        RMS of the noise of a usual window that it was scored at.
     spread : float
         Standard uncertainty of `visible`; NaN where data are mended.
     rho : float
@@ -105,11 +106,6 @@ class Scored:
     spread: float
     rho: float
     size: FloatArray
-
-    @property
-    def seen(self) -> float:
-        """What was found over the noise."""
-        return self.visible / self.noise
 
     @property
     def gated(self) -> float:
@@ -277,7 +273,7 @@ def screened(
         sizes = best[:, None] * stack.size
         rows = zip(own.trials, values.tolist(), shown.tolist(), spread.tolist(), best.tolist(), sizes, strict=True)
         for trial, value, size, error, rho, prior in rows:
-            found.append(Scored(trial, value + trial.advantage, size, levels.rms, error, rho, prior))
+            found.append(Scored(trial, value + trial.advantage, size, levels.usual, error, rho, prior))
     alone, before = expected(null.r, null.X, base.sd)
     for trial in trials:
         if trial.base is not None:
@@ -288,7 +284,7 @@ def screened(
                 value -= steadied_price(value - alone, unlate - alone)
             shown = float(np.sqrt(((X @ after - base.X @ before) ** 2).mean()))
             said = min(value - alone, trial.most) + trial.advantage
-            found.append(Scored(trial, said, shown, levels.rms, math.nan, 0.0, np.zeros(0)))
+            found.append(Scored(trial, said, shown, levels.usual, math.nan, 0.0, np.zeros(0)))
     return found
 
 

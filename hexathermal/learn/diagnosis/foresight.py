@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from hexathermal.learn.diagnosis.borne_out import JOLT
+from hexathermal.learn.diagnosis.causes import catalogue
 from hexathermal.learn.diagnosis.grid_spread import grid_spread
 from hexathermal.learn.diagnosis.ranking import Ranked
 from hexathermal.learn.diagnosis.rivals import STEP
@@ -81,15 +82,16 @@ def worth(stage: Stage, after: Stage, leader: Ranked, *, later: bool) -> tuple[b
     pays = (sure > 0.0 or falls) and not denied(stage, after, leader) and (clear or share > least)
     # what was before a run left out is not known: it is seen, although a law of its rows alone does without it
     seen = leader.best.trial.starts > 0 and leader.gated >= FAINT
-    told = later or share > 0.0 or stage.view.kind != "leg" or saved_besides(stage, after, leader) > 0.0
+    feigned = stage.view.kind == "leg" and catalogue()[leader.cause].CAUSE.thermal
+    told = later or share > 0.0 or not feigned or saved_besides(stage, after, leader) > 0.0
     return told and (pays or seen), told and pays and (share > 0.0 or clear)
 
 
 def saved_besides(before: Stage, after: Stage, leader: Ranked) -> float:
     """Return by which part less is left of runs left out, besides their zeros and what each may have begun with.
 
-    A first cause that takes nothing from them stands for the law, which noise of its thermometers shrinks in quick
-    changes: beside whatever goes as temperatures do, with less noise, it fits quick changes better and slow ones worse.
+    A first cause that goes as temperatures do and takes nothing from them stands for the law, which noise of its
+    thermometers shrinks in quick changes: beside one with less noise it fits these better and slow ones worse.
     """
     trial, run = leader.best.trial, before.channel.run
     weight = np.sqrt(before.channel.rows)[:, None]

@@ -122,7 +122,7 @@ def _shapes_of(stage: Stage, levels: Levels, threshold: float) -> tuple[list[Lim
             continue
         s, share = (float(np.median([one[k] for one in usable.values()])) for k in (0, 1))
         need = threshold + np.log(len(trials))
-        tolerated = tolerance(levels.rms, max(trial.feigned for trial in trials))
+        tolerated = tolerance(levels.usual, max(trial.feigned for trial in trials))
         least = max(np.sqrt(2.0 * need / s), np.sqrt(2.0 * threshold) * tolerated)
         limits.append(Limit(name, float(least), float(least / max(share, 1e-3))))
         witness = np.array([_witness(stage, trial, 2.0 * least) for trial in usable])

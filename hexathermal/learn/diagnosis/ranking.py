@@ -73,7 +73,7 @@ class Ranked:
         thermometers repeat from run to run, nor shift all of them. But what would hardly be visible in the drift is no
         error of the law, whatever thermometers show.
         """
-        small = relevance(self.best.visible, self.levels.rms, self.best.trial.feigned)
+        small = relevance(self.best.visible, self.levels.usual, self.best.trial.feigned)
         said = self.value - self.best.trial.doubt
         if self.hardly_shows:
             return min(said, small)
@@ -82,7 +82,7 @@ class Ranked:
     @property
     def hardly_shows(self) -> bool:
         """Whether less of it is visible in the drift than the null tolerates in any shape."""
-        return self.best.visible < TOLERATED * self.levels.rms
+        return self.best.visible < TOLERATED * self.levels.usual
 
     @property
     def named(self) -> bool:

@@ -233,7 +233,7 @@ def beyond_chance(ranked: list[Ranked]) -> list[Ranked]:
 def _at_least(item: Ranked, part: float) -> Ranked:
     """Return a cause of whose evidence, over its doubts, a part counts whatever thermometers feign."""
     # no thermometer feigns it, but no model is exact
-    most = relevance(item.best.visible, item.levels.rms, 0.0)
+    most = relevance(item.best.visible, item.levels.usual, 0.0)
     counts = min(part * (item.value - item.best.trial.doubt), most) - item.gated
     return replace(item, borne=item.borne + counts) if counts > 0.0 and item.gated > 0.0 else item
 
