@@ -2,12 +2,17 @@
 
 from __future__ import annotations
 
+from collections.abc import Hashable
 from dataclasses import replace
 from typing import Any
 
 from hexathermal.learn.diagnosis.evidence import Scored
 from hexathermal.learn.diagnosis.ranking import Ranked
 from hexathermal.learn.diagnosis.trials import Trial
+
+CLIMBED = ("clock-offset",)
+"""Causes of which motion is a witness; their trials stand in the order of their parameter: neighbours of the best are
+mended, too."""
 
 ALIKE = 1.0
 """Evidence that a cause needs for what is alike in all runs, where its decays before each run, or rates, count too."""
@@ -23,6 +28,18 @@ def other_form(best: Scored, scored: list[Scored]) -> list[Scored]:
     others = [item for item in scored if item.trial.cause == own.cause and bool(item.trial.starts) != bool(own.starts)]
     others = [item for item in others if own.starts or _kind(item.trial) == kind]
     return [max(others, key=lambda item: item.value)] if others else []
+
+
+def other_lines(best: Scored, scored: list[Scored]) -> list[Scored]:
+    """Return the best trial of each other way in which a clock may be off, where a clock is best.
+
+    What motion says of one counts no further than the drift does: another one may stand better when that is weighed.
+    """
+    own, lines = best.trial, dict[Hashable, list[Scored]]()
+    for item in scored:
+        if own.cause == item.trial.cause in CLIMBED and item.trial.line != own.line:
+            lines.setdefault(item.trial.line, []).append(item)
+    return [max(items, key=lambda item: item.value) for items in lines.values()]
 
 
 def _kind(trial: Trial) -> tuple[str | None, str, dict[str, Any]]:

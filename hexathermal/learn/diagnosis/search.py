@@ -23,7 +23,7 @@ from hexathermal.learn.diagnosis.evidence import (
     screened,
     terms_of,
 )
-from hexathermal.learn.diagnosis.forms import as_joined, fullest, other_form
+from hexathermal.learn.diagnosis.forms import CLIMBED, as_joined, fullest, other_form, other_lines
 from hexathermal.learn.diagnosis.ranking import Ranked, Step, most_valued
 from hexathermal.learn.diagnosis.rivals import (
     beyond_chance,
@@ -62,9 +62,6 @@ MOST_WITNESSED = 16
 
 MENDED = 3
 """Trials of a cause that mends data whose data are mended indeed."""
-
-CLIMBED = ("clock-offset",)
-"""Causes whose trials stand in the order of their parameter: from the best on, neighbours are mended too."""
 
 TIMED = 10.0
 """Log evidence that motion must have against the worst of all clocks to know when temperatures were read."""
@@ -147,7 +144,8 @@ class Search:
                 value, best = families[name]
                 witnessed = self._witnessed(best, scored)
                 families[name] = (witnessed.value + value - best.value, witnessed)
-                fits[name] = [witnessed, *other_form(witnessed, scored), *self._told_otherwise(witnessed, scored)]
+                others = *other_form(witnessed, scored), *other_lines(witnessed, scored)
+                fits[name] = [witnessed, *others, *self._told_otherwise(witnessed, scored)]
                 pool += [self._fit(item, levels)[0] for item in fits[name]]
             # every noise is open to the null and to every leader
             nulls = self.channel.evidences(self.base.X, self.base.sd, pool)

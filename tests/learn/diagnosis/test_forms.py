@@ -15,6 +15,7 @@ from hexathermal.learn.diagnosis.causes.nonlinear_expansion import trials as squ
 from hexathermal.learn.diagnosis.deciding import CLEAR, Decision, _cool, decided
 from hexathermal.learn.diagnosis.diagnosing import HIDING, _sees_little
 from hexathermal.learn.diagnosis.evidence import LEAST, Scored
+from hexathermal.learn.diagnosis.forms import other_lines
 from hexathermal.learn.diagnosis.limits import SOUND_CAMPAIGNS, STRONGEST, WEAKEST, sure_of_nothing
 from hexathermal.learn.diagnosis.ranking import Ranked
 from hexathermal.learn.diagnosis.result import Limit
@@ -48,6 +49,21 @@ def test_each_form_is_named(cause: str, seed: int, form: dict[str, Any]) -> None
     leader = decision_of(view).leader
     assert leader is not None
     assert leader.cause == cause
+
+
+def test_each_way_in_which_a_clock_may_be_off_is_weighed_to_the_end() -> None:
+    """Where motion prefers a clock that gains, the best one that is off by a time stands beside it, and no others."""
+
+    def clock(value: float, **settings: float) -> Scored:
+        return Scored(
+            Trial("clock-offset", np.zeros((4, 0)), None, "", settings), value, 1.0, 1.0, 0.0, 0.0, np.zeros(0)
+        )
+
+    gains, off, later = clock(247.0, gains_s_per_h=-11.0), clock(205.0, offset_s=-84.0), clock(177.0, offset_s=-59.0)
+    lag = replace(off, trial=Trial("thermal-lag", np.zeros((4, 0)), None, "", {"offset_s": -84.0}))
+    assert other_lines(gains, [gains, later, off, lag]) == [off]
+    assert other_lines(off, [gains, later, off, lag]) == [gains]
+    assert other_lines(lag, [gains, later, off, lag]) == []
 
 
 @pytest.mark.parametrize(("rows", "tried"), [(1, False), (2, False), (4, True)])
