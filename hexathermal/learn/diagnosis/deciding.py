@@ -53,7 +53,8 @@ NEARLY, FAR, UNBOUNDED = 0.7, 10.0, 2.0
 that one may have against a tolerated misfit."""
 
 EVEN = 0.5
-"""Probability of something without a name that a name is hardly ahead of: five of eight such had none."""
+"""Least probability of something without a name that a name is hardly ahead of, or that leads all names: five of eight
+of the first kind had none, and twelve of fifteen of the second that had less."""
 
 LEAST_NAMED = 0.25
 """Least probability of a name: below, what is there has none."""
@@ -136,6 +137,8 @@ def decided(step: Step, threshold: float, *, before: float = 0.0) -> Decision:
     if not best.named:
         share = sum(probabilities[item.cause] for item in nameless)
         rivals = probabilities[NONE] + max(probabilities[item.cause] for item in named)
+        if best is standing[0] and max(share, SOUND - rivals) < EVEN:
+            return Decision(best, EVEN, _even(probabilities, [item.cause for item in nameless]), ())
         return Decision(best, max(share, SOUND - rivals), probabilities, ())
     own = probabilities[best.cause] + IMITATED * sum(probabilities[item.cause] for item in nameless)
     faults = _as_good(best, named)
@@ -168,7 +171,16 @@ def _standing(step: Step, threshold: float) -> list[Ranked]:
 def _handed(standing: Sequence[Ranked], probabilities: dict[str, float]) -> Decision:
     """Return the verdict for what has no name, behind a name that is not far enough ahead of it: as likely as that."""
     best = next(item for item in standing if not item.named)
-    return Decision(best, max(EVEN, probabilities[best.cause]), probabilities, ())
+    if probabilities[best.cause] < EVEN:
+        return Decision(best, EVEN, _even(probabilities, [best.cause]), ())
+    return Decision(best, probabilities[best.cause], probabilities, ())
+
+
+def _even(probabilities: dict[str, float], names: Sequence[str]) -> dict[str, float]:
+    """Return probabilities of which those of some names are `EVEN` together, all others what is left of their sum."""
+    own, whole = sum(probabilities[name] for name in names), sum(probabilities.values())
+    return {name: value * (EVEN / own if name in names else (whole - EVEN) / (whole - own))
+            for name, value in probabilities.items()}  # fmt: skip
 
 
 def hardly_behind(item: Ranked, leader: Ranked) -> bool:

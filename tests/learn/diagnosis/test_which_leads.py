@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from hexathermal.learn.diagnosis.channels import Levels
-from hexathermal.learn.diagnosis.deciding import decided
+from hexathermal.learn.diagnosis.deciding import EVEN, SOUND, decided
 from hexathermal.learn.diagnosis.evidence import LEAST, Base, Scored
 from hexathermal.learn.diagnosis.feigning import ERRING, FEIGNED, erring
 from hexathermal.learn.diagnosis.ranking import Ranked, Step
@@ -224,3 +224,14 @@ def test_what_wanders_is_no_error_of_a_rate() -> None:
     part = witnesses._unseen(item, 0.0)
     straight = replace(item, best=replace(scored, trial=replace(told, alike=1.0)))
     assert part == pytest.approx(told.alike * witnesses._unseen(straight, 0.0))
+
+
+@pytest.mark.parametrize("name", [101.0, 99.0])
+def test_what_has_no_name_and_is_said_is_as_likely_as_not(name: float) -> None:
+    """Behind a name that is hardly ahead of it, or ahead of all names: table and verdict say the same, one in all."""
+    bent = named("follows the temperature beyond a kink", 100.0, np.ones((3, 1)))
+    found = decided(Step((named("nonlinear-expansion", name, np.ones((3, 1))), bent), LEVELS, 0.0), LEAST)
+    assert not found.named
+    assert found.probability == pytest.approx(EVEN)
+    assert found.probabilities[bent.cause] == pytest.approx(EVEN)
+    assert sum(found.probabilities.values()) == pytest.approx(SOUND)
