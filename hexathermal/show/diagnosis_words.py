@@ -337,6 +337,10 @@ ADVICE = {
 """What to look for, by what the name of something unexplained holds."""
 
 
+NEARLY = 0.9
+"""Part of the evidence of what has no name from which on a cause is told beside it."""
+
+
 def unexplained_words(found: Diagnosis) -> str:
     """Return what to do where something real has no name."""
     best = next((settings_words(one.settings) for one in found.candidates if one.cause == found.follows), "")
@@ -346,6 +350,21 @@ def unexplained_words(found: Diagnosis) -> str:
         "catalogue explains that. Look at the pictures of that signal, and at what changes with it on the bench: it is "
         "real, and it is not noise. The law was left as it is."
         + "".join(advice for shape, advice in ADVICE.items() if shape in (found.follows or ""))
+        + _nearly_named(found)
+    )
+
+
+def _nearly_named(found: Diagnosis) -> str:
+    """Return the name that explains nearly what something nameless does, or more, but not clearly more; or nothing."""
+    left = next((one.evidence for one in found.candidates if one.cause == found.follows), math.inf)
+    names = (one for one in found.candidates if not one.cause.startswith("follows "))
+    best = max(names, key=lambda one: one.evidence, default=None)
+    if best is None or best.evidence < NEARLY * left:
+        return ""
+    name = best.cause if best.target is None else f"{best.cause} ({best.target})"
+    return (
+        f" The cause {name} explains about as much (log evidence {best.evidence:.1f}, against {left:.1f}) and is not "
+        "ruled out: a name must be clearly ahead of what follows one signal alone."
     )
 
 

@@ -14,7 +14,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from hexathermal.learn.diagnosis.channels import Levels
-from hexathermal.learn.diagnosis.result import Experiment, Quantity
+from hexathermal.learn.diagnosis.result import Candidate, Experiment, Quantity
 from hexathermal.learn.diagnosis.words import AMPLITUDES, STEPS, UNITS
 from hexathermal.learn.validation_scores import Figure
 from hexathermal.show.diagnosis_gain import gain_words
@@ -30,6 +30,7 @@ from hexathermal.show.diagnosis_words import (
     settings_words,
     shared_words,
     span,
+    unexplained_words,
 )
 from hexathermal.show.experiment_words import alike_words, odds, told_apart
 from tests.show.drawn_diagnoses import BACKLASH, CANDIDATES, drawn
@@ -256,3 +257,13 @@ def test_a_cause_alone_is_told_from_no_effect() -> None:
     alone = Experiment("Warm one.", ("swapped-sensors", "swapped-sensors"), 9.0)
     assert told_apart(alone) == "swapped-sensors, no effect"
     assert told_apart(Experiment("Rest.", ("creep", "zero-drift"), 9.0)) == "creep, zero-drift"
+
+
+@pytest.mark.parametrize(("evidence", "told"), [(349.5, True), (352.5, True), (300.0, False)])
+def test_a_name_that_explains_as_much_as_what_has_none_is_told(evidence: float, told: bool) -> None:
+    """A reader of "unexplained" learns of the cause that is not ruled out; far behind, it is no rival."""
+    left = Candidate("follows the input field_uT", None, 352.2, 0.5, 1e-7, {})
+    heat = Candidate("hidden-heat", "field_uT", evidence, 0.4, 1e-7, {})
+    found = drawn("unexplained", candidates=(left, heat), follows=left.cause)
+    words = unexplained_words(found)
+    assert (f"hidden-heat (field_uT) explains about as much (log evidence {evidence}, against 352.2)" in words) is told
