@@ -60,6 +60,21 @@ def fullest(forms: list[Ranked]) -> Ranked:
 
 
 def as_joined(best: Scored, scored: list[Scored]) -> Scored:
-    """Return what joins the law for a trial: itself, or another one that it is compared for."""
-    term = best.trial.term
-    return best if term is None else next(item for item in scored if item.trial.columns is term.columns)
+    """Return what joins the law for a trial: itself, or another one that it is compared for.
+
+    For a law of which several thermometers are late together it is the term of the one that explains most.
+    """
+    term, delay = best.trial.term, best.trial.delay
+    if term is None:
+        return best
+    own = next(item for item in scored if item.trial.columns is term.columns)
+    if delay is None or len(delay.sensors) == 1:
+        return own
+    alike = [item for item in scored if item.trial.target in delay.sensors and _as_late(item.trial, term)]
+    return max([own, *alike], key=lambda item: item.value)
+
+
+def _as_late(trial: Trial, term: Trial) -> bool:
+    """Whether a trial is a term as another one, of the same times, be it on another thermometer."""
+    same = all(trial.parameters.get(name) == term.parameters.get(name) for name in ("time_constant_s", "order"))
+    return same and not trial.starts and (trial.cause, trial.shape) == (term.cause, term.shape)

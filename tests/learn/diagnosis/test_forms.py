@@ -15,14 +15,14 @@ from hexathermal.learn.diagnosis.causes.nonlinear_expansion import trials as squ
 from hexathermal.learn.diagnosis.deciding import CLEAR, Decision, _cool, decided
 from hexathermal.learn.diagnosis.diagnosing import HIDING, _sees_little
 from hexathermal.learn.diagnosis.evidence import LEAST, Scored
-from hexathermal.learn.diagnosis.forms import other_lines
+from hexathermal.learn.diagnosis.forms import as_joined, other_lines
 from hexathermal.learn.diagnosis.limits import SOUND_CAMPAIGNS, STRONGEST, WEAKEST, sure_of_nothing
 from hexathermal.learn.diagnosis.ranking import Ranked
 from hexathermal.learn.diagnosis.result import Limit
 from hexathermal.learn.diagnosis.rivals import SHAPE_ERROR
 from hexathermal.learn.diagnosis.sensor_model import Shown
 from hexathermal.learn.diagnosis.stage import Stage
-from hexathermal.learn.diagnosis.trials import Trial
+from hexathermal.learn.diagnosis.trials import Delay, Trial
 from hexathermal.learn.diagnosis.unexplained import flexible_trials
 from hexathermal.learn.diagnosis.view import View
 from hexathermal.learn.diagnosis.witnesses import WHOLE, Witnesses
@@ -64,6 +64,23 @@ def test_each_way_in_which_a_clock_may_be_off_is_weighed_to_the_end() -> None:
     assert other_lines(gains, [gains, later, off, lag]) == [off]
     assert other_lines(off, [gains, later, off, lag]) == [gains]
     assert other_lines(lag, [gains, later, off, lag]) == []
+
+
+@pytest.mark.parametrize(("sensors", "joins"), [(("T09", "T16"), "T09"), (("T16",), "T16")])
+def test_of_thermometers_that_are_late_together_the_one_that_explains_most_joins(
+    sensors: tuple[str, ...], joins: str
+) -> None:
+    """A law late as a whole is gated by a lag that shows, not by that of its main thermometer."""
+
+    def term(target: str, tau: float, value: float) -> Scored:
+        own = Trial("thermal-lag", np.ones((4, 1)), target, "lag", {"time_constant_s": tau, "order": 2})
+        return Scored(own, value, 1.0, 1.0, 0.0, 1.0, np.ones(1))
+
+    own, other, slower = term("T16", 240.0, 0.3), term("T09", 240.0, 106.0), term("T09", 480.0, 120.0)
+    late = Trial("thermal-lag", np.zeros((4, 0)), "T16", delay=Delay(sensors, (91.0, 91.0), late=False), term=own.trial)
+    whole = Scored(late, 112.0, 1.0, 1.0, 0.0, 0.0, np.zeros(0))
+    assert as_joined(whole, [whole, own, slower, other]).trial.target == joins
+    assert as_joined(whole, [whole, own, slower, other]).trial.parameters["time_constant_s"] == 240.0
 
 
 @pytest.mark.parametrize(("rows", "tried"), [(1, False), (2, False), (4, True)])
