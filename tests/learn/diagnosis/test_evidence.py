@@ -101,7 +101,7 @@ def test_an_effect_raises_its_own_trial(channel: Channel, base: Base, rng: np.ra
     hidden = hidden.with_y(hidden.y + size * trials[7].columns[:, 0])
     best = max(screened(hidden, base, LEVELS, trials, LARGEST), key=lambda one: one.value)
     assert best.trial is trials[7]
-    assert best.seen == pytest.approx(1.0, rel=0.3)
+    assert best.visible == pytest.approx(LEVELS.rms, rel=0.3)
 
 
 def test_visible_is_the_part_off_the_law(channel: Channel, rng: np.random.Generator) -> None:
