@@ -5,6 +5,7 @@ from __future__ import annotations
 from hexathermal.learn.diagnosis.deciding import hardly_behind
 from hexathermal.learn.diagnosis.foresight import FAINT
 from hexathermal.learn.diagnosis.little_errors import usual_lateness
+from hexathermal.learn.diagnosis.rivals import LATE, OFF
 from hexathermal.learn.diagnosis.stage import Stage
 
 MOST_TOLERATED = 2
@@ -15,11 +16,13 @@ def tolerant(stage: Stage, threshold: float) -> Stage:
 
     What leads only by its own starts of each run, which a slow noise imitates, is not among what leads. Where a name
     stands by `FAINT` or more for which these data speak as they do for what leads, that one may be there as well.
-    Seconds by which all temperatures are late stand there too.
+    Seconds by which all temperatures are late stand there too, and what is left of them has no name either.
     """
     late = usual_lateness(stage.step, threshold)
     if late is not None and stage.late is None:
         stage = stage.against(late=late)
+        if usual_lateness(stage.step, threshold) is not None:  # what its columns, which are sketches, leave of it
+            stage = stage.against(refused=(*stage.refused, LATE, OFF))
     for _turn in range(MOST_TOLERATED):
         ranking = [item for item in stage.step.ranking
                    if not item.best.trial.starts or item.value - item.best.trial.doubt >= threshold]  # fmt: skip
