@@ -25,7 +25,6 @@ Rows = TypeVar("Rows", float, FloatArray)
 SLOW_TIMES, WALKING_S = (900.0, 2400.0, 7200.0), 21600.0
 """Correlation times that the slow process may have [s]; and one as slow as a run, of what walks without an end."""
 
-
 ALIKE = 1e-6
 """Of the values' scatter: a smaller middle difference of neighbours is none."""
 
@@ -127,6 +126,11 @@ class Channel:
         return np.zeros(len(self)) if self.floor is None else self.floor**2
 
     @cached_property
+    def _usual_rows(self) -> float:
+        """How many rows a usual window is the mean of."""
+        return float(np.median(self.rows))
+
+    @cached_property
     def _since(self) -> FloatArray:
         """Time since the first window of its run of each window, shape (n,) [s]."""
         time = np.cumsum(np.where(self.start, 0.0, self.step))
@@ -209,8 +213,7 @@ class Channel:
         from hexathermal.learn.diagnosis.whitening_loops import levels_at
 
         white, landing, slow, offset = levels_at(np.asarray(theta), self.scale, self.has_landings, self.walks)
-        least, rows = float(np.sqrt(self._least.min())), float(np.median(self.rows))
-        return Levels(white, landing, slow, offset, slow_time, least, rows)
+        return Levels(white, landing, slow, offset, slow_time, float(np.sqrt(self._least.min())), self._usual_rows)
 
     def theta(self, levels: Levels) -> tuple[float, ...]:
         """Return the logarithms of levels over `scale`, and of the offset's over what the first row's should be."""
@@ -269,9 +272,8 @@ class Channel:
 
     def plain(self, levels: Levels) -> Levels:
         """Return a noise that weighs windows by their rows alone: least squares, as a law without causes is fitted."""
-        size = levels.rms
-        return replace(levels, white=size * float(np.sqrt(np.median(self.rows))), landing=1e-3 * size,
-                       slow=1e-3 * size, offset=1e-3 * size)  # fmt: skip
+        size, little = levels.rms, 1e-3 * levels.rms
+        return replace(levels, white=size * math.sqrt(self._usual_rows), landing=little, slow=little, offset=little)
 
     def prior(self, levels: Levels) -> float:
         """Return the log prior of levels: loose about the channel's own scale; an offset is the first row's noise."""
