@@ -11,7 +11,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -137,9 +137,8 @@ def decided(step: Step, threshold: float, *, before: float = 0.0) -> Decision:
     if not best.named:
         share = sum(probabilities[item.cause] for item in nameless)
         rivals = probabilities[NONE] + max(probabilities[item.cause] for item in named)
-        if best is standing[0] and max(share, SOUND - rivals) < EVEN:
-            return Decision(best, EVEN, _even(probabilities, [item.cause for item in nameless]), ())
-        return Decision(best, max(share, SOUND - rivals), probabilities, ())
+        told = Decision(best, max(share, SOUND - rivals), probabilities, ())
+        return _at_least_even(told, [item.cause for item in nameless]) if best is standing[0] else told
     own = probabilities[best.cause] + IMITATED * sum(probabilities[item.cause] for item in nameless)
     faults = _as_good(best, named)
     alike = [
@@ -171,16 +170,17 @@ def _standing(step: Step, threshold: float) -> list[Ranked]:
 def _handed(standing: Sequence[Ranked], probabilities: dict[str, float]) -> Decision:
     """Return the verdict for what has no name, behind a name that is not far enough ahead of it: as likely as that."""
     best = next(item for item in standing if not item.named)
-    if probabilities[best.cause] < EVEN:
-        return Decision(best, EVEN, _even(probabilities, [best.cause]), ())
-    return Decision(best, probabilities[best.cause], probabilities, ())
+    return _at_least_even(Decision(best, probabilities[best.cause], probabilities, ()), [best.cause])
 
 
-def _even(probabilities: dict[str, float], names: Sequence[str]) -> dict[str, float]:
-    """Return probabilities of which those of some names are `EVEN` together, all others what is left of their sum."""
-    own, whole = sum(probabilities[name] for name in names), sum(probabilities.values())
-    return {name: value * (EVEN / own if name in names else (whole - EVEN) / (whole - own))
-            for name, value in probabilities.items()}  # fmt: skip
+def _at_least_even(told: Decision, names: Sequence[str]) -> Decision:
+    """Return a verdict that some names share, with a probability of `EVEN` or more; others have the rest."""
+    if told.probability >= EVEN:
+        return told
+    own, whole = sum(told.probabilities[name] for name in names), sum(told.probabilities.values())
+    probabilities = {name: value * (EVEN / own if name in names else (whole - EVEN) / (whole - own))
+                     for name, value in told.probabilities.items()}  # fmt: skip
+    return replace(told, probability=EVEN, probabilities=probabilities)
 
 
 def hardly_behind(item: Ranked, leader: Ranked) -> bool:
