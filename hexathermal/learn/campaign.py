@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Container, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -24,8 +25,13 @@ ACCEPTED = ("missing-blocks", "clock-disorder", "unusual-weather")
 AIR_COLUMN = "air_temperature_degC"
 """Column of the station's air temperature."""
 
-AIR_PARTS = ("air", "room", "ambient")
-"""Parts of thermocouples that hang in the room: one stands for the station's air where no column records that."""
+AIR_PARTS = frozenset(
+    {"air", "ambient", "environment", "hall", "lab", "laboratory", "room", "surroundings", "workshop"}
+)
+"""Words for what a thermocouple hangs in: one stands for the station's air where no column records that."""
+
+BESIDE_AIR = frozenset({"", "in", "of", "probe", "sensor", "t", "tc", "temp", "temperature", "the", "thermocouple"})
+"""Words that may stand beside these; with others it is no room, as an air bearing or a cabinet of a control room."""
 
 
 @dataclass(frozen=True)
@@ -37,7 +43,7 @@ class Thermocouple:
     name : str
         Its column is ``<name>_degC``.
     part : str
-        Part it sits on, empty where the campaign does not say; of `AIR_PARTS` it hangs in the room's air.
+        Part it sits on, empty where the campaign does not say; see `hangs_in_air`.
     position : float or None [m]
         Along the leg from the lower joint's centre, rod retracted.
     """
@@ -45,6 +51,20 @@ class Thermocouple:
     name: str
     part: str = ""
     position: float | None = None
+
+    @property
+    def hangs_in_air(self) -> bool:
+        """Whether its part, or its name where none is stated, says that it hangs in the room's air.
+
+        Examples
+        --------
+        >>> [Thermocouple("T01", part).hangs_in_air for part in ("room air", "Ambient", "air bearing", "")]
+        [True, True, False, False]
+        >>> Thermocouple("T_room").hangs_in_air
+        True
+        """
+        words = set(re.split(r"[^a-z]+", (self.part or self.name).lower()))
+        return bool(words & AIR_PARTS) and words <= AIR_PARTS | BESIDE_AIR
 
 
 @dataclass(frozen=True)
@@ -148,9 +168,8 @@ class Campaign:
 
     @property
     def air_thermometer(self) -> str | None:
-        """The first thermocouple whose part, or whose name, says that it hangs in the room's air."""
-        hanging = (item.name for item in self.thermocouples if {item.part.lower(), item.name.lower()} & set(AIR_PARTS))
-        return next(hanging, None)
+        """The first thermocouple that hangs in the room's air."""
+        return next((item.name for item in self.thermocouples if item.hangs_in_air), None)
 
     def air_column(self, names: Container[str]) -> str | None:
         """Return the column of a table, of its names, that tells the air's temperature; None where none does."""

@@ -14,9 +14,9 @@ are zero they stay so.
 time since its zero from which on it is detached; without it everywhere) and ``again_in`` (names of later runs in which
 it sat on the part again). ``dT := sum_s w_s dT_s``.
 ``loose``: ``sensor``, ``share`` of the air in its reading (0 to below 1), optionally ``from_s`` and ``again_in`` as
-above, and ``air_above_K`` (by the name of a run in which it came loose after the zero: by how much the air was warmer
-there than it). ``T = (1 - share) T_part + share T_air`` is undone: ``dT := dT + share / (1 - share) (dT - dT_air -
-air_above)``.
+above, ``air_above_K`` (by the name of a run in which it came loose after the zero: by how much the air was warmer
+there than it) and ``air_sensor`` (one that hangs in the air, where no column tells it). ``T = (1 - share) T_part +
+share T_air`` is undone: ``dT := dT + share / (1 - share) (dT - dT_air - air_above)``.
 
 A controller has no rows of the future: it can run all of them but a clock that runs ahead or gains time.
 """
@@ -43,7 +43,8 @@ LEAST_GAINS = -3600.0
 """What a clock that stands still gains in an hour [s]."""
 
 OPTIONAL = {"clock": ("gains_s_per_h",), "swap": ("not_in", "only_in"), "drift": ("rates_K_per_h",),
-            "detached": ("from_s", "again_in"), "loose": ("from_s", "again_in", "air_above_K")}  # fmt: skip
+            "detached": ("from_s", "again_in"),
+            "loose": ("from_s", "again_in", "air_above_K", "air_sensor")}  # fmt: skip
 """What they may have besides, most of it of single runs, by their names."""
 
 
@@ -103,8 +104,8 @@ class SensorRepair:
         p = self.parameters
         if self.kind == "detached":
             return (*(() if "from_s" not in p else (p["sensor"],)), *p["weights"])
-        names = {"swap": ("first", "second"), "drift": ("sensor",), "loose": ("sensor",), "clock": ()}[self.kind]
-        return tuple(p[name] for name in names)
+        names = {"swap": ("first", "second"), "drift": ("sensor",), "loose": ("sensor", "air_sensor"), "clock": ()}
+        return tuple(p[name] for name in names[self.kind] if name in p)
 
     @property
     def replaced(self) -> str | None:
@@ -223,8 +224,9 @@ def _without_air(signals: LegSignals, parameters: Mapping[str, Any], run: str | 
 
     def alone() -> FloatArray:
         """Return the part's temperature less that of the zero."""
-        own = signals.temperature(parameters["sensor"])
-        return np.asarray(own + share / (1.0 - share) * (own - signals.recorded("air") - above))
+        own, name = signals.temperature(parameters["sensor"]), parameters.get("air_sensor")
+        air = signals.recorded("air") if name is None else signals.temperature(name)
+        return np.asarray(own + share / (1.0 - share) * (own - air - above))
 
     return _from_then_on(signals, parameters, run, alone)
 

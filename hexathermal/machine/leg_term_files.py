@@ -58,7 +58,7 @@ PARAMETERS: dict[str, dict[str, str]] = {
         "width_K": "number!",
         "calibration_degC": "number",
     },
-    "room": {"time_constant_s": "number!", "order": "number"},
+    "room": {"time_constant_s": "number!", "order": "number", "sensor": "text"},
     "air-index": {
         "path_mm": "mm!",
         "stroke_share": "number!",
@@ -109,7 +109,8 @@ REPAIRS: dict[str, dict[str, str]] = {
     "swap": {"first": "text!", "second": "text!", "not_in": "texts", "only_in": "texts"},
     "drift": {"sensor": "text!", "rate_K_per_h": "number!", "rates_K_per_h": "table"},
     "detached": {"sensor": "text!", "weights": "table!", "from_s": "table", "again_in": "texts"},
-    "loose": {"sensor": "text!", "share": "number!", "from_s": "table", "again_in": "texts", "air_above_K": "table"},
+    "loose": {"sensor": "text!", "share": "number!", "from_s": "table", "again_in": "texts", "air_above_K": "table"}
+    | {"air_sensor": "text"},
 }
 
 TERM_TABLES: dict[str, dict[str, str]] = {

@@ -277,11 +277,11 @@ def _calibrated(signals: LegSignals, parameters: Mapping[str, Any], memory: Memo
 
 
 def room(signals: LegSignals, parameters: Mapping[str, Any], memory: Memory) -> FloatArray:
-    """Return the air temperature behind a low pass, less its first value [K].
+    """Return the temperature of the air, or of a sensor in it, behind a low pass, less its first value [K].
 
     With ``order`` 2 the low pass is two equal stages of half the time constant each.
     """
-    air = signals.recorded("air")
+    air = signals.temperature(parameters["sensor"]) if "sensor" in parameters else signals.recorded("air")
     behind = memory.stages(signals.time, air, _equal_stages(parameters)) if parameters["time_constant_s"] > 0.0 else air
     return np.asarray(behind - memory.first("air at first", behind))
 

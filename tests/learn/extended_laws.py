@@ -41,7 +41,8 @@ EXAMPLES: dict[str, list[tuple[str, dict[str, Any], list[float]]]] = {
              ("nonlinear-expansion", {"sensor": "T01", "ratio": 0.5, "middle_degC": 22.0, "width_K": 1.5,
                                       "calibration_degC": 20.0}, [-2e-8])],
     "room": [("frame-expansion", {"time_constant_s": 5000.0}, [3e-7]),
-             ("frame-expansion", {"time_constant_s": 5000.0, "order": 2}, [3e-7])],
+             ("frame-expansion", {"time_constant_s": 5000.0, "order": 2}, [3e-7]),
+             ("frame-expansion", {"time_constant_s": 5000.0, "sensor": "T03"}, [3e-7])],
     "air-index": [("air-refraction", {"path_m": 0.7003, "stroke_share": 1.0}, [-1.0]),
                   ("air-refraction", {"path_m": 0.4, "stroke_share": 1.0, "reference_index": 1.000265}, [-0.6]),
                   ("air-refraction", {"path_m": 0.4, "stroke_share": 1.0, "weather": "pressure"}, [0.8]),
@@ -67,6 +68,7 @@ REPAIRS = (
     SensorRepair("clock-offset", "clock", {"offset_s": -47.5}),
     SensorRepair("sensor-detached", "detached", {"sensor": "T02", "weights": {"T01": 0.4, "T03": 0.7}}),
     SensorRepair("clock-offset", "clock", {"offset_s": -12.0, "gains_s_per_h": -3.5}),
+    SensorRepair("sensor-detached", "loose", {"sensor": "T01", "share": 0.2, "air_sensor": "T03"}),
     SensorRepair("sensor-detached", "loose", {"sensor": "T01", "share": 0.2}),
 )
 

@@ -134,7 +134,7 @@ class CommonError:
         runs = zip(view.signals, view.goes_on, view.rows.memories(), beginnings.tolist(), strict=True)
         for signals, goes_on, memory, own in runs:
             begun = begun if goes_on else float(signals.time[0])
-            columns = list(_warmed(signals, memory, airy=view.airs is not None))
+            columns = list(warming(signals, memory, airy=view.airs is not None))
             decays = np.zeros((len(signals), len(RESTING_S) * (int(beginnings[-1]) + 1)))
             for k, tau in enumerate(RESTING_S):
                 decays[:, len(RESTING_S) * own + k] = np.expm1(-(signals.time - begun) / tau)
@@ -188,7 +188,7 @@ def _ridge(Z: FloatArray, table: FloatArray) -> FloatArray:
     return np.asarray(linalg.solve(Z.T @ Z + np.eye(Z.shape[1]), Z.T @ table, assume_a="pos"))
 
 
-def _warmed(signals: LegSignals, memory: Memory, *, airy: bool) -> Iterator[FloatArray]:
+def warming(signals: LegSignals, memory: Memory, *, airy: bool) -> Iterator[FloatArray]:
     """Give motion, recorded inputs and the air behind low passes, less their first values, shape (n,) each."""
     heats = {name: np.abs(values) for name, values in signals.inputs.items()}
     heats["motion"] = memory.speed(signals.time, signals.q)
@@ -216,11 +216,11 @@ def outside(view: View) -> tuple[str, ...]:
 def _made(view: View) -> CommonError | None:
     """Return what `common_error` keeps."""
     noisy = noisy_sensors(view.runs, outside(view))
-    sensors = tuple(name for name in outside(view) if name not in noisy and _answers(view, name))
+    sensors = tuple(name for name in outside(view) if name not in noisy and answers(view, name))
     return CommonError(view, sensors) if view.kind == "leg" and view.moves and len(sensors) >= FEWEST_DOUBTING else None
 
 
-def _answers(view: View, sensor: str) -> bool:
+def answers(view: View, sensor: str) -> bool:
     """Return whether a thermometer shows what it reads: one that is stuck, or too coarse, shows no error either."""
     return len(np.unique(np.concatenate([rows.signals.dT[sensor] for rows in view.runs]))) >= FEWEST_VALUES
 

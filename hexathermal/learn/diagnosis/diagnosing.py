@@ -32,6 +32,7 @@ from hexathermal.learn.diagnosis.replugged import Exchange, exchanges_between_ru
 from hexathermal.learn.diagnosis.residuals import whiteness
 from hexathermal.learn.diagnosis.result import Candidate, Diagnosis, Effect, Limit
 from hexathermal.learn.diagnosis.rivals import LATE, OFF, STEP, TILT
+from hexathermal.learn.diagnosis.room_air import hung, in_the_room, room_words
 from hexathermal.learn.diagnosis.search import REPEATED
 from hexathermal.learn.diagnosis.stage import Stage, view_of
 from hexathermal.learn.diagnosis.trials import Trial
@@ -100,6 +101,9 @@ def _diagnosed(
     refuse_slow(rows)
     base = base_law(campaign, rows, sensors, law)
     refuse_silent(rows, base.sensors)
+    room = in_the_room(campaign, view_of(campaign, rows, base.sensors, placed=base.stroked))
+    campaign = hung(campaign, room)
+    rows = rows if room is None else campaign_rows(campaign, "identification")
     judged = campaign_rows(campaign, "validation")
     plain = view_of(campaign, (*rows, *judged_runs(judged, (base,))[0]), base.sensors, placed=base.stroked)
     plugs = exchanges_between_runs(plain)
@@ -128,7 +132,8 @@ def _diagnosed(
     candidates = _candidates(course, told)
     doubtful = (*copies, *doubtful_readings(campaign, [*rows, *judged], course.first.channel.y, levels))
     notes = (
-        *doubtful, *of_another_leg(law, campaign), *of_another_form(law, base), *_notes(course, final.stage),
+        *doubtful, *room_words(room), *of_another_leg(law, campaign), *of_another_form(law, base),
+        *_notes(course, final.stage),
         *_opposed(effects), *_sees_little(verdict, limits, levels.rms),
         *_chosen(base, given=sensors is not None or law is not None), *_unseen(course, rows, mute),
         *_cleaned((*rows, *judged)),

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
+from typing import Any
 
+from hexathermal.learn.diagnosis.room_air import air_read
 from hexathermal.learn.diagnosis.trials import Cause, Parameter, Trial, Workbench
 
 CAUSE = Cause(
@@ -39,18 +41,19 @@ def trials(bench: Workbench) -> Iterator[Trial]:
     """Give the air temperature behind low passes; at rest when a run begins, or on its way from what was before."""
     view = bench.view
     if view.airs is not None:
+        read = air_read(view)
         # what follows the air at once is its index, where beams measure
         for tau in TIMES_S[1:] if view.indexed else TIMES_S:
-            trial = bench.term(CAUSE.name, "room", None, time_constant_s=tau)
+            trial = bench.term(CAUSE.name, "room", None, time_constant_s=tau, **read)
             yield trial
             if tau > 0.0:
                 yield bench.not_at_rest(trial, tau)
             if tau >= STAGED_S:
-                yield from _staged(bench, tau)
+                yield from _staged(bench, tau, read)
 
 
-def _staged(bench: Workbench, tau: float) -> Iterator[Trial]:
+def _staged(bench: Workbench, tau: float, read: Mapping[str, Any]) -> Iterator[Trial]:
     """Give the air temperature behind two low passes of half the time constant each."""
-    trial = bench.term(CAUSE.name, "room", None, time_constant_s=tau, order=2)
+    trial = bench.term(CAUSE.name, "room", None, time_constant_s=tau, order=2, **read)
     yield trial
     yield bench.not_at_rest(trial, 0.5 * tau)

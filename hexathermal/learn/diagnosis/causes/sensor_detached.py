@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 
 from hexathermal.learn.diagnosis.beside_others import air_above_at_zero, coming_and_going, lost, replaced
+from hexathermal.learn.diagnosis.room_air import air_read
 from hexathermal.learn.diagnosis.sensor_model import BIAS_K, MOST_SHARE, Parity, SensorModel, part_of
 from hexathermal.learn.diagnosis.trials import Cause, Parameter, Trial, Workbench
 from hexathermal.machine.leg_repairs import SensorRepair
@@ -243,7 +244,8 @@ def _loose(model: SensorModel, loss: Loss, error: float) -> SensorRepair:
     zeros = [model.view.runs[loss.run].run.name] if model.view.zeroed_by_run else list(since["from_s"])
     if not model.view.zeroed_by_run or loss.moment > 0.0:
         since |= {"air_above_K": dict.fromkeys(zeros, above)}
-    return SensorRepair(CAUSE.name, "loose", {"sensor": model.sensor, "share": share_of(error)} | since)
+    read = air_read(model.view, "air_sensor")
+    return SensorRepair(CAUSE.name, "loose", {"sensor": model.sensor, "share": share_of(error)} | since | read)
 
 
 def _loose_as_told(model: SensorModel, loss: Loss, _error: float) -> SensorRepair:
