@@ -1,4 +1,4 @@
-"""Plugs that changed places between runs: the other thermometers tell, in runs for validation too, without any drift.
+"""Plugs that changed places between runs: the other thermometers tell, in runs for validation too.
 
 What a thermometer reads is foretold by all but the two of a pair, with the same weights in all runs::
 
@@ -7,7 +7,8 @@ What a thermometer reads is foretold by all but the two of a pair, with the same
 In runs L whose plugs i and j changed places, both are off as recorded, and neither is once they are exchanged. Of all
 single runs, and all runs from one on, and of these with one run more or less as long as that helps, L leaves least of
 (1), its weights fitted to the temperatures so exchanged. All runs but L leave the same: the order along the leg tells
-which of both are wrong, or that plugs sit right in most runs. With
+which of both are wrong, the drift of the fitted runs, which the law reads by the one that sits right, and that plugs
+sit right in most runs. With
 ``own`` and ``put`` the mean squares of e in L as recorded and exchanged, and h hours of L each worth one value,
 
     log evidence = h/2 sum_s log(own_s / put_s)                                                                (2)
@@ -17,7 +18,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import combinations
 from typing import Any
 
@@ -31,6 +32,7 @@ from hexathermal.learn.diagnosis.deciding import SOUND
 from hexathermal.learn.diagnosis.mending import mended_view
 from hexathermal.learn.diagnosis.order import UNSURE, Order
 from hexathermal.learn.diagnosis.result import Effect
+from hexathermal.learn.diagnosis.rivals import SHAPE_ERROR
 from hexathermal.learn.diagnosis.spans import visible
 from hexathermal.learn.diagnosis.view import View
 from hexathermal.learn.diagnosis.words import UM, two_digits
@@ -240,22 +242,45 @@ def _exchange(view: View, i: int, j: int, where: FloatArray, evidence: float) ->
     wrong = _likelier(view, first, second, where == 1.0)
     if wrong is None:
         return None
-    names = [rows.run.name for rows in view.runs]
-    runs = tuple(name for name, own in zip(names, wrong, strict=True) if own)
-    lasts = int(np.diff(wrong).sum()) == 1 and bool(wrong[-1])
-    of: dict[str, Any] = {"not_in": [name for name in names if name not in runs]} if lasts else {"only_in": runs}
-    repair = SensorRepair(CAUSE.name, "swap", {"first": first, "second": second, **of})
-    return Exchange(first, second, runs, evidence, repair)
+    runs = tuple(rows.run.name for rows, own in zip(view.runs, wrong, strict=True) if own)
+    return Exchange(first, second, runs, evidence, _swap(view, first, second, wrong))
 
 
 def _likelier(view: View, first: str, second: str, where: npt.NDArray[np.bool_]) -> npt.NDArray[np.bool_] | None:
     """Return the runs in which plugs are exchanged: some, or all others, which no foretelling tells apart.
 
-    The order along the leg tells, and that plugs sit right in more runs than not; None where both leave it open.
+    The order along the leg tells, the drift, and that plugs sit right in more runs than not; None where all leave it
+    open.
     """
     here, elsewhere = (Order(view, np.flatnonzero(runs).tolist()).advantage(first, second) for runs in (where, ~where))
-    said = here - elsewhere + RIGHT * float((~where).sum() - where.sum())
+    said = here - elsewhere + RIGHT * float((~where).sum() - where.sum()) + _in_the_drift(view, first, second, where)
     return None if abs(said) < UNSURE else (where if said > 0.0 else ~where)
+
+
+def _in_the_drift(view: View, first: str, second: str, where: npt.NDArray[np.bool_]) -> float:
+    """Return the log evidence in the drift of fitted runs for plugs exchanged in some, rather than in all others.
+
+    Laws are sketches: it counts by ``1 / (1 + shape_error * evidence)``.
+    """
+    fitted = [k for k, rows in enumerate(view.runs) if rows.run.role == "identification"]
+
+    def evidence(wrong: npt.NDArray[np.bool_]) -> float:
+        mended = mended_view(view, _swap(view, first, second, wrong))
+        seen = replace(mended, runs=tuple(mended.runs[k] for k in fitted))
+        columns = seen.base_columns
+        return seen.channel.fitted(columns, seen.channel.loose(columns))[1]
+
+    said = evidence(where) - evidence(~where) if fitted else 0.0
+    return said / (1.0 + SHAPE_ERROR * abs(said))
+
+
+def _swap(view: View, first: str, second: str, wrong: npt.NDArray[np.bool_]) -> SensorRepair:
+    """Return the repair of two plugs that are exchanged in some runs, to this day where these are all from one on."""
+    names = [rows.run.name for rows in view.runs]
+    runs = tuple(name for name, own in zip(names, wrong, strict=True) if own)
+    lasts = int(np.diff(wrong).sum()) == 1 and bool(wrong[-1])
+    of: dict[str, Any] = {"not_in": [name for name in names if name not in runs]} if lasts else {"only_in": runs}
+    return SensorRepair(CAUSE.name, "swap", {"first": first, "second": second, **of})
 
 
 def told_of(exchange: Exchange, view: View, coefficients: FloatArray, covariance: FloatArray) -> Beforehand:

@@ -106,6 +106,24 @@ def test_runs_are_not_taken_for_all_others(bench: str) -> None:
 
 
 @pytest.mark.long
+@pytest.mark.parametrize("bench", ["finite_volume", "held_out", "actuator"])
+def test_the_drift_tells_who_sits_right_where_no_places_do(bench: str) -> None:
+    """In all runs but the first two, no places stated: those, though most runs sit wrong; else the law reads another.
+
+    Of 18 campaigns of three benches 17 were told so meanwhile, none the other way round.
+    """
+    told = 0
+    for seed in (1, 2, fresh_entropy()):
+        view = replace(whole(bench, seed), positions={})
+        runs = list(range(2, len(view.runs)))
+        found = exchanges_between_runs(exchanged(view, *unlike(view), runs))
+        names = tuple(view.runs[k].run.name for k in runs)
+        assert not found or found[0].runs == names, (bench, seed)
+        told += bool(found)
+    assert told, bench
+
+
+@pytest.mark.long
 @pytest.mark.parametrize("bench", ["modal", "finite_volume", "rough", "quiet", "held_out", "free_convection"])
 def test_sound_plugs_are_not_exchanged(bench: str) -> None:
     """Four fresh campaigns of each bench, thermometers with bias and errors that they share: nothing is said."""
