@@ -39,7 +39,7 @@ CLEAR_STEP = 13.0
 BLURRED_S = 1800.0
 """A step of the zero whose moment is known no better than this, one standard uncertainty, is none: it wanders."""
 
-FORESEEN, CLEARLY_FORESEEN = 10.0, 30.0
+FORESEEN, CLEARLY_FORESEEN = 10.0, 20.0
 """Log likelihood of runs left out from which on a first cause, or a later one, joins although their squares do not
 fall: squares of few runs, whose rows share most of their scatter, tell less; they may not rise by more than chance, or
 those about each run's mean must fall."""
@@ -72,9 +72,7 @@ def repeated(before: Stage, after: Stage, leader: Ranked) -> float:
 def worth(stage: Stage, after: Stage, leader: Ranked, *, later: bool) -> tuple[bool, bool]:
     """Return whether runs left out speak for a leader, and whether it is to join the law."""
     share, sure = part_saved(stage, after, leader), foresight(stage, after, leader)
-    clear = sure >= (CLEARLY_FORESEEN if later else FORESEEN) and (
-        share > -part_spread(stage, after, leader) or part_saved(stage, after, leader, within=True) > LEAST_SHARE
-    )
+    clear = sure >= (CLEARLY_FORESEEN if later else FORESEEN) and not risen(stage, after, leader)
     # a law that thermometers' errors move a little in each window may lose more likelihood than a slow cause brings
     stands = not later and leader.gated >= FAINT and share > FALLING
     falls = stands and share > part_spread(stage, after, leader)
@@ -110,7 +108,17 @@ def denied(stage: Stage, after: Stage, leader: Ranked) -> bool:
     if tells_of_one_run(leader):
         faint = leader.value < CLEAR_STEP
         return faint or (leader.cause == STEP and grid_spread(leader, stage, "time_s") > BLURRED_S)
-    return leader.gated < FAINT and part_saved(stage, after, leader) <= -part_spread(stage, after, leader)
+    faint = leader.gated < FAINT and part_saved(stage, after, leader) <= -part_spread(stage, after, leader)
+    return faint and (risen(stage, after, leader) or foresight(stage, after, leader) < FORESEEN)
+
+
+def risen(before: Stage, after: Stage, leader: Ranked) -> bool:
+    """Return whether squares of runs left out rise by more than chance, and those about each run's mean do not fall.
+
+    Where few rows are noisy, first ones above all, a run is off as a whole by more than what a cause adds to it.
+    """
+    fallen = part_saved(before, after, leader) > -part_spread(before, after, leader)
+    return not fallen and part_saved(before, after, leader, within=True) <= LEAST_SHARE
 
 
 def tells_of_one_run(leader: Ranked) -> bool:
