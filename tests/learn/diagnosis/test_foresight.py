@@ -101,13 +101,20 @@ def test_runs_left_out_do_not_refuse_what_they_cannot_know(
     assert worth(nothing, nothing, leader, later=True) == (named, False)
 
 
-@pytest.mark.parametrize(("evidence", "share", "stands"), [(LEAST + 1.0, -0.2, False), (LEAST + 1.0, 0.01, True)])
+@pytest.mark.parametrize(("share", "about_means", "sure", "stands"), [
+    (-0.2, -0.2, 30.0, False), (0.01, 0.01, 0.0, True), (-0.2, 0.2, 30.0, True), (-0.2, 0.2, 5.0, False),
+])  # fmt: skip
 def test_something_faint_without_a_name_is_denied_alike(
-    monkeypatch: pytest.MonkeyPatch, evidence: float, share: float, stands: bool
+    monkeypatch: pytest.MonkeyPatch, share: float, about_means: float, sure: float, stands: bool
 ) -> None:
-    """A rhythm that is hardly above chance, and foretells runs worse, is nothing."""
-    monkeypatch.setattr(foresight, "part_saved", lambda *_stages: share)
+    """A rhythm that is hardly above chance, and foretells runs worse, is nothing.
+
+    Unless runs whose first rows are noisy are foretold better about their means, and become far likelier.
+    """
+    evidence = LEAST + 1.0
+    monkeypatch.setattr(foresight, "part_saved", lambda *_stages, within=False: about_means if within else share)
     monkeypatch.setattr(foresight, "part_spread", lambda *_stages: 0.1)
+    monkeypatch.setattr(foresight, "foresight", lambda *_stages: sure)
     best = Scored(Trial("follows time", np.zeros((1, 1))), evidence, 1.0, LEVELS.rms, 0.0, 1.0, np.ones(1))
     leader = Ranked("follows time", evidence, best, LEVELS)
     stage: Any = SimpleNamespace(with_effect=lambda _best: None)
