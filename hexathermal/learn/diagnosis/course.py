@@ -186,7 +186,7 @@ def searched(
         steps.append(stage.step)
     if given_for_two and len(found) == 1:  # the other one did not stand: something nameless led
         stage, steps, stages, found, decision = stages[0], steps[:1], [], [], alone
-    end = _not_denied(stage, decision)
+    end = _not_denied(stage, decision, threshold, found)
     return _asked_again(Course(first, stage, tuple(stages), tuple(steps), tuple(found), end, threshold, tuple(refused)))
 
 
@@ -260,12 +260,21 @@ def _may_be_left(before: Ranked, leader: Ranked) -> bool:
     return small and leader.value < part * before.value
 
 
-def _not_denied(stage: Stage, decision: Decision) -> Decision:
-    """Return a decision, for nothing where it is for something nameless that runs left out deny."""
-    leader = decision.leader
-    if leader is None or leader.named or not denied(stage, stage.with_effect(leader.best), leader):
-        return decision
-    return replace(decision, leader=None, probability=UNDECIDED, equivalent=())
+def _not_denied(stage: Stage, decision: Decision, threshold: float, found: Sequence[Found]) -> Decision:
+    """Return a decision; where it is for something nameless that runs left out deny, for what leads without that.
+
+    For nothing where no other leads that has no name.
+    """
+    leader, step = decision.leader, stage.step
+    while leader is not None and not leader.named and denied(stage, stage.with_effect(leader.best), leader):
+        step = replace(step, ranking=tuple(item for item in step.ranking if item is not leader))
+        before = max((one.ranked.value for one in found), default=0.0)
+        other = decided(step, threshold + LATER * bool(found), before=before)
+        leader = other.leader
+        if leader is None or leader.named:
+            return replace(decision, leader=None, probability=UNDECIDED, equivalent=())
+        decision = other
+    return decision
 
 
 def _threshold(first: Stage) -> float:

@@ -17,7 +17,7 @@ from hexathermal.learn.diagnosis.course import _not_denied
 from hexathermal.learn.diagnosis.deciding import Decision
 from hexathermal.learn.diagnosis.evidence import LEAST, Scored
 from hexathermal.learn.diagnosis.foresight import CLEAR_STEP, FAINT, worth
-from hexathermal.learn.diagnosis.ranking import Ranked
+from hexathermal.learn.diagnosis.ranking import Ranked, Step
 from hexathermal.learn.diagnosis.stage import Stage
 from hexathermal.learn.diagnosis.trials import Trial
 from tests.learn.diagnosis.campaigns import viewed
@@ -117,8 +117,25 @@ def test_something_faint_without_a_name_is_denied_alike(
     monkeypatch.setattr(foresight, "foresight", lambda *_stages: sure)
     best = Scored(Trial("follows time", np.zeros((1, 1))), evidence, 1.0, LEVELS.rms, 0.0, 1.0, np.ones(1))
     leader = Ranked("follows time", evidence, best, LEVELS)
-    stage: Any = SimpleNamespace(with_effect=lambda _best: None)
-    assert (_not_denied(stage, Decision(leader, 0.9, {}, ())).leader is leader) == stands
+    stage: Any = SimpleNamespace(with_effect=lambda _best: None, step=Step((leader,), LEVELS, 0.0))
+    assert (_not_denied(stage, Decision(leader, 0.9, {}, ()), LEAST, ()).leader is leader) == stands
+
+
+def test_what_stands_behind_something_that_is_denied_is_told(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Faint columns of place and warmth that runs left out deny do not hide a bump at one place, which is plain."""
+
+    def ranked(name: str, evidence: float, visible: float) -> Ranked:
+        best = Scored(Trial(name, np.ones((1, 2))), evidence, visible * LEVELS.rms, LEVELS.rms, 0.0, 1.0, np.ones(2))
+        return Ranked(name, evidence, best, LEVELS)
+
+    faint, plain = ranked("follows place and warmth", 90.0, 0.2), ranked("follows the displacement", 85.0, 10.0)
+    monkeypatch.setattr(foresight, "part_saved", lambda *_stages, within=False: -0.2)
+    monkeypatch.setattr(foresight, "part_spread", lambda *_stages: 0.1)
+    stage: Any = SimpleNamespace(
+        with_effect=lambda _best: None, step=Step((faint, plain, ranked("backlash", 0.0, 0.1)), LEVELS, 0.0)
+    )
+    assert faint.gated < FAINT
+    assert _not_denied(stage, Decision(faint, 0.9, {}, ()), LEAST, ()).leader is plain
 
 
 @pytest.mark.parametrize(("evidence", "seen", "moment", "given"), [
