@@ -44,6 +44,10 @@ FORESEEN, CLEARLY_FORESEEN = 10.0, 20.0
 fall: squares of few runs, whose rows share most of their scatter, tell less; they may not rise by more than chance, or
 those about each run's mean must fall."""
 
+MOST_UNLIKE = 40.0
+"""Log likelihood that runs left out may lose by a cause whose state before them nobody knows: a sound leg whose room
+wandered showed a frame of evidence 15, by which they lost 81."""
+
 REPEATS, BY_CHANCE = 0.1, 3.0
 """Part of their squares that runs left out must lose for it to count as the same in all of them; and the log evidence
 by which a few runs lose alike by chance."""
@@ -79,7 +83,7 @@ def worth(stage: Stage, after: Stage, leader: Ranked, *, later: bool) -> tuple[b
     least = LEAST_SHARE if later else -MOST_LOSS
     pays = (sure > 0.0 or falls) and not denied(stage, after, leader) and (clear or share > least)
     # what was before a run left out is not known: it is seen, although a law of its rows alone does without it
-    seen = leader.best.trial.starts > 0 and leader.gated >= FAINT
+    seen = leader.best.trial.starts > 0 and leader.gated >= FAINT and sure > -MOST_UNLIKE
     feigned = stage.view.kind == "leg" and catalogue()[leader.cause].CAUSE.thermal
     told = later or share > 0.0 or not feigned or saved_besides(stage, after, leader) > 0.0
     return told and (pays or seen), told and pays and (share > 0.0 or clear)

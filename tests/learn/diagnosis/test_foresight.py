@@ -16,7 +16,7 @@ from hexathermal.learn.diagnosis.channels import Levels
 from hexathermal.learn.diagnosis.course import _not_denied
 from hexathermal.learn.diagnosis.deciding import Decision
 from hexathermal.learn.diagnosis.evidence import LEAST, Scored
-from hexathermal.learn.diagnosis.foresight import CLEAR_STEP, FAINT, worth
+from hexathermal.learn.diagnosis.foresight import CLEAR_STEP, FAINT, MOST_UNLIKE, worth
 from hexathermal.learn.diagnosis.ranking import Ranked, Step
 from hexathermal.learn.diagnosis.stage import Stage
 from hexathermal.learn.diagnosis.trials import Trial
@@ -85,15 +85,20 @@ def test_a_first_name_whose_squares_fall_pays_though_runs_become_no_likelier(
     assert worth(nothing, nothing, Ranked("zero-drift", evidence, best, LEVELS), later=later) == (pays, pays)
 
 
-@pytest.mark.parametrize(("starts", "evidence", "named"), [(0, FAINT + 1.0, False), (1, FAINT + 1.0, True),
-                                                           (1, FAINT - 1.0, False)])  # fmt: skip
+@pytest.mark.parametrize(("starts", "evidence", "sure", "named"), [
+    (0, FAINT + 1.0, 5.0, False), (1, FAINT + 1.0, 5.0, True), (1, FAINT - 1.0, 5.0, False),
+    (1, FAINT + 1.0, -10.0, True), (1, FAINT + 1.0, -MOST_UNLIKE - 1.0, False),
+])  # fmt: skip
 def test_runs_left_out_do_not_refuse_what_they_cannot_know(
-    monkeypatch: pytest.MonkeyPatch, starts: int, evidence: float, named: bool
+    monkeypatch: pytest.MonkeyPatch, starts: int, evidence: float, sure: float, named: bool
 ) -> None:
-    """A bench that had not come to rest before a run is named, clear as it is, but joins no law that does worse."""
+    """A bench that had not come to rest before a run is named, clear as it is, but joins no law that does worse.
+
+    Nor is it named where they become far less likely by it.
+    """
     monkeypatch.setattr(foresight, "part_saved", lambda *_stages, within=False: -0.2)
     monkeypatch.setattr(foresight, "part_spread", lambda *_stages: 0.1)
-    monkeypatch.setattr(foresight, "foresight", lambda *_stages: 5.0)
+    monkeypatch.setattr(foresight, "foresight", lambda *_stages: sure)
     trial = Trial("frame-expansion", np.zeros((1, 2)), starts=starts)
     best = Scored(trial, evidence, 10.0 * LEVELS.rms, LEVELS.rms, 0.0, 1.0, np.ones(2))
     nothing = stage_of()
