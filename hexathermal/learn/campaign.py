@@ -25,12 +25,10 @@ ACCEPTED = ("missing-blocks", "clock-disorder", "unusual-weather")
 AIR_COLUMN = "air_temperature_degC"
 """Column of the station's air temperature."""
 
-AIR_PARTS = frozenset(
-    {"air", "ambient", "environment", "hall", "lab", "laboratory", "room", "surroundings", "workshop"}
-)
+AIR_PARTS = frozenset({"air", "ambient", "environment", "lab", "laboratory", "room", "surroundings", "workshop"})
 """Words for what a thermocouple hangs in: one stands for the station's air where no column records that."""
 
-BESIDE_AIR = frozenset({"", "in", "of", "probe", "sensor", "t", "tc", "temp", "temperature", "the", "thermocouple"})
+BESIDE_AIR = frozenset({"", "in", "of", "sensor", "t", "tc", "temp", "temperature", "the", "thermocouple"})
 """Words that may stand beside these; with others it is no room, as an air bearing or a cabinet of a control room."""
 
 
@@ -60,10 +58,11 @@ class Thermocouple:
         --------
         >>> [Thermocouple("T01", part).hangs_in_air for part in ("room air", "Ambient", "air bearing", "")]
         [True, True, False, False]
-        >>> Thermocouple("T_room").hangs_in_air
-        True
+        >>> [Thermocouple(name).hangs_in_air for name in ("T_room", "Tair", "roomTemp2", "T12")]
+        [True, True, True, False]
         """
-        words = set(re.split(r"[^a-z]+", (self.part or self.name).lower()))
+        apart = re.sub(r"([a-z])([A-Z])", r"\1 \2", self.part or self.name).lower()
+        words = {word[word[:1] == "t" and word[1:] in AIR_PARTS :] for word in re.split(r"[^a-z]+", apart)}
         return bool(words & AIR_PARTS) and words <= AIR_PARTS | BESIDE_AIR
 
 

@@ -84,6 +84,7 @@ class UsableBlocks(Iterator[Block]):
         self.campaign, self.run = campaign, run_named(campaign, run)
         self._ledger, self._least = Ledger(), least
         self.zero: Zero | None = None
+        self.air_sensor: str | None = None
         self._table: RunTable | None = None
         self._blocks = self._cut(rows)
 
@@ -144,7 +145,8 @@ class UsableBlocks(Iterator[Block]):
         if column in (None, AIR_COLUMN):
             yield from sheets
             return
-        at = self.campaign.sensors.index(str(self.campaign.air_thermometer))
+        self.air_sensor = self.campaign.air_thermometer
+        at = self.campaign.sensors.index(str(self.air_sensor))
         for sheet in sheets:
             yield sheet.changed(air=np.column_stack([sheet.heat[:, at], sheet.air[:, 1:]]))
 

@@ -51,6 +51,8 @@ class RunRows:
     record : CleaningRecord
     usable : Block
         The usable rows alone, missing temperatures left as they are.
+    air_sensor : str, optional
+        The thermometer that stands for the air, where no column records that.
     """
 
     run: RunFile
@@ -62,6 +64,7 @@ class RunRows:
     missing: dict[str, int]
     record: CleaningRecord
     usable: Block
+    air_sensor: str | None = None
 
     def __len__(self) -> int:
         return len(self.drift)
@@ -111,6 +114,7 @@ def run_rows(campaign: Campaign, run: RunFile | str) -> RunRows:
     lost = {name: int(np.isnan(heat[:, k]).sum()) for k, name in enumerate(campaign.sensors)}
     dT = {name: _filled(time, heat[:, k]) for k, name in enumerate(campaign.sensors)}
     air, index, zero_index, pressure_index = _counted(weather, first)
+    air = dT[reader.air_sensor] if air is not None and reader.air_sensor is not None else air
     signals = LegSignals(
         time + begin,
         dT,
@@ -126,7 +130,8 @@ def run_rows(campaign: Campaign, run: RunFile | str) -> RunRows:
         pressure_index,
         int(rows[0]) if campaign.zero == "run" else None,
     )  # fmt: skip
-    return RunRows(reader.run, signals, drift, landing, landing >= 0, weather, lost, reader.record, block)
+    settled, record = landing >= 0, reader.record
+    return RunRows(reader.run, signals, drift, landing, settled, weather, lost, record, block, reader.air_sensor)
 
 
 def follows_on(zero: str, before: LegSignals | None, after: LegSignals) -> bool:

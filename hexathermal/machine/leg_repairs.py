@@ -81,6 +81,8 @@ class SensorRepair:
             raise ArgumentError(f"repair of {given['sensor']!r}: weights are those of other sensors, one or more")
         if self.kind == "loose" and not (isinstance(given["share"], float | int) and 0.0 <= given["share"] < 1.0):
             raise ArgumentError(f"repair of {given['sensor']!r}: share must be 0 to below 1, found {given['share']!r}")
+        if self.kind == "loose" and given.get("air_sensor") == given["sensor"]:
+            raise ArgumentError(f"repair of {given['sensor']!r}: air_sensor must be another sensor")
         if self.kind == "clock":
             _check_clock(given)
         for key in ("not_in", "only_in", "again_in"):

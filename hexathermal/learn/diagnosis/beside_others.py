@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 
 from hexathermal.learn.diagnosis.sensor_model import SensorModel
+from hexathermal.learn.diagnosis.view import View
 from hexathermal.machine.leg_repairs import SensorRepair
 from hexathermal.machine.leg_signals import Memory
 from hexathermal.poses import FloatArray
@@ -81,12 +83,21 @@ def _above(model: SensorModel) -> FloatArray:
                         for run, (air, own) in enumerate(zip(airs, told, strict=True))])  # fmt: skip
 
 
+def air_read(view: View, key: str = "sensor") -> dict[str, Any]:
+    """Return what makes a term or a repair read the thermometer that stands for the air; nothing where none does."""
+    names = {rows.air_sensor for rows in view.runs}
+    name = names.pop() if len(names) == 1 else None
+    return {} if name is None else {key: name}
+
+
 def air_above_at_zero(model: SensorModel, run: int) -> float:
     """Return by how much the air is warmer than the sensor at a run's zero [K]; 0 where that is not known.
 
     A part that is warm when a run begins counts from its own warmth, the air from that of the room.
     """
     rows = model.view.runs[run]
+    if rows.air_sensor is not None and {rows.air_sensor, model.sensor} <= rows.signals.zero_degC.keys():
+        return rows.signals.zero_of(rows.air_sensor) - rows.signals.zero_of(model.sensor)
     if rows.weather is None or rows.signals.air is None or model.sensor not in rows.signals.zero_degC:
         return 0.0
     return float(rows.weather[0, 0] - rows.signals.air[0]) - rows.signals.zero_of(model.sensor)

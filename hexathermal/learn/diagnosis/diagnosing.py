@@ -47,6 +47,9 @@ HIDING = 1.0 / 3.0
 """Part of the causes that may hide an effect as large as the noise before it is said that a campaign shows little."""
 
 
+ROOM = '; if a thermometer hangs in the room, say so in campaign.toml: part = "room" of its [[thermocouples]]'
+"""What a reader can do for causes that follow the air."""
+
 OPPOSED = 2.0
 """Coefficients of opposite sign that are no farther from each other than this factor make a difference."""
 
@@ -101,10 +104,8 @@ def _diagnosed(
     refuse_slow(rows)
     base = base_law(campaign, rows, sensors, law)
     refuse_silent(rows, base.sensors)
-    room = in_the_room(campaign, view_of(campaign, rows, base.sensors, placed=base.stroked))
-    campaign = hung(campaign, room)
-    rows = rows if room is None else campaign_rows(campaign, "identification")
-    judged = campaign_rows(campaign, "validation")
+    room = in_the_room(campaign, rows, base.sensors)
+    rows, judged = ([hung(one, room) for one in own] for own in (rows, campaign_rows(campaign, "validation")))
     plain = view_of(campaign, (*rows, *judged_runs(judged, (base,))[0]), base.sensors, placed=base.stroked)
     plugs = exchanges_between_runs(plain)
     repairs = tuple(one.repair for one in plugs)
@@ -316,7 +317,8 @@ def _unseen(course: Course, rows: Sequence[RunRows], mute: Sequence[str]) -> lis
     lost = [name for name in catalogue() if name not in tried]
     if lost:
         who = "not every run records" if partly else "this campaign does not record"
-        notes.append(f"not looked for, since {who} what would show them: {', '.join(lost)}")
+        hint = "" if partly or not {"frame-expansion", "sensor-detached"} & set(lost) else ROOM
+        notes.append(f"not looked for, since {who} what would show them: {', '.join(lost)}{hint}")
     return notes
 
 

@@ -76,7 +76,9 @@ def repeated(before: Stage, after: Stage, leader: Ranked) -> float:
 def worth(stage: Stage, after: Stage, leader: Ranked, *, later: bool) -> tuple[bool, bool]:
     """Return whether runs left out speak for a leader, and whether it is to join the law."""
     share, sure = part_saved(stage, after, leader), foresight(stage, after, leader)
-    clear = sure >= (CLEARLY_FORESEEN if later else FORESEEN) and not risen(stage, after, leader)
+    clear = sure >= (CLEARLY_FORESEEN if later else FORESEEN) and (
+        not _rises(stage, after, leader) or _falls_within(stage, after, leader)
+    )
     # a law that thermometers' errors move a little in each window may lose more likelihood than a slow cause brings
     stands = not later and leader.gated >= FAINT and share > FALLING
     falls = stands and share > part_spread(stage, after, leader)
@@ -112,17 +114,19 @@ def denied(stage: Stage, after: Stage, leader: Ranked) -> bool:
     if tells_of_one_run(leader):
         faint = leader.value < CLEAR_STEP
         return faint or (leader.cause == STEP and grid_spread(leader, stage, "time_s") > BLURRED_S)
-    faint = leader.gated < FAINT and part_saved(stage, after, leader) <= -part_spread(stage, after, leader)
-    return faint and (risen(stage, after, leader) or foresight(stage, after, leader) < FORESEEN)
+    if leader.gated >= FAINT or not _rises(stage, after, leader):
+        return False
+    return not _falls_within(stage, after, leader) or foresight(stage, after, leader) < FORESEEN
 
 
-def risen(before: Stage, after: Stage, leader: Ranked) -> bool:
-    """Return whether squares of runs left out rise by more than chance, and those about each run's mean do not fall.
+def _rises(before: Stage, after: Stage, leader: Ranked) -> bool:
+    """Return whether squares of runs left out rise by more than they scatter."""
+    return part_saved(before, after, leader) <= -part_spread(before, after, leader)
 
-    Where few rows are noisy, first ones above all, a run is off as a whole by more than what a cause adds to it.
-    """
-    fallen = part_saved(before, after, leader) > -part_spread(before, after, leader)
-    return not fallen and part_saved(before, after, leader, within=True) <= LEAST_SHARE
+
+def _falls_within(before: Stage, after: Stage, leader: Ranked) -> bool:
+    """Return whether squares about each run's mean fall: noisy first rows put a run off as a whole."""
+    return part_saved(before, after, leader, within=True) > LEAST_SHARE
 
 
 def tells_of_one_run(leader: Ranked) -> bool:

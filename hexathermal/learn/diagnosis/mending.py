@@ -188,5 +188,7 @@ def touched(view: View, repair: SensorRepair) -> frozenset[str]:
 
 
 def mended(rows: RunRows, repair: SensorRepair) -> RunRows:
-    """Return a run whose temperatures are repaired."""
-    return replace(rows, signals=repaired(rows.signals, (repair,), rows.run.name))
+    """Return a run whose temperatures are repaired, the air too where a thermometer stands for it."""
+    signals = repaired(rows.signals, (repair,), rows.run.name)
+    air = signals.air if rows.air_sensor is None else signals.dT[rows.air_sensor]
+    return replace(rows, signals=replace(signals, air=air))

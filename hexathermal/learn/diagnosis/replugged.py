@@ -7,8 +7,8 @@ What a thermometer reads is foretold by all but the two of a pair, with the same
 In runs L whose plugs i and j changed places, both are off as recorded, and neither is once they are exchanged. Of all
 single runs, and all runs from one on, and of these with one run more or less as long as that helps, L leaves least of
 (1), its weights fitted to the temperatures so exchanged. All runs but L leave the same: the order along the leg tells
-which of both are wrong, the drift of the fitted runs, which the law reads by the one that sits right, and that plugs
-sit right in most runs. With
+which of both are wrong, and that plugs sit right in most runs; where they changed places once, the drift of the fitted
+runs, too. With
 ``own`` and ``put`` the mean squares of e in L as recorded and exchanged, and h hours of L each worth one value,
 
     log evidence = h/2 sum_s log(own_s / put_s)                                                                (2)
@@ -32,7 +32,6 @@ from hexathermal.learn.diagnosis.deciding import SOUND
 from hexathermal.learn.diagnosis.mending import mended_view
 from hexathermal.learn.diagnosis.order import UNSURE, Order
 from hexathermal.learn.diagnosis.result import Effect
-from hexathermal.learn.diagnosis.rivals import SHAPE_ERROR
 from hexathermal.learn.diagnosis.spans import visible
 from hexathermal.learn.diagnosis.view import View
 from hexathermal.learn.diagnosis.words import UM, two_digits
@@ -60,6 +59,9 @@ SURE = 10.0
 
 RIGHT = math.log(4.0)
 """Log odds that plugs sit right in a run."""
+
+MOST_BY_DRIFT = 6.0
+"""Log odds that a law reads its own thermometers rather than that it lacks another one of a dozen and more."""
 
 MOST = 2
 """Pairs that are looked for, one after the other."""
@@ -249,18 +251,20 @@ def _exchange(view: View, i: int, j: int, where: FloatArray, evidence: float) ->
 def _likelier(view: View, first: str, second: str, where: npt.NDArray[np.bool_]) -> npt.NDArray[np.bool_] | None:
     """Return the runs in which plugs are exchanged: some, or all others, which no foretelling tells apart.
 
-    The order along the leg tells, the drift, and that plugs sit right in more runs than not; None where all leave it
-    open.
+    The order along the leg tells, and that plugs sit right in more runs than not; where they changed places but once,
+    the drift, too. None where all leave it open.
     """
     here, elsewhere = (Order(view, np.flatnonzero(runs).tolist()).advantage(first, second) for runs in (where, ~where))
-    said = here - elsewhere + RIGHT * float((~where).sum() - where.sum()) + _in_the_drift(view, first, second, where)
+    said = here - elsewhere + RIGHT * float((~where).sum() - where.sum())
+    said += _in_the_drift(view, first, second, where) if np.diff(where).sum() == 1 else 0.0
     return None if abs(said) < UNSURE else (where if said > 0.0 else ~where)
 
 
 def _in_the_drift(view: View, first: str, second: str, where: npt.NDArray[np.bool_]) -> float:
     """Return the log evidence in the drift of fitted runs for plugs exchanged in some, rather than in all others.
 
-    Laws are sketches: it counts by ``1 / (1 + shape_error * evidence)``.
+    The drift tells by which of both the law reads it: no more than the law's own thermometers can be trusted,
+    `MOST_BY_DRIFT`, for a law may lack the other one.
     """
     fitted = [k for k, rows in enumerate(view.runs) if rows.run.role == "identification"]
 
@@ -271,7 +275,7 @@ def _in_the_drift(view: View, first: str, second: str, where: npt.NDArray[np.boo
         return seen.channel.fitted(columns, seen.channel.loose(columns))[1]
 
     said = evidence(where) - evidence(~where) if fitted else 0.0
-    return said / (1.0 + SHAPE_ERROR * abs(said))
+    return float(np.clip(said, -MOST_BY_DRIFT, MOST_BY_DRIFT))
 
 
 def _swap(view: View, first: str, second: str, wrong: npt.NDArray[np.bool_]) -> SensorRepair:

@@ -11,13 +11,14 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
-from typing import Any
 
 import numpy as np
 
 from hexathermal.learn.campaign import Campaign
 from hexathermal.learn.diagnosis.common_error import answers, outside, warming
+from hexathermal.learn.diagnosis.stage import view_of
 from hexathermal.learn.diagnosis.view import View
+from hexathermal.learn.signals import RunRows
 from hexathermal.poses import FloatArray
 
 FEWEST = 3
@@ -30,17 +31,23 @@ the room; and what it must tell more of all others than of those, or some are on
 QUICKLY_S = 600.0
 """Time within which a room changes and a frame hardly does."""
 
-SAME_K = 1e-6
-"""Readings that differ by no more are those of one column."""
 
-
-def in_the_room(campaign: Campaign, view: View) -> str | None:
+def in_the_room(campaign: Campaign, runs: Sequence[RunRows], base: tuple[str, ...]) -> str | None:
     """Return the thermometer of a part that hangs in the room by what it reads; None where none clearly does.
 
-    One whose part is stated sits on that.
+    One whose part is stated sits on that. Where any run records the air, or one is said to hang there, none is sought.
+
+    Parameters
+    ----------
+    campaign : Campaign
+    runs : sequence of RunRows
+    base : tuple of str
+        The law's thermometers, which sit on the part.
     """
-    if view.kind != "component" or view.airs is not None:
+    told_else = campaign.air_thermometer is not None or any(rows.signals.air is not None for rows in runs)
+    if campaign.kind != "component" or told_else:
         return None
+    view = view_of(campaign, runs, base)
     sensors = [name for name in outside(view) if answers(view, name)]
     if len(sensors) < FEWEST:
         return None
@@ -78,26 +85,11 @@ def _quick_change(view: View, sensor: str) -> float:
     return float(np.sqrt(np.mean(np.concatenate([*changes, np.zeros(1)]) ** 2)))
 
 
-def hung(campaign: Campaign, sensor: str | None) -> Campaign:
-    """Return a campaign of which one thermocouple hangs in the room, if any does."""
-    known = (replace(one, part="room") if one.name == sensor else one for one in campaign.thermocouples)
-    return replace(campaign, thermocouples=tuple(known))
-
-
-def hanging(view: View) -> str | None:
-    """Return the thermometer that stands for the air; None where a station records it, or nothing does."""
-    runs = [rows.signals for rows in view.runs]
-
-    def reads(name: str) -> bool:
-        return all(one.air is not None and np.allclose(one.dT[name], one.air, 0.0, SAME_K) for one in runs)
-
-    return next((name for name in view.sensors if reads(name)), None)
-
-
-def air_read(view: View, key: str = "sensor") -> dict[str, Any]:
-    """Return what makes a term or a repair read a thermometer for the air; nothing where a column tells the air."""
-    name = view.once(("hanging",), lambda: hanging(view))
-    return {} if name is None else {key: name}
+def hung(rows: RunRows, sensor: str | None) -> RunRows:
+    """Return a run of which a thermometer stands for the air, if any does and has values there."""
+    if sensor is None or not np.isfinite(rows.signals.dT.get(sensor, np.full(1, np.nan))).all():
+        return rows
+    return replace(rows, signals=replace(rows.signals, air=rows.signals.dT[sensor]), air_sensor=sensor)
 
 
 def room_words(sensor: str | None) -> list[str]:

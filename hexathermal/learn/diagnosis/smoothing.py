@@ -9,6 +9,7 @@ from itertools import pairwise
 import numpy as np
 from scipy import ndimage
 
+from hexathermal.machine.leg_signals import LegSignals
 from hexathermal.poses import FloatArray
 
 SMOOTHED_S = 300.0
@@ -148,6 +149,11 @@ def _parabola(count: int) -> FloatArray:
     weights = design[: count // 2 + 1] @ np.linalg.pinv(design)
     weights.flags.writeable = False
     return weights
+
+
+def smoothed_air(signals: LegSignals) -> FloatArray | None:
+    """Return the smoothed temperature of the air, shape (n,) [K]; None where it is not recorded."""
+    return None if signals.air is None else smoothed(signals.time, signals.air[:, None])[:, 0]
 
 
 def bands(time: FloatArray, values: FloatArray) -> FloatArray:

@@ -12,7 +12,7 @@ import numpy as np
 from hexathermal.learn.diagnosis.channels import Channel
 from hexathermal.learn.diagnosis.pieces import Pieces, Pooled, going_on, mean_signals, pieces_of, pooled
 from hexathermal.learn.diagnosis.run_after_run import RunAfterRun, read_by
-from hexathermal.learn.diagnosis.smoothing import SMOOTHED_S, bands, noise_left, smoothed
+from hexathermal.learn.diagnosis.smoothing import SMOOTHED_S, bands, noise_left, smoothed, smoothed_air
 from hexathermal.learn.diagnosis.smoothing_times import smoothed_each, smoothing_times
 from hexathermal.learn.signals import RunRows, follows_on
 from hexathermal.machine.leg_signals import LegSignals, Memory
@@ -94,9 +94,8 @@ class View:
             return tuple(rows.signals for rows in self.runs)
         found = []
         for rows, piece in zip(self.runs, self.pieces, strict=True):
-            signals = rows.signals
-            air = None if signals.air is None else smoothed(signals.time, signals.air[:, None])[:, 0]
-            found.append(replace(signals, dT=self._smoothed(signals, piece, self.sensors), air=air))
+            signals, dT = rows.signals, self._smoothed(rows.signals, piece, self.sensors)
+            found.append(replace(signals, dT=dT, air=smoothed_air(signals)))
         return tuple(found)
 
     @cached_property
@@ -211,9 +210,10 @@ class View:
             other.__dict__["smoothing"] = self.smoothing | smoothing_times(runs, [s for s in self.base if s in changed])
             again = zip(self.signals, runs, self.pieces, strict=True)
             other.__dict__["signals"] = tuple(
-                replace(rows.signals, dT={**before.dT, **other._smoothed(rows.signals, piece, changed)}, air=before.air)
+                replace(rows.signals, dT={**before.dT, **other._smoothed(rows.signals, piece, changed)},
+                        air=smoothed_air(rows.signals) if rows.air_sensor in changed else before.air)
                 for before, rows, piece in again
-            )
+            )  # fmt: skip
         return other
 
     def _kept(

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from typing import Any
 
-from hexathermal.learn.diagnosis.room_air import air_read
+from hexathermal.learn.diagnosis.beside_others import air_read
 from hexathermal.learn.diagnosis.trials import Cause, Parameter, Trial, Workbench
 
 CAUSE = Cause(

@@ -10,8 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from hexathermal.learn.diagnosis.beside_others import air_above_at_zero, coming_and_going, lost, replaced
-from hexathermal.learn.diagnosis.room_air import air_read
+from hexathermal.learn.diagnosis.beside_others import air_above_at_zero, air_read, coming_and_going, lost, replaced
 from hexathermal.learn.diagnosis.sensor_model import BIAS_K, MOST_SHARE, Parity, SensorModel, part_of
 from hexathermal.learn.diagnosis.trials import Cause, Parameter, Trial, Workbench
 from hexathermal.machine.leg_repairs import SensorRepair
