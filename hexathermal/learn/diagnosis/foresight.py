@@ -86,7 +86,7 @@ def worth(stage: Stage, after: Stage, leader: Ranked, *, later: bool) -> tuple[b
     pays = (sure > 0.0 or falls) and not denied(stage, after, leader) and (clear or share > least)
     # what was before a run left out is not known: it is seen, although a law of its rows alone does without it
     seen = leader.best.trial.starts > 0 and leader.gated >= FAINT and sure > -MOST_UNLIKE
-    feigned = stage.view.kind == "leg" and catalogue()[leader.cause].CAUSE.thermal
+    feigned = stage.view.stroked and catalogue()[leader.cause].CAUSE.thermal
     told = later or share > 0.0 or not feigned or saved_besides(stage, after, leader) > 0.0
     return told and (pays or seen), told and pays and (share > 0.0 or clear)
 

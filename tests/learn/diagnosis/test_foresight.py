@@ -25,9 +25,9 @@ from tests.learn.diagnosis.campaigns import viewed
 LEVELS = Levels(1e-7, 1e-7, 1e-7, 1e-7)
 
 
-def stage_of(kind: str = "leg") -> Any:
-    """What stands for a stage of a leg, or of another part."""
-    return SimpleNamespace(view=SimpleNamespace(kind=kind))
+def stage_of(*, stroked: bool = True) -> Any:
+    """What stands for a stage of a leg or an axis, or of a part whose law reads no displacement."""
+    return SimpleNamespace(view=SimpleNamespace(stroked=stroked))
 
 
 @pytest.mark.parametrize(("evidence", "share", "pays"), [
@@ -51,12 +51,12 @@ def test_a_faint_name_may_not_add_to_the_squares_of_runs_left_out(
     assert worth(stage_of(), stage_of(), leader, later=False)[0] == pays
 
 
-@pytest.mark.parametrize(("kind", "later", "share", "besides", "pays"), [
-    ("leg", False, -0.05, 0.1, True), ("leg", False, -0.05, -0.01, False), ("leg", False, 0.05, -0.01, True),
-    ("component", False, -0.05, -0.01, True), ("leg", True, -0.05, -0.01, True),
+@pytest.mark.parametrize(("stroked", "later", "share", "besides", "pays"), [
+    (True, False, -0.05, 0.1, True), (True, False, -0.05, -0.01, False), (True, False, 0.05, -0.01, True),
+    (False, False, -0.05, -0.01, True), (True, True, -0.05, -0.01, True),
 ])  # fmt: skip
-def test_a_first_name_of_a_leg_takes_something_from_runs_left_out(
-    monkeypatch: pytest.MonkeyPatch, kind: str, later: bool, share: float, besides: float, pays: bool
+def test_a_first_name_of_a_leg_or_an_axis_takes_something_from_runs_left_out(
+    monkeypatch: pytest.MonkeyPatch, stroked: bool, later: bool, share: float, besides: float, pays: bool
 ) -> None:
     """Besides their zeros and what they began with; the law of a part, which they speak for, is not shrunk."""
     monkeypatch.setattr(foresight, "part_saved", lambda *_stages, within=False: share)
@@ -65,7 +65,7 @@ def test_a_first_name_of_a_leg_takes_something_from_runs_left_out(
     monkeypatch.setattr(foresight, "saved_besides", lambda *_stages: besides)
     best = Scored(Trial("hidden-heat", np.zeros((1, 1))), 40.0, 10.0 * LEVELS.rms, LEVELS.rms, 0.0, 1.0, np.ones(1))
     leader = Ranked("hidden-heat", 40.0, best, LEVELS)
-    assert worth(stage_of(kind), stage_of(kind), leader, later=later) == (pays, pays)
+    assert worth(stage_of(stroked=stroked), stage_of(stroked=stroked), leader, later=later) == (pays, pays)
 
 
 @pytest.mark.parametrize(("evidence", "share", "later", "pays"), [
