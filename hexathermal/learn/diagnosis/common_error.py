@@ -201,9 +201,10 @@ def warming(signals: LegSignals, memory: Memory, *, airy: bool) -> Iterator[Floa
 
 
 def common_error(view: View) -> CommonError | None:
-    """Return what the thermometers of a leg may share; None where too few are outside the law, or nothing moves.
+    """Return what the thermometers of a leg or an axis may share; None with too few outside the law, or at rest.
 
-    In a part of many lumps most of what no low pass of its inputs foretells is warmth that moves it.
+    In a part of many lumps, whose law reads no displacement, most of what no low pass of its inputs foretells is warmth
+    that moves it.
     """
     return view.once(("common error",), lambda: _made(view), outside(view))
 
@@ -217,7 +218,7 @@ def _made(view: View) -> CommonError | None:
     """Return what `common_error` keeps."""
     noisy = noisy_sensors(view.runs, outside(view))
     sensors = tuple(name for name in outside(view) if name not in noisy and answers(view, name))
-    return CommonError(view, sensors) if view.kind == "leg" and view.moves and len(sensors) >= FEWEST_DOUBTING else None
+    return CommonError(view, sensors) if view.stroked and view.moves and len(sensors) >= FEWEST_DOUBTING else None
 
 
 def answers(view: View, sensor: str) -> bool:
