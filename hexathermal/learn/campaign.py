@@ -62,8 +62,9 @@ class Thermocouple:
         [True, True, True, False]
         """
         apart = re.sub(r"([a-z])([A-Z])", r"\1 \2", self.part or self.name).lower()
-        words = {word[word[:1] == "t" and word[1:] in AIR_PARTS :] for word in re.split(r"[^a-z]+", apart)}
-        return bool(words & AIR_PARTS) and words <= AIR_PARTS | BESIDE_AIR
+        words = re.split(r"[^a-z]+", apart)
+        hanging = [word in AIR_PARTS or word.removeprefix("t") in AIR_PARTS for word in words]
+        return any(hanging) and all(air or word in BESIDE_AIR for air, word in zip(hanging, words, strict=True))
 
 
 @dataclass(frozen=True)

@@ -226,8 +226,7 @@ def _without_air(signals: LegSignals, parameters: Mapping[str, Any], run: str | 
 
     def alone() -> FloatArray:
         """Return the part's temperature less that of the zero."""
-        own, name = signals.temperature(parameters["sensor"]), parameters.get("air_sensor")
-        air = signals.recorded("air") if name is None else signals.temperature(name)
+        own, air = signals.temperature(parameters["sensor"]), signals.air_read(parameters.get("air_sensor"))
         return np.asarray(own + share / (1.0 - share) * (own - air - above))
 
     return _from_then_on(signals, parameters, run, alone)

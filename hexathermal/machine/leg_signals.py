@@ -102,6 +102,10 @@ class LegSignals:
             raise ArgumentError(f"the law needs {WORDS.get(name, f'the recorded input {name!r}')}, which is not given")
         return found
 
+    def air_read(self, sensor: str | None) -> FloatArray:
+        """Return the air's temperature less that of the zero [K], as a sensor in it reads where one is named."""
+        return self.recorded("air") if sensor is None else self.temperature(sensor)
+
     def span(self, ratio: float) -> FloatArray:
         """Return ``q0 + ratio q`` [m], the length that a temperature acts on; `ratio` is B / A."""
         return np.asarray(self.retracted_length + ratio * self.q)

@@ -281,7 +281,7 @@ def room(signals: LegSignals, parameters: Mapping[str, Any], memory: Memory) -> 
 
     With ``order`` 2 the low pass is two equal stages of half the time constant each.
     """
-    air = signals.temperature(parameters["sensor"]) if "sensor" in parameters else signals.recorded("air")
+    air = signals.air_read(parameters.get("sensor"))
     behind = memory.stages(signals.time, air, _equal_stages(parameters)) if parameters["time_constant_s"] > 0.0 else air
     return np.asarray(behind - memory.first("air at first", behind))
 

@@ -201,16 +201,22 @@ def _later(stage: Stage, found: Sequence[Found], threshold: float) -> Decision:
 
     Such a one is confused with a cause that was named, and is too faint, or runs left out deny it.
     """
-    step, before = stage.step, max(one.ranked.value for one in found)
+    step = stage.step
     while True:
-        decision = decided(step, threshold + LATER, before=before)
+        decision = _decided_beside(found, step, threshold)
         leader = decision.leader
         if leader is None or not leader.named or not _mopped_up(leader, found):
             return decision
         after = stage.with_effect(leader.best)
         if not _too_faint(leader, found, threshold) and worth(stage, after, leader, later=True)[0]:
             return decision
-        step = replace(step, ranking=tuple(item for item in step.ranking if item is not leader))
+        step = step.without(leader)
+
+
+def _decided_beside(found: Sequence[Found], step: Step, threshold: float) -> Decision:
+    """Return the decision of a step beside the causes that were named before, if any were."""
+    before = max((one.ranked.value for one in found), default=0.0)
+    return decided(step, threshold + LATER * bool(found), before=before)
 
 
 def _gone_on(
@@ -267,9 +273,8 @@ def _not_denied(stage: Stage, decision: Decision, threshold: float, found: Seque
     """
     leader, step = decision.leader, stage.step
     while leader is not None and not leader.named and denied(stage, stage.with_effect(leader.best), leader):
-        step = replace(step, ranking=tuple(item for item in step.ranking if item is not leader))
-        before = max((one.ranked.value for one in found), default=0.0)
-        other = decided(step, threshold + LATER * bool(found), before=before)
+        step = step.without(leader)
+        other = _decided_beside(found, step, threshold)
         leader = other.leader
         if leader is None or leader.named:
             return replace(decision, leader=None, probability=UNDECIDED, equivalent=())

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -107,6 +107,10 @@ class Step:
     ranking: tuple[Ranked, ...]
     levels: Levels
     null: float
+
+    def without(self, item: Ranked) -> Step:
+        """Return the step as if one cause had not been tried."""
+        return replace(self, ranking=tuple(one for one in self.ranking if one is not item))
 
 
 def most_valued(items: Sequence[Item], most: Callable[[Item], float], value: Callable[[Item], float]) -> Item:

@@ -20,7 +20,6 @@ import math
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from itertools import combinations
-from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -244,8 +243,7 @@ def _exchange(view: View, i: int, j: int, where: FloatArray, evidence: float) ->
     wrong = _likelier(view, first, second, where == 1.0)
     if wrong is None:
         return None
-    runs = tuple(rows.run.name for rows, own in zip(view.runs, wrong, strict=True) if own)
-    return Exchange(first, second, runs, evidence, _swap(view, first, second, wrong))
+    return Exchange(first, second, _names(view, wrong), evidence, _swap(view, first, second, wrong))
 
 
 def _likelier(view: View, first: str, second: str, where: npt.NDArray[np.bool_]) -> npt.NDArray[np.bool_] | None:
@@ -266,25 +264,27 @@ def _in_the_drift(view: View, first: str, second: str, where: npt.NDArray[np.boo
     The drift tells by which of both the law reads it: no more than the law's own thermometers can be trusted,
     `MOST_BY_DRIFT`, for a law may lack the other one.
     """
-    fitted = [k for k, rows in enumerate(view.runs) if rows.run.role == "identification"]
+    fitted = replace(view, runs=tuple(rows for rows in view.runs if rows.run.role == "identification"))
 
     def evidence(wrong: npt.NDArray[np.bool_]) -> float:
-        mended = mended_view(view, _swap(view, first, second, wrong))
-        seen = replace(mended, runs=tuple(mended.runs[k] for k in fitted))
-        columns = seen.base_columns
-        return seen.channel.fitted(columns, seen.channel.loose(columns))[1]
+        mended = mended_view(fitted, _swap(view, first, second, wrong))
+        columns = mended.base_columns
+        return mended.channel.fitted(columns, mended.channel.loose(columns))[1]
 
-    said = evidence(where) - evidence(~where) if fitted else 0.0
+    said = evidence(where) - evidence(~where) if fitted.runs else 0.0
     return float(np.clip(said, -MOST_BY_DRIFT, MOST_BY_DRIFT))
 
 
 def _swap(view: View, first: str, second: str, wrong: npt.NDArray[np.bool_]) -> SensorRepair:
     """Return the repair of two plugs that are exchanged in some runs, to this day where these are all from one on."""
-    names = [rows.run.name for rows in view.runs]
-    runs = tuple(name for name, own in zip(names, wrong, strict=True) if own)
     lasts = int(np.diff(wrong).sum()) == 1 and bool(wrong[-1])
-    of: dict[str, Any] = {"not_in": [name for name in names if name not in runs]} if lasts else {"only_in": runs}
+    of = {"not_in": _names(view, ~wrong)} if lasts else {"only_in": _names(view, wrong)}
     return SensorRepair(CAUSE.name, "swap", {"first": first, "second": second, **of})
+
+
+def _names(view: View, runs: npt.NDArray[np.bool_]) -> tuple[str, ...]:
+    """Return the names of some of a view's runs."""
+    return tuple(rows.run.name for rows, own in zip(view.runs, runs, strict=True) if own)
 
 
 def told_of(exchange: Exchange, view: View, coefficients: FloatArray, covariance: FloatArray) -> Beforehand:

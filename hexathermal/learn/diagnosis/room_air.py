@@ -87,7 +87,7 @@ def _quick_change(view: View, sensor: str) -> float:
 
 def hung(rows: RunRows, sensor: str | None) -> RunRows:
     """Return a run of which a thermometer stands for the air, if any does and has values there."""
-    if sensor is None or not np.isfinite(rows.signals.dT.get(sensor, np.full(1, np.nan))).all():
+    if sensor is None or not np.isfinite(rows.signals.dT[sensor]).all():
         return rows
     return replace(rows, signals=replace(rows.signals, air=rows.signals.dT[sensor]), air_sensor=sensor)
 
