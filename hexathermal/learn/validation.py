@@ -222,8 +222,8 @@ def _readable(law: IdentifiedLaw, block: Block, sensors: Sequence[str]) -> npt.N
     dT = {name: block.dT[:, k] for k, name in enumerate(sensors)}
     at_once = [repair for repair in law.repairs if repair.kind != "clock"]
     if at_once:
-        # gaps of the air are filled where the law predicts
-        signals = LegSignals(block.time, dT, block.time, air=np.zeros(len(block)))
+        # gaps of the air are filled where the law predicts; whatever the zero is, it has a value
+        signals = LegSignals(block.time, dT, block.time, air=np.zeros(len(block)), zero_degC=dict.fromkeys(dT, 0.0))
         dT = dict(repaired(signals, at_once, block.run.name).dT)
     needed = [dT[name] for name in dict.fromkeys((*law.sensors, *sensors_of(law.terms)))]
     return np.asarray(np.isfinite(np.column_stack(needed)).all(axis=1))

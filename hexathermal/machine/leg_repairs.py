@@ -7,7 +7,10 @@ Kinds of repairs and their parameters:
 where there is no such row, the first or the last one's. The zero moves with it: in the row in which all temperatures
 are zero they stay so.
 ``swap``: ``first``, ``second``, optionally ``not_in`` (names of runs in which the plugs still sat right) or ``only_in``
-(of the runs in which they did not; in all others they sit right). Two sensors exchange their names.
+(of the runs in which they did not; in all others they sit right). Two sensors exchange their names. Optionally
+``zero_else``: names of runs whose zero was read with these plugs the other way round than the run itself, since all
+runs count from one zero. What is written under a name is then ``dT + zero`` of another than it counts from:
+``dT_1 := dT_2 + (zero_2 - zero_1)``.
 ``drift``: ``sensor``, ``rate_K_per_h``, optionally ``rates_K_per_h`` (by the name of runs with a rate of their own).
 ``dT := dT - rate t``.
 ``detached``: ``sensor``, ``weights`` (of other sensors), optionally ``from_s`` (by the name of each run concerned, the
@@ -42,7 +45,7 @@ KINDS: dict[str, tuple[str, ...]] = {
 LEAST_GAINS = -3600.0
 """What a clock that stands still gains in an hour [s]."""
 
-OPTIONAL = {"clock": ("gains_s_per_h",), "swap": ("not_in", "only_in"), "drift": ("rates_K_per_h",),
+OPTIONAL = {"clock": ("gains_s_per_h",), "swap": ("not_in", "only_in", "zero_else"), "drift": ("rates_K_per_h",),
             "detached": ("from_s", "again_in"),
             "loose": ("from_s", "again_in", "air_above_K", "air_sensor")}  # fmt: skip
 """What they may have besides, most of it of single runs, by their names."""
@@ -85,7 +88,7 @@ class SensorRepair:
             raise ArgumentError(f"repair of {given['sensor']!r}: air_sensor must be another sensor")
         if self.kind == "clock":
             _check_clock(given)
-        for key in ("not_in", "only_in", "again_in"):
+        for key in ("not_in", "only_in", "again_in", "zero_else"):
             if isinstance(given.get(key, ()), str):
                 raise ArgumentError(f"repair {self.kind!r}: {key} holds names of runs, found one text")
             given |= {key: tuple(given[key])} if key in given else {}
@@ -183,23 +186,30 @@ def repaired(
     [0.0, 3.0]
     """
     for number, repair in enumerate(repairs):
-        own = repair.parameters
-        if run_name in own.get("not_in", ()) or run_name not in own.get("only_in", (run_name,)):
-            continue
         if repair.kind == "clock":
             signals = replace(signals, dT=_clock(signals, repair, number, memory))
+        elif repair.kind == "swap":
+            signals = _replugged(signals, repair.parameters, run_name)
         else:
-            if repair.kind == "swap":
-                signals = replace(signals, zero_degC=_swapped_zeros(signals.zero_degC, repair.parameters))
             read = signals if memory is not None else _air_of_zero_row(signals, repair, run_name)
             signals = replace(signals, dT={**signals.dT, **_AT_ONCE[repair.kind](read, repair.parameters, run_name)})
     return signals
 
 
-def _swapped(signals: LegSignals, parameters: Mapping[str, Any], run: str | None) -> dict[str, FloatArray]:
-    """Return the temperatures of two sensors, exchanged."""
-    first, second = parameters["first"], parameters["second"]
-    return {first: signals.temperature(second), second: signals.temperature(first)}
+def _replugged(signals: LegSignals, parameters: Mapping[str, Any], run: str | None) -> LegSignals:
+    """Return signals in which two sensors have exchanged their names, in the rows, at the zero, or in both."""
+    rows = run not in parameters.get("not_in", ()) and run in parameters.get("only_in", (run,))
+    zero = rows != (run in parameters.get("zero_else", ()))
+    if not rows and not zero:
+        return signals
+    found, first, second = dict(signals.dT), parameters["first"], parameters["second"]
+    for name, other in ((first, second), (second, first)):
+        read, counted = other if rows else name, other if zero else name
+        found[name] = signals.temperature(read)
+        if read != counted:
+            found[name] = found[name] + (signals.zero_of(read) - signals.zero_of(counted))
+    zeros = _swapped_zeros(signals.zero_degC, parameters) if zero else signals.zero_degC
+    return replace(signals, dT=found, zero_degC=zeros)
 
 
 def _swapped_zeros(zeros: Mapping[str, float], parameters: Mapping[str, Any]) -> dict[str, float]:
@@ -255,7 +265,7 @@ def _from_then_on(
 
 
 _AT_ONCE: dict[str, Callable[[LegSignals, Mapping[str, Any], str | None], dict[str, FloatArray]]] = {
-    "swap": _swapped, "drift": _without_drift, "detached": _foretold, "loose": _without_air,
+    "drift": _without_drift, "detached": _foretold, "loose": _without_air,
 }  # fmt: skip
 
 

@@ -106,7 +106,7 @@ KICKS = ("direction", "move", "step", "begin")
 TERM = {"cause": "text!", "shape": "text!", "amplitudes": "number+!", "unit": "text!", "covariance": "matrix"}
 REPAIRS: dict[str, dict[str, str]] = {
     "clock": {"offset_s": "number!", "gains_s_per_h": "number"},
-    "swap": {"first": "text!", "second": "text!", "not_in": "texts", "only_in": "texts"},
+    "swap": {"first": "text!", "second": "text!", "not_in": "texts", "only_in": "texts", "zero_else": "texts"},
     "drift": {"sensor": "text!", "rate_K_per_h": "number!", "rates_K_per_h": "table"},
     "detached": {"sensor": "text!", "weights": "table!", "from_s": "table", "again_in": "texts"},
     "loose": {"sensor": "text!", "share": "number!", "from_s": "table", "again_in": "texts", "air_above_K": "table"}

@@ -43,7 +43,8 @@ class Order:
     def loadings(self) -> FloatArray:
         """Loadings of each placed thermometer, in the unit of the leading profile's, shape (s, k)."""
         tables = self.view.tables(self.names)
-        table = np.concatenate([tables[k][::10] for k in self.runs])
+        # from each run's first row on: where all count from one zero, that of a plug may be another plug's
+        table = np.concatenate([(tables[k] - tables[k][0])[::10] for k in self.runs])
         w, vectors = np.linalg.eigh(table.T @ table / len(table))
         count = min(PROFILES, len(self.names) - 2)
         return np.asarray(vectors[:, ::-1][:, :count] * np.sqrt(np.maximum(w[::-1][:count], 0.0)))

@@ -8,7 +8,9 @@ In runs L whose plugs i and j changed places, both are off as recorded, and neit
 single runs, and all runs from one on, and of these with one run more or less as long as that helps, L leaves least of
 (1), its weights fitted to the temperatures so exchanged. All runs but L leave the same: the order along the leg tells
 which of both are wrong, and that plugs sit right in most runs; where they changed places once, the drift of the fitted
-runs, too. With
+runs, too. Where
+all runs count from one zero, it was read with the plugs of the first run, so that a plug exchanged since counts from
+the zero of another (`SensorRepair`, ``zero_else``). With
 ``own`` and ``put`` the mean squares of e in L as recorded and exchanged, and h hours of L each worth one value,
 
     log evidence = h/2 sum_s log(own_s / put_s)                                                                (2)
@@ -100,8 +102,6 @@ class Exchange:
 def exchanges_between_runs(view: View) -> tuple[Exchange, ...]:
     """Return the pairs of plugs, one of them of the law, that changed places in some of a view's runs.
 
-    Where all runs count from one zero, nothing is said: the zero of a plug would be another plug's.
-
     Parameters
     ----------
     view : View
@@ -109,7 +109,8 @@ def exchanges_between_runs(view: View) -> tuple[Exchange, ...]:
     """
     found = list[Exchange]()
     few = len(view.runs) < FEWEST_RUNS or len(view.sensors) < FEWEST + 2
-    if few or not view.zeroed_by_run or not set(view.base) <= set(view.sensors):
+    zeros = all(set(view.sensors) <= rows.signals.zero_degC.keys() for rows in view.runs)
+    if few or not (zeros or view.zeroed_by_run) or not set(view.base) <= set(view.sensors):
         return ()
     while len(found) < MOST:
         best = max(_pairs(view), key=lambda item: item.evidence, default=None)
@@ -122,45 +123,62 @@ def exchanges_between_runs(view: View) -> tuple[Exchange, ...]:
 
 def _pairs(view: View) -> Iterator[Exchange]:
     """Give the exchanges of single pairs that are sure."""
-    table = np.column_stack([view.temperatures(name) for name in view.sensors])
+    zeros = _zeros(view)
+    table = np.column_stack([*(view.temperatures(name) for name in view.sensors), np.ones(len(view.q))])
     run = view.channel.run
     grams = np.array([table[run == k].T @ table[run == k] for k in range(len(view.runs))])
     count = np.array([float((run == k).sum()) for k in range(len(view.runs))])
     hours = np.array([float(np.ptp(rows.signals.time)) / HOUR_S for rows in view.runs])
     for i, j in combinations(range(len(view.sensors)), 2):
         if {view.sensors[i], view.sensors[j]} & set(view.base):
-            where, evidence = _where(grams, count, hours, i, j)
+            where, evidence = _where(grams, count, hours, i, j, zeros)
             found = _exchange(view, i, j, where, evidence) if evidence >= SURE else None
             if found is not None:
                 yield found
 
 
-def _where(grams: FloatArray, count: FloatArray, hours: FloatArray, i: int, j: int) -> tuple[FloatArray, float]:
+def _zeros(view: View) -> FloatArray | None:
+    """Return the thermometers' zero where all runs count from one, shape (s,) [degC]; None where each has its own."""
+    if view.zeroed_by_run:
+        return None
+    return np.array([view.runs[0].signals.zero_degC[name] for name in view.sensors])
+
+
+def _where(
+    grams: FloatArray, count: FloatArray, hours: FloatArray, i: int, j: int, zeros: FloatArray | None
+) -> tuple[FloatArray, float]:
     """Return in which runs a pair is exchanged, shape (r,) of 0 and 1, and the log evidence; 0 where it is not so.
 
     Parameters
     ----------
-    grams : array, shape (r, s, s)
-        Of each run's temperatures.
+    grams : array, shape (r, s + 1, s + 1)
+        Of each run's temperatures, and of ones.
     count, hours : array, shape (r,)
         Windows and length of each run.
     i, j : int
+    zeros : array, shape (s,) [degC], optional
+        That all runs count from: those of the first run, in which the pair then counts as it stands.
     """
-    runs, order = len(grams), np.arange(grams.shape[1])
-    rest = np.delete(order, [i, j])
-    other = order.copy()
-    other[[i, j]] = j, i
-    both = np.stack([grams, grams[:, other][:, :, other]])  # as recorded, and exchanged
+    runs, ones = len(grams), grams.shape[1] - 1
+    rest = np.delete(np.arange(ones), [i, j])
+    other = np.eye(ones + 1)
+    other[:, [i, j]] = other[:, [j, i]]
+    if zeros is not None:
+        other[ones, [i, j]] = zeros[[j, i]] - zeros[[i, j]]
+    both = np.stack([grams, other.T @ grams @ other])  # as recorded, and exchanged
     pair = _Pair(grams[:, rest][:, :, rest], both[:, :, rest][:, :, :, [i, j]],
                  np.stack([both[:, :, i, i], both[:, :, j, j]], axis=-1))  # fmt: skip
-    ways = np.unique(np.vstack([np.eye(runs), np.tri(runs, runs, -1).T]), axis=0)
+    free = np.eye(runs)[int(zeros is not None) :]
+    ways = np.unique(np.vstack([free, np.tri(runs, runs, -1).T]), axis=0)
     ways = _in_some(ways)
     none, *left = pair.left(np.vstack([np.zeros(runs), ways])).tolist()
-    where, least = _flipped(pair, ways[int(np.argmin(left))], min(left))
+    where, least = _flipped(pair, ways[int(np.argmin(left))], min(left), free)
     if none < (1.0 + LEAST_LEFT / runs) * least:
         return where, 0.0
     # runs that are compared do not help to foretell: one that is warm as no other may be foretold to be anything
-    at, sound_at = where == 1.0, where == 0.0
+    few = where if 2.0 * where.sum() <= runs else 1.0 - where
+    pair = pair if few is where else pair.turned
+    at, sound_at = few == 1.0, few == 0.0
     own = np.array([pair.left_in(k, pair.weights(sound_at & (np.arange(runs) != k))) for k in range(runs)])
     off, right = (own[at, k].sum(axis=0) / count[at].sum() for k in (0, 1))
     sound, wrong = (own[sound_at, k].sum(axis=0) / count[sound_at].sum() for k in (0, 1))
@@ -170,18 +188,18 @@ def _where(grams: FloatArray, count: FloatArray, hours: FloatArray, i: int, j: i
 
 
 def _in_some(ways: FloatArray) -> FloatArray:
-    """Return the ways, shape (w, r), in which a pair is exchanged in one run at least, and sits right in two."""
+    """Return the ways, shape (w, r), in which a pair is exchanged in some runs, and sits right in others."""
     exchanged = ways.sum(axis=1)
-    return np.asarray(ways[(exchanged > 0.0) & (exchanged < ways.shape[1] - 1.0)])
+    return np.asarray(ways[(exchanged > 0.0) & (exchanged < ways.shape[1])])
 
 
-def _flipped(pair: _Pair, where: FloatArray, least: float) -> tuple[FloatArray, float]:
+def _flipped(pair: _Pair, where: FloatArray, least: float, free: FloatArray) -> tuple[FloatArray, float]:
     """Return runs in which a pair is exchanged, one more or one less as long as that leaves less, and what they leave.
 
-    Exchanged in some runs or in all others leaves the same.
+    Exchanged in some runs or in all others leaves the same: the runs that may change are `free`, shape (f, r).
     """
     while True:
-        ways = _in_some(np.abs(where - np.eye(len(where))))
+        ways = _in_some(np.abs(where - free))
         left = pair.left(ways) if len(ways) else np.array([least])
         if left.min() >= (1.0 - FEWER) * least:
             break
@@ -206,6 +224,11 @@ class _Pair:
     rest: FloatArray
     cross: FloatArray
     own: FloatArray
+
+    @property
+    def turned(self) -> _Pair:
+        """The pair with recorded and exchanged in each other's place."""
+        return _Pair(self.rest, self.cross[::-1], self.own[::-1])
 
     def weights(self, used: npt.NDArray[np.bool_]) -> FloatArray:
         """Return what foretells a pair as recorded, by the runs that are used, shape (k, 2)."""
@@ -252,8 +275,8 @@ def _likelier(view: View, first: str, second: str, where: npt.NDArray[np.bool_])
     The order along the leg tells, and that plugs sit right in more runs than not; where they changed places but once,
     the drift, too. None where all leave it open.
     """
-    here, elsewhere = (Order(view, np.flatnonzero(runs).tolist()).advantage(first, second) for runs in (where, ~where))
-    said = here - elsewhere + RIGHT * float((~where).sum() - where.sum())
+    right = Order(mended_view(view, _swap(view, first, second, where)))
+    said = RIGHT * float((~where).sum() - where.sum()) - right.advantage(first, second)
     said += _in_the_drift(view, first, second, where) if np.diff(where).sum() == 1 else 0.0
     return None if abs(said) < UNSURE else (where if said > 0.0 else ~where)
 
@@ -279,6 +302,8 @@ def _swap(view: View, first: str, second: str, wrong: npt.NDArray[np.bool_]) -> 
     """Return the repair of two plugs that are exchanged in some runs, to this day where these are all from one on."""
     lasts = int(np.diff(wrong).sum()) == 1 and bool(wrong[-1])
     of = {"not_in": _names(view, ~wrong)} if lasts else {"only_in": _names(view, wrong)}
+    if not view.zeroed_by_run:
+        of["zero_else"] = _names(view, wrong != wrong[0])
     return SensorRepair(CAUSE.name, "swap", {"first": first, "second": second, **of})
 
 

@@ -16,6 +16,7 @@ from hexathermal.learn.campaign import Campaign
 from hexathermal.learn.campaign_files import load_campaign
 from hexathermal.learn.diagnosis import diagnose
 from hexathermal.learn.diagnosis.beforehand import Beforehand, among
+from hexathermal.learn.diagnosis.mending import mended_view
 from hexathermal.learn.diagnosis.replugged import Exchange, exchanges_between_runs
 from hexathermal.learn.diagnosis.result import Effect
 from hexathermal.learn.diagnosis.stage import view_of
@@ -161,11 +162,54 @@ def test_a_run_that_is_warm_as_no_other_shows_no_exchange() -> None:
     assert exchanges_between_runs(view) == ()
 
 
-def test_where_all_runs_count_from_one_zero_nothing_is_said() -> None:
-    """The zero of a plug would be another plug's."""
-    view = whole("finite_volume", 5)
-    first, second = unlike(view)
-    assert exchanges_between_runs(replace(exchanged(view, first, second, [2]), zeroed_by_run=False)) == ()
+def of_one_zero(bench: str, least: int) -> View:
+    """All runs of a fresh campaign whose runs count from one zero, some at least."""
+    for _draw in range(60):
+        view = whole(bench, fresh_entropy())
+        if not view.zeroed_by_run and len(view.runs) >= least and len(view.sensors) >= 6:
+            return view
+    raise AssertionError(f"{bench} draws no campaign whose {least} runs count from one zero")
+
+
+def written_under_other_names(view: View, first: str, second: str, runs: list[int]) -> View:
+    """The view as recorded with two plugs exchanged in some runs, the first one's reading being the zero of all."""
+    plain = view
+    wrong_zero = 0 in runs
+    for own, other in ((first, second), (second, first)):
+
+        def read(k: int, _signals: LegSignals, own: str = own, other: str = other) -> FloatArray:
+            signals = plain.runs[k].signals
+            name, zero = other if k in runs else own, other if wrong_zero else own
+            return np.asarray(signals.dT[name] + signals.zero_degC[name] - signals.zero_degC[zero])
+
+        view = altered(view, own, read)
+    if not wrong_zero:
+        return view
+    names = {first: second, second: first}
+    zeros = {names.get(name, name): value for name, value in view.runs[0].signals.zero_degC.items()}
+    rows = tuple(replace(one, signals=replace(one.signals, zero_degC=zeros)) for one in view.runs)
+    return replace(view, runs=rows)
+
+
+@pytest.mark.parametrize("runs", [[0], [2], [2, 3], [-1], [0, 1]])
+def test_where_all_runs_count_from_one_zero_that_zero_is_put_right_too(runs: list[int]) -> None:
+    """The zero was read with the plugs of the first run: mended, both temperatures are what they were in all runs."""
+    for _draw in range(4):
+        view = of_one_zero("machine_tool", 5)
+        first, second = unlike(view)
+        wrong = sorted(k % len(view.runs) for k in runs)
+        found = exchanges_between_runs(written_under_other_names(view, first, second, wrong))
+        for one in found:
+            assert {one.first, one.second} == {first, second}
+            assert one.runs == tuple(view.runs[k].run.name for k in wrong)
+            mended = mended_view(written_under_other_names(view, first, second, wrong), one.repair)
+            for rows, plain in zip(mended.runs, view.runs, strict=True):
+                for name in (first, second):
+                    assert np.allclose(rows.signals.dT[name], plain.signals.dT[name], atol=1e-9)
+                    assert rows.signals.zero_of(name) == plain.signals.zero_of(name)
+        if found:
+            return
+    raise AssertionError(f"none of four campaigns showed an exchange in runs {runs}")
 
 
 def replugged_files(folder: Path, campaign: Campaign, first: str, second: str, runs: list[str]) -> None:

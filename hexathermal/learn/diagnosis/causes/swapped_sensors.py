@@ -43,20 +43,24 @@ def trials(bench: Workbench) -> Iterator[Trial]:
 def _exchanged(view: View) -> Iterator[Trial]:
     """Give the trials, which no stage of a diagnosis changes."""
     names = [rows.run.name for rows in view.runs]
-    later_ones = range(1, len(names)) if view.zeroed_by_run else range(0)
+    zeros = None if view.zeroed_by_run else view.runs[0].signals.zero_degC
+    later_ones = range(1, len(names)) if zeros is None or set(view.sensors) <= zeros.keys() else range(0)
     asked = evenly(later_ones, ORDERS) if later_ones else []
     for first in (0, *later_ones):
         order = Order(view, range(max((one for one in asked if one <= first), default=0), len(names)))
         later = view.channel.run >= first
         # a run that was not looked at counts with those before it
-        sound: dict[str, Any] = {"not_in": list(view.order[: view.order.index(names[first])])} if first else {}
+        start = view.order.index(names[first]) if first else 0
+        sound: dict[str, Any] = {"not_in": list(view.order[:start])} if first else {}
+        sound |= {"zero_else": list(view.order[start:])} if first and zeros is not None else {}
         told: dict[str, Any] = {"from_run": names[first]} if first else {}
         for k, sensor in enumerate(view.base):
             for other in view.sensors:
                 if other in view.base or (first and not order.allows(sensor, other)):
                     continue
                 tables = [view.temperatures(name) for name in view.base]
-                tables[k] = np.where(later, view.temperatures(other), tables[k])
+                above = zeros[other] - zeros[sensor] if first and zeros is not None else 0.0
+                tables[k] = np.where(later, view.temperatures(other) + above, tables[k])
                 yield Trial(CAUSE.name, np.zeros((len(view.q), 0)), sensor, "", {"other": other} | told,
                             base=view.base_of(tables), repair=partial(SensorRepair, CAUSE.name, "swap",
                                                                       {"first": sensor, "second": other} | sound),
