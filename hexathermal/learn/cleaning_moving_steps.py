@@ -27,6 +27,7 @@ from hexathermal.learn.cleaning_steps import (
     OTHERS,
     STEP_SCALES,
     Step,
+    alone,
     doubt,
     made,
     sharpest,
@@ -147,7 +148,7 @@ def _step_at(apart: FloatArray, sharp: int, k: int, usual: float) -> Step | None
     size = float(soon[k] - level[k])
     row, part, once = made(apart[:, k] - level[k], sharp, size)
     stood = bool((np.abs(early - level) <= OTHERS * abs(size)).all())
-    if not once or not stood or not _alone(soon - level, size, k) or not _alone(later - level, size, k):
+    if not once or not stood or not alone(soon - level, size, k) or not alone(later - level, size, k):
         return None
     return Step(row, k, size, usual, at_rest=False, part=part)
 
@@ -169,10 +170,3 @@ def _whole(sheet: Sheet) -> Flags:
     bad = np.isnan(sheet.beams).any(axis=1) | np.isnan(sheet.q[:, 0]) | sheet.fresh[:, 0].astype(bool)
     around = np.lib.stride_tricks.sliding_window_view(np.pad(bad, (2 * NEAR + 1, 2 * NEAR)), 4 * NEAR + 2)
     return np.asarray(~around.any(axis=1))
-
-
-def _alone(step: FloatArray, size: float, k: int) -> bool:
-    """Whether a beam steps by a size and both others stay: against it each goes by half of that the other way."""
-    expected = np.full(len(step), -0.5 * size)
-    expected[k] = size
-    return bool((np.abs(step - expected) <= OTHERS * abs(size)).all())

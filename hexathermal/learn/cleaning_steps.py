@@ -8,7 +8,8 @@ beam
 - within a rest, where it is made from one row to the next, or to the next but one where a row averages over its
   interval, and the other two beams moved by less than a quarter of it;
 - at a movement of the rod, or beside a gap, only where besides it is several times larger than what the beams part by
-  at the other movements of that size and length, and these leave the mean known well enough.
+  at the other movements of that size and length, these leave the mean known well enough, and the beam is off by as much
+  between rows before and behind in which the rod stands at about one place: tilt that goes with the rod comes back.
 
 What is taken back is what the beam stepped by against the others; the mean is then known again to a third of what the
 beams part by of themselves.
@@ -23,7 +24,7 @@ import numpy as np
 from hexathermal.learn.campaign_columns import BEAMS
 from hexathermal.learn.cleaning_beam_scales import BeamScales, against_others, jumps, resting, span_at
 from hexathermal.learn.cleaning_record import BEAM_STEP, NOTED, REPAIRED, BeamStep, Ledger
-from hexathermal.learn.cleaning_rules import Flags
+from hexathermal.learn.cleaning_rules import MARGIN, Flags
 from hexathermal.learn.cleaning_sheets import Sheet
 from hexathermal.poses import FloatArray
 
@@ -51,20 +52,23 @@ MOVE_TIMES = 3.0
 FEWEST_MOVES, ALIKE = 5, 0.5
 """of which there must be so many: of at least this share of its reach, and of the time that its ten rows span."""
 
+SAME_PLACE = 0.1
+"""Share of a movement's reach within which the rod stands at one place."""
+
 WORST_REPAIR_M = 0.1e-6
 """A step is taken back only where the mean is then known better than this (standard deviation)."""
 
 STEP_RULE = (
     f"one beam alone jumps by more than {STEP_SCALES:g} usual jumps and {SMALLEST_STEP_M * 1e6:g} um from one row of a "
     "rest to the next, or the next but one, and stays there (at a movement: by more than "
-    f"{MOVE_STEP_M * 1e6:g} um and {MOVE_TIMES:g} times what the beams part by at others as far and long): its step is "
-    "taken back"
+    f"{MOVE_STEP_M * 1e6:g} um and {MOVE_TIMES:g} times what the beams part by at others as far and long, also "
+    "where the rod is back at a place where it stood before): its step is taken back"
 )
 NOT_ALONE = "the beams move apart by more than usual, but not one of them alone: a tilt, or several lost count"
 NOT_SHARP = "one beam moves away from the others over three or more rows of a rest: a tilt that creeps"
 AS_OTHERS = (
-    "one beam moves away from the others where the rod moves, by no more than tilt at such a movement might: "
-    "nothing is changed"
+    "one beam moves away from the others where the rod moves, by no more than tilt at such a movement might, or "
+    "only as long as the rod is there: nothing is changed"
 )
 
 
@@ -105,7 +109,9 @@ def steps_in(sheet: Sheet, own: slice, scales: BeamScales) -> list[Step]:
         sharp = sharpest(apart[:, k], int(row))
         before, behind, within = _beside(rest, sharp)
         size = float(np.median(apart[behind, k]) - np.median(apart[before, k]))
-        why, error = "" if _alone(sheet, k, before, behind, size, scales.at_rest) else NOT_ALONE, float(scales.calm[k])
+        against = np.median(apart[behind], axis=0) - np.median(apart[before], axis=0)
+        single = alone(against, size, k) and _others_stay(sheet, k, before, behind, size, scales.at_rest)
+        why, error = "" if single else NOT_ALONE, float(scales.calm[k])
         part = 0.0
         if within and not why:
             level = float(np.median(apart[before, k]))
@@ -113,6 +119,7 @@ def steps_in(sheet: Sheet, own: slice, scales: BeamScales) -> list[Step]:
             why = doubt(error) if once and abs(size) > calm[k] else NOT_SHARP
         elif not why:
             why, error = _at_movement(sheet, sharp, abs(size), k, scales)
+            why = why or ("" if remains(sheet.q[:, 0], apart[:, k], sharp, size) else AS_OTHERS)
         begun = sharp - (part != 0.0)
         if own.start <= begun < own.stop and all(abs(sharp - other.row) >= 5 for other in found):
             found.append(Step(sharp, k, size, error, within, why, part))
@@ -188,8 +195,15 @@ def _within(rest: Flags) -> Flags:
     return np.asarray(windows.all(axis=1))
 
 
-def _alone(sheet: Sheet, k: int, before: slice, behind: slice, size: float, noise: float) -> bool:
-    """Whether a beam steps while the others do not."""
+def alone(step: FloatArray, size: float, k: int) -> bool:
+    """Whether a beam steps by a size and both others stay: against it each goes by half of that the other way."""
+    expected = np.full(len(step), -0.5 * size)
+    expected[k] = size
+    return bool((np.abs(step - expected) <= OTHERS * abs(size)).all())
+
+
+def _others_stay(sheet: Sheet, k: int, before: slice, behind: slice, size: float, noise: float) -> bool:
+    """Whether the other beams do not step with one, nor all of them together."""
     others = [j for j in range(sheet.beams.shape[1]) if j != k]
     level = sheet.beams[:, others] - sheet.q
     moved = np.abs(np.median(level[behind], axis=0) - np.median(level[before], axis=0))
@@ -208,6 +222,25 @@ def _at_movement(sheet: Sheet, sharp: int, size: float, k: int, scales: BeamScal
     # the 90 % quantile of the size of a normal deviate is 1.645 of its standard deviation
     error = max(float(scales.jump[k]), usual / 1.645)
     return AS_OTHERS if size <= max(MOVE_STEP_M, MOVE_TIMES * usual) else doubt(error), error
+
+
+def remains(q: FloatArray, apart: FloatArray, sharp: int, size: float) -> bool:
+    """Return whether a beam is off by a step's size between rows before and behind with the rod at about one place.
+
+    Where it does not come back within `MARGIN` rows nothing tells.
+
+    Parameters
+    ----------
+    q, apart : array, shape (n,) [m]
+        Displacement, and the beam against the others.
+    sharp : int
+        Row of the step.
+    size : float [m]
+    """
+    before, behind = slice(max(0, sharp - MARGIN), max(0, sharp - 1)), slice(sharp + 1, sharp + MARGIN)
+    near = np.abs(q[behind, None] - q[None, before]) <= SAME_PLACE * span_at(q, sharp)
+    off = (apart[behind, None] - apart[None, before])[near]
+    return bool(len(off)) and abs(float(np.median(off)) - size) <= OTHERS * abs(size)
 
 
 def doubt(apart: float) -> str:
