@@ -11,7 +11,7 @@ sys.path.insert(0, str(Path(__file__).parent / "_extensions"))
 
 project = "hexathermal"
 author = "the authors of hexathermal"
-project_copyright = "MIT licence"
+project_copyright = "the authors of hexathermal; MIT licence"
 version = release = hexathermal.__version__
 
 extensions = [

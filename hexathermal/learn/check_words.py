@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from typing import Any
 
 import numpy as np
@@ -53,7 +53,9 @@ def told_apart(item: Separability, stroke: float | None = None) -> str:
         Length of the leg's stroke.
     """
     if not item.span > SMALLEST_SPAN_K:
-        return f"hardly warmed ({item.span:.2f} K): neither A nor B; heat it more" if item.span > 0 else "no values"
+        if item.span > 0.0:
+            return f"hardly warmed ({item.span:.2f} K): neither A nor B; heat it more"
+        return "reads one temperature throughout: neither A nor B" if item.span == 0.0 else "no values"
     if np.isnan(item.r):
         return "one coefficient: the part has no stroke" if np.isnan(item.warm_q) else "q was 0 throughout: A only"
     where = f"warm at q = {item.warm_q * 1e3:.0f} +- {item.warm_q_spread * 1e3:.0f} mm"
@@ -70,7 +72,7 @@ def warnings_of(check: CampaignCheck) -> tuple[str, ...]:
     clocks = [Clock(run.run.name, run.record.rows, run.record.duration, run.record.sampling) for run in check.runs]
     lowest = {run.run.name: run.lowest_degC for run in check.runs}
     return (*of_roles(campaign), *of_clock(clocks), *_of_leg(campaign.leg), *of_places(campaign), *_of_runs(check),
-            *_of_stroke(check),
+            *_of_stroke(check), *_of_warmth(check.separability),
             *of_noise(campaign.sensors, check.sensor_noise), *of_collinearity(campaign.sensors, check.inflation),
             *_of_apart(check), *_of_weather(check), *of_pressure(campaign, *check.weather[:, 1].tolist()),
             *of_fahrenheit(campaign.sensors, list(lowest.values()), float(check.weather[0, 0])),
@@ -126,6 +128,18 @@ def _of_stroke(check: CampaignCheck) -> list[str]:
     return [
         f"q_mm covers {(high - low) * 1e3:.3g} mm in all runs together, the stroke is {stroke * 1e3:g} mm: are q_mm "
         "and the beams in metres?"
+    ]
+
+
+def _of_warmth(items: Sequence[Separability]) -> list[str]:
+    """Return what is said where no thermometer warmed."""
+    spans = [item.span for item in items if np.isfinite(item.span)]
+    if spans and max(spans) > SMALLEST_SPAN_K:
+        return []
+    widest = f"by {max(spans):.2f} K at most" if spans and max(spans) > 0.0 else "at all"
+    return [
+        f"no thermometer changes {widest}: no law can be identified from this campaign, nor one judged; heat the part "
+        "by some kelvins, and look whether the loggers run"
     ]
 
 

@@ -70,8 +70,8 @@ def channels_figure(found: Comparison, run: ComparedRun) -> Figure:
             bottom.set_xlabel("time (h)")
             bottom.tick_params(labelbottom=True)
         handles, labels = axes[0].get_legend_handles_labels()
-        figure.legend(handles, labels, loc="outside upper right", ncols=3)
-        what = f"{run.name} ({run.role}): rises (K) and drift (µm), measured and simulated"
+        figure.legend(handles, labels, loc="outside lower center", ncols=3, markerscale=5.0)
+        what = f"{run.name} ({run.role}): measured and simulated, from the mean of the first rows on"
         figure.suptitle(what, x=0.01, ha="left", fontweight="bold")
     return figure
 

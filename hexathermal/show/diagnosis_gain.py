@@ -41,8 +41,18 @@ def gain_words(found: Diagnosis) -> str:
     few = changed(found) and judged < FEWEST_JUDGED
     runs = "one run" if judged == 1 else f"{judged} runs"
     said += f". That is of {runs}; three or more tell how much runs differ" if few else ""
-    said += f".{shifted_words(found)}"
+    said += f".{shifted_words(found)}{use_words(found)}"
     return said + (f" Not compared, rows differ: {', '.join(skipped)}." if skipped else "")
+
+
+def use_words(found: Diagnosis) -> str:
+    """Return whether to use an extended law, where its gain is not beyond doubt; else nothing."""
+    if found.gain is None or found.gain.proven or not changed(found):
+        return ""
+    return (
+        " The extended law foretells runs left out of the fit better, and so it is written; these runs, never fitted, "
+        "are too few to confirm it: measure more for validation before you rely on it."
+    )
 
 
 def zero_words(found: Diagnosis) -> str:

@@ -27,6 +27,9 @@ from hexathermal.show.diagnosis_words import (
 from hexathermal.show.experiment_words import alike_words, promise_words, told_apart
 from hexathermal.show.shares import bounded, interval, less, parts, probability
 
+OTHERWISE = "What the names do not add up to is left for something without a name and for errors of the models."
+"""What is left of probabilities."""
+
 
 def opening(found: Diagnosis) -> str:
     """Return what stands under the first sentence: further causes, key figures, notes."""
@@ -137,7 +140,7 @@ def _effect(one: Effect, kind: str) -> str:
         + (table(f"Size of {one.cause}", head, rows, stacked=True) if rows else "")
         + paragraph(f"How it shows: {cause.signature} {two_digits(one.visible * 1e6)} um of it stays visible.")
         + "".join(paragraph(words) for words in shared_words(one))
-        + paragraph(f"Probability of the name: {probability(one.probability)}. {alike} {joined}")
+        + paragraph(f"Probability of the name: {probability(one.probability)}. {OTHERWISE} {alike} {joined}")
         + "</div>"
     )
 
@@ -174,6 +177,10 @@ def _gain(found: Diagnosis, drawn: dict[str, str]) -> str:
         head = ("run", "RMSE before, um>", "RMSE after, um (95 %)>", "RMSE less by (95 %)>", "largest, um>",
                 "largest less by (95 %)>")  # fmt: skip
         lines += [drawn["gain"], table("The law and the extended law, run by run", head, rows, [len(rows) - 1])]
+        lines.append(paragraph(
+            "The interval of all runs tells how an RMSE may differ from run to run; of two or three runs it is wide. "
+            "What both laws share cancels in the gain.", "note"
+        ))  # fmt: skip
     else:
         plain = [(name, f"{one.rmse_before * 1e6:.3f}", f"{one.linf_before * 1e6:.2f}")
                  for name, one in (*found.gain.runs.items(), ("all", found.gain.total))]  # fmt: skip

@@ -189,7 +189,7 @@ PLACES = {
     "time_s": "at",
     "from_run": "from",
     "since": "since",
-    "from_share": "from this part of the running time on:",
+    "from_share": "since this share of the time measured:",
 }
 """Words before settings that tell where and when."""
 

@@ -39,8 +39,8 @@ def framed(pretty: bool, *columns: str) -> Table:
     return table
 
 
-NARROWEST = 12
-"""Columns of text are folded down to so many letters; columns of numbers never are."""
+NARROWEST, LONGEST_WORD = 12, 24
+"""Columns of text are folded down to so many letters, between words up to the longest; columns of numbers never are."""
 
 
 def width_of(table: Table, width: int) -> int:
@@ -51,7 +51,11 @@ def width_of(table: Table, width: int) -> int:
         longest = max(map(cell_len, lines), default=0)
         if column.justify == "right":
             column.min_width, column.no_wrap = longest, True
-        needed += longest if column.justify == "right" else min(longest, NARROWEST)
+            needed += longest
+        else:
+            words = (cell_len(word) for line in lines for word in line.split())
+            column.min_width = min(max(words, default=0), LONGEST_WORD)
+            needed += max(min(longest, NARROWEST), column.min_width)
     return max(width, needed)
 
 

@@ -113,7 +113,7 @@ def test_a_setting_without_an_end_is_not_said() -> None:
     assert settings_words({"run": "a", "time_s": 4320.0, "kick": "move"}) == "in a, at 72 min, kick at each move"
     assert settings_words({"kick": "direction"}) == "kick at each move, with its sign"
     assert settings_words({"reference_index": 1.0002714}) == "reference index 1.000271"
-    assert settings_words({"approach": 1.0}) == "first positions of runs were reached from below"
+    assert settings_words({"approach": 1.0}) == "direction of arrival at the first position of a run from below"
     assert settings_words({"fixed_again": 1}) == "fixed to the part again before the next run"
     for one in ("pressure", "temperature"):
         assert settings_words({"weather": one}) == f"index left out of the {one} alone"

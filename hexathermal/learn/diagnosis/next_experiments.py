@@ -60,8 +60,12 @@ def next_experiments(
 
     if course.found:
         leader = ranked[0]
-        rivals = tuple(dict.fromkeys(one.cause for one in ranked[1:] if one.cause != leader.cause))[:2]
+        first = course.found[0]  # what thermometers told of before may lead it
+        alike = [name for name in first.decision.equivalent if name in known and leader.cause == first.ranked.cause]
+        rivals = tuple(dict.fromkeys([*alike, *(one.cause for one in ranked[1:] if one.cause != leader.cause)]))[:2]
         add(leader.cause, (leader.cause, *rivals), leader.visible)
+        for rival in alike[:1]:  # what shows the rival decides as well
+            add(rival, (leader.cause, rival), leader.visible)
     for later in course.found[1:]:
         if later.decision.equivalent:  # it is told that an experiment must decide
             causes = (later.ranked.cause, *later.decision.equivalent[:2])

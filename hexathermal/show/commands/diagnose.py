@@ -54,8 +54,9 @@ what the tables say:
                 several thermometers the one is named that foretells runs left out best
   probability   of the name, with all others, none and something nameless as its rivals; of "none", that nothing of
                 a quarter of the noise or more is there: the less these data can see, the lower
-  not ruled out other names that these data leave a twentieth of its probability or more, or whose evidence is no
-                smaller: an experiment decides, it stands under "next"
+                What the names do not add up to is left for something without a name and for errors of the models
+  not ruled out other names that these data leave a twentieth of its probability or more, or speak for about as much
+                though errors of the thermometers might feign them: an experiment decides, it stands under "next"
   confuse       pairs of names that could be taken for each other here, were one twice as large as its limit
 
 The law's sensors are those of --sensors or --law, else the one or two that these data speak for. Around a thermometer

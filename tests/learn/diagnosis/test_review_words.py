@@ -74,8 +74,8 @@ def test_a_kick_that_short_moves_give_in_part_is_that_of_a_long_one() -> None:
     parameters["source_time_constant_s"] = Quantity(640.0, 90.0, "s")
     effect = Effect("creep", None, parameters, {"reference_index": 1.0002712345678}, 0.9, (), 3e-7, said, True)
     rows = effect_rows(effect, "leg")
-    assert rows[0] == ("way in which a kick becomes whole", "15.0", "3.0", "9.1 to 20.9", "mm")
-    assert rows[2][:2] == ("time constant of what is rubbed", "10.7")
+    assert rows[0] == ("move from which on it kicks fully", "15.0", "3.0", "9.1 to 20.9", "mm")
+    assert rows[2][:2] == ("time constant of the rubbing surface", "10.7")
     assert rows[2][-1] == "min"
     assert rows[3][:2] == ("reference index", "1.0002712")
 
