@@ -126,7 +126,9 @@ def match_columns(path: Path, names: tuple[str, ...], wanted: tuple[str, ...], *
 def _missing(missing: list[str], names: tuple[str, ...], wanted: tuple[str, ...]) -> str:
     """Return which columns are missing, what the header names instead, and what may have gone wrong."""
     others = [name for name in names if name not in wanted]
-    meant = "".join(_hint(name, others) for name in missing)
+    close = {name: found for name in missing if (found := _meant_for(name, others))}
+    once = {name: found for name, found in close.items() if list(close.values()).count(found) == 1}
+    meant = "".join(f"; was {found!r} meant for {name}?" for name, found in once.items())
     shown = ", ".join(names[:20]) + (", ..." if len(names) > 20 else "")
     which = f"column {missing[0]} is" if len(missing) == 1 else f"columns {', '.join(missing)} are"
     hint = ""
@@ -153,12 +155,12 @@ def _of_heat(names: tuple[str, ...]) -> bool:
     return any(name.endswith("_degC") for name in names)
 
 
-def _hint(name: str, others: list[str]) -> str:
-    """Return which other column may have been meant: the name in other letters, without its unit, or nearly."""
+def _meant_for(name: str, others: list[str]) -> str:
+    """Return the other column that may have been meant: the name in other letters, without its unit, or nearly."""
     plain = name.rpartition("_")[0].lower()
     same = [other for other in others if other.lower() in (name.lower(), plain)]
     close = same or get_close_matches(name, others, 1, 0.85)
-    return f"; was {close[0]!r} meant for {name}?" if close else ""
+    return close[0] if close else ""
 
 
 @dataclass(frozen=True)

@@ -151,6 +151,10 @@ def _check_answer(path: Path) -> None:
         raise ArgumentError(f"--json {path} exists and is no earlier answer; give another name")
 
 
+NO_LAWS = (".csv", ".parquet", ".json", ".nc", ".html", ".png", ".svg", ".pdf")
+"""Endings of files that hold other things."""
+
+
 def law_place(place: Path, option: str, force: bool) -> None:
     """Refuse the file of a law that is none, that exists, or that cannot be written, before any work is done.
 
@@ -164,6 +168,8 @@ def law_place(place: Path, option: str, force: bool) -> None:
     """
     if place.exists() and not place.is_file():
         raise ArgumentError(f"{place} is a folder or a device; give the name of a file for {option}")
+    if place.suffix.lower() in NO_LAWS:
+        raise ArgumentError(f"{place}: {option} writes TOML; give a name as {place.with_suffix('.toml').name}")
     _refuse_there(place, option, force, "hexathermal-leg")
 
 

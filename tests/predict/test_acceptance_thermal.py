@@ -66,7 +66,7 @@ def test_temperatures_are_those_of_the_worst_window() -> None:
 @pytest.mark.parametrize(
     ("times", "values", "window", "words"),
     [
-        ([0.0], [1.0], None, "at least two samples"),
+        ([0.0], [1.0], None, "two or more are needed"),
         ([0.0, 1.0], [1.0], None, "values has shape"),
         ([0.0, 1.0, 1.0], [1.0, 2.0, 3.0], None, "does not increase at index 2"),
         ([0.0, 1.0], [1.0, 2.0], 2.0, "longer than the record"),

@@ -23,7 +23,8 @@ def all_trials(bench: Workbench, slow: float | None = None) -> list[Trial]:
         return math.hypot(thermometers * thermal, bench.wandered * wanders)
 
     for module in catalogue().values():
-        feigned = feigns(thermal=module.CAUSE.thermal, wanders=module.CAUSE.wanders)
+        own = module.CAUSE.misfit * bench.noise
+        feigned = math.hypot(own, feigns(thermal=module.CAUSE.thermal, wanders=module.CAUSE.wanders))
         found += [_feigning(trial, math.hypot(feigned, erring(bench, trial))) for trial in module.trials(bench)]
     for trial in flexible_trials(bench):
         feigned = feigns(thermal=trial.target in THERMAL, wanders=trial.target in WANDERING)

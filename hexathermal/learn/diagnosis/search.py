@@ -344,9 +344,9 @@ class Search:
 
         Each has witnesses of its own: what the others foretell shows large losses better, the reading small ones.
         """
-        ways: dict[tuple[bool, bool, bool], list[Scored]] = {}
+        ways: dict[tuple[bool, ...], list[Scored]] = {}
         for item in scored:
-            if item.trial.cause == best.trial.cause and item.trial.fault:
+            if item.trial.cause == best.trial.cause and (item.trial.fault or item.trial.ratio):
                 ways.setdefault(item.trial.way, []).append(item)
         ways.pop(best.trial.way, None)
         return [self._witnessed(max(items, key=lambda item: item.value), items) for items in ways.values()]

@@ -79,6 +79,8 @@ class Cause:
     bent : float
         What flexible columns without a name may take beside it and be no more than a bend of its shape, over what it
         takes itself, both whitened.
+    misfit : float
+        Part of the noise by which errors of the law look like it, besides those that look like any cause.
     """
 
     name: str
@@ -92,6 +94,7 @@ class Cause:
     wanders: bool = False
     readings: int = 0
     bent: float = 0.0
+    misfit: float = 0.0
 
 
 @dataclass(frozen=True)
@@ -237,9 +240,9 @@ class Trial:
         return self.parity is not None and self.least_parity < 0.0
 
     @property
-    def way(self) -> tuple[bool, bool, bool]:
-        """How it tells a fault: by the reading itself, by data that are mended, as a contact that comes and goes."""
-        return self.ratio, self.anew, self.by_air > 0.0
+    def way(self) -> tuple[bool, bool, bool, bool]:
+        """How it tells a fault: by the reading, by mended data, as a contact that comes and goes; unseen by others."""
+        return self.ratio, self.anew, self.by_air > 0.0, self.parity is None
 
     @property
     def line(self) -> Hashable:

@@ -124,6 +124,8 @@ class Witnesses:
         trial, most = ranked.best.trial, min(ranked.value, ranked.best.trial.most)
         drift, agreed = most, self._agreed(ranked.best, ranked.levels)
         if not trial.fault:
+            if trial.ratio and self.error(ranked.best, ranked.levels) <= 0.0:
+                drift = min(drift, 0.0)
             late = self._late(trial, drift) if self._same_way(ranked) else 0.0
             parity, sure = late, self.whole(trial)
         elif trial.wanders:

@@ -190,7 +190,9 @@ def _record(time: npt.ArrayLike, values: npt.ArrayLike) -> tuple[FloatArray, Flo
     """Return times and values after checking them."""
     times = finite_array(time, (), "time")
     if times.ndim != 1 or len(times) < 2:
-        raise ArgumentError(f"time has shape {times.shape}; expected (n,) with at least two samples")
+        raise ArgumentError(
+            f"the record holds {times.size} sample(s) of time, shape {times.shape}; two or more are needed"
+        )
     x = finite_array(values, (len(times),), "values")
     if x.ndim != 1:
         raise ArgumentError(f"values has shape {x.shape}; expected {times.shape}, one coordinate")

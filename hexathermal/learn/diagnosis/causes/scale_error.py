@@ -21,6 +21,7 @@ CAUSE = Cause(
     experiment="The whole stroke up and down within minutes, ten times, before any warming.",
     words="the scale of the displacement is wrong by a constant part",
     readings=20,
+    misfit=0.05,  # whatever a law gets wrong of the rod's warmth goes with the displacement times a mean temperature
     bent=0.55,  # scales are bowed, or wrong by different parts in their pieces; of a cube it is 0.6 to 2
 )
 

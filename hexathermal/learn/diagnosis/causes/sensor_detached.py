@@ -64,6 +64,9 @@ SCANNED, CLOSER, PROMISING = 360, 3, 10
 of the best that are tried besides."""
 
 
+SELDOM = -3.0
+"""Log evidence beforehand that a reading had a share of the air in all runs, which no other thermometer tells."""
+
 LEAST_WANDERING = 2.0
 """Log evidence by which a share of the air must wander, rather than the reading or than contact is lost for good, for a
 contact that comes and goes to be tried."""
@@ -103,6 +106,7 @@ def trials(bench: Workbench) -> Iterator[Trial]:
         even = _even_moments(model, min(7, MOST_MOMENTS // len(view.runs)))
         promising = set(view.once((CAUSE.name, sensor), partial(_promising, model)))
         yield from _coming_and_going(bench, model, promising)
+        yield _never_wholly_on(bench, model)
         for loss in sorted({*even, *promising, *_from_the_beginning(model)}, key=_order):
             told = view.once((CAUSE.name, sensor, loss), partial(_told, model, loss))
             off = (view.channel.run == loss.run) & (view.time >= loss.moment)
@@ -124,6 +128,16 @@ def trials(bench: Workbench) -> Iterator[Trial]:
                 column = span * view.once((CAUSE.name, sensor, loss, "own"), partial(_aired, model, loss))
                 yield replace(whole, columns=column[:, None], partly=False, ratio=True, in_parity=1.0,
                               lessened=partial(_loose, model, loss))  # fmt: skip
+
+
+def _never_wholly_on(bench: Workbench, model: SensorModel) -> Trial:
+    """Give a share of the air in all readings: that the others foretell them says nothing, they were learnt from it."""
+    view, loss = bench.view, Loss(0, float(bench.view.signals[0].time[0]), begun=True)
+    column = bench.slopes_span(model.sensor) * view.once(
+        (CAUSE.name, model.sensor, "all"), partial(_aired, model, loss)
+    )
+    return Trial(CAUSE.name, column[:, None], model.sensor, "", _where(model, loss), ratio=True, advantage=SELDOM,
+                 repair=partial(_loose, model, loss, 1.0), lessened=partial(_loose, model, loss))  # fmt: skip
 
 
 def _coming_and_going(bench: Workbench, model: SensorModel, losses: Iterable[Loss]) -> Iterator[Trial]:
@@ -238,12 +252,14 @@ def _repair(model: SensorModel, loss: Loss) -> SensorRepair:
 
 def _loose(model: SensorModel, loss: Loss, error: float) -> SensorRepair:
     """Return the repair that takes the air out of the reading: `error` is its share over that of the part."""
+    read = air_read(model.view, "air_sensor")
+    if loss.begun:
+        return SensorRepair(CAUSE.name, "loose", {"sensor": model.sensor, "share": share_of(error)} | read)
     since = _since(model, loss)
     above = air_above_at_zero(model, loss.run)
     zeros = [model.view.runs[loss.run].run.name] if model.view.zeroed_by_run else list(since["from_s"])
     if not model.view.zeroed_by_run or loss.moment > 0.0:
         since |= {"air_above_K": dict.fromkeys(zeros, above)}
-    read = air_read(model.view, "air_sensor")
     return SensorRepair(CAUSE.name, "loose", {"sensor": model.sensor, "share": share_of(error)} | since | read)
 
 
