@@ -3,7 +3,8 @@
 The difference of one beam and the others is free of movement, so that it shows a lost count in rows that are not
 settled as well as in a rest: one beam against both others alike, once, within one row, and it stays. Tilt goes with the
 rod or with heat, and takes many rows, or parts the beams at every movement as far; where it turns over at a reversal,
-it turns back at the next. A target that is knocked at such a moment looks the same.
+it turns back at the next; and where the rod is back, so is tilt, but not a count. A target that is knocked at such a
+moment looks the same.
 """
 
 from __future__ import annotations
@@ -30,6 +31,7 @@ from hexathermal.learn.cleaning_steps import (
     alone,
     doubt,
     made,
+    remains,
     sharpest,
     taken_back,
 )
@@ -44,7 +46,7 @@ NEAR = 5
 MOVING_RULE = (
     f"while the rod moves, one beam alone jumps against the others within one row, and stays there, by more than "
     f"{MOVE_STEP_M * 1e6:g} um, {STEP_SCALES:g} usual jumps and {MOVE_TIMES:g} times all but {MOST_LOST} others at "
-    "movements as far: its step is taken back"
+    "movements as far, also where the rod is back at a place where it was before: its step is taken back"
 )
 
 
@@ -138,7 +140,8 @@ def _steps_in(sheet: Sheet, own: slice, scales: MovingScales) -> list[Step]:
         if abs(step.size) > MOVE_TIMES * scales.largest(near, reach):
             found.append(step)
     own_steps = (step for step in found if own.start <= step.row - (step.part != 0.0) < own.stop)
-    return [step for step in own_steps if not _comes_back(step, found)]
+    once = [step for step in own_steps if not _comes_back(step, found)]
+    return [step for step in once if remains(q, apart[:, step.beam], step.row, step.size, step.error)]
 
 
 def _step_at(apart: FloatArray, sharp: int, k: int, usual: float) -> Step | None:

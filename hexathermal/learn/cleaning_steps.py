@@ -52,8 +52,9 @@ MOVE_TIMES = 3.0
 FEWEST_MOVES, ALIKE = 5, 0.5
 """of which there must be so many: of at least this share of its reach, and of the time that its ten rows span."""
 
-SAME_PLACE = 0.1
-"""Share of a movement's reach within which the rod stands at one place."""
+SAME_PLACE, FAR_LARGER = 0.1, 20.0
+"""Share of a movement's reach within which the rod stands at one place; and how many times what beams part by there no
+tilt reaches, where the rod does not come back."""
 
 WORST_REPAIR_M = 0.1e-6
 """A step is taken back only where the mean is then known better than this (standard deviation)."""
@@ -119,7 +120,7 @@ def steps_in(sheet: Sheet, own: slice, scales: BeamScales) -> list[Step]:
             why = doubt(error) if once and abs(size) > calm[k] else NOT_SHARP
         elif not why:
             why, error = _at_movement(sheet, sharp, abs(size), k, scales)
-            why = why or ("" if remains(sheet.q[:, 0], apart[:, k], sharp, size) else AS_OTHERS)
+            why = why or ("" if remains(sheet.q[:, 0], apart[:, k], sharp, size, error) else AS_OTHERS)
         begun = sharp - (part != 0.0)
         if own.start <= begun < own.stop and all(abs(sharp - other.row) >= 5 for other in found):
             found.append(Step(sharp, k, size, error, within, why, part))
@@ -224,10 +225,11 @@ def _at_movement(sheet: Sheet, sharp: int, size: float, k: int, scales: BeamScal
     return AS_OTHERS if size <= max(MOVE_STEP_M, MOVE_TIMES * usual) else doubt(error), error
 
 
-def remains(q: FloatArray, apart: FloatArray, sharp: int, size: float) -> bool:
+def remains(q: FloatArray, apart: FloatArray, sharp: int, size: float, usual: float) -> bool:
     """Return whether a beam is off by a step's size between rows before and behind with the rod at about one place.
 
-    Where it does not come back within `MARGIN` rows nothing tells.
+    Where it does not come back within `MARGIN` rows nothing tells: then no tilt is thought to be `FAR_LARGER` than what
+    beams part by.
 
     Parameters
     ----------
@@ -235,12 +237,15 @@ def remains(q: FloatArray, apart: FloatArray, sharp: int, size: float) -> bool:
         Displacement, and the beam against the others.
     sharp : int
         Row of the step.
-    size : float [m]
+    size, usual : float [m]
+        Of the step, and what beams part by at such a movement.
     """
     before, behind = slice(max(0, sharp - MARGIN), max(0, sharp - 1)), slice(sharp + 1, sharp + MARGIN)
     near = np.abs(q[behind, None] - q[None, before]) <= SAME_PLACE * span_at(q, sharp)
     off = (apart[behind, None] - apart[None, before])[near]
-    return bool(len(off)) and abs(float(np.median(off)) - size) <= OTHERS * abs(size)
+    if not len(off):
+        return abs(size) > FAR_LARGER * usual
+    return abs(float(np.median(off)) - size) <= OTHERS * abs(size)
 
 
 def doubt(apart: float) -> str:

@@ -137,7 +137,7 @@ def scenario_chart(run: RunCheck) -> Chart | None:
         return None
     hours = trace.time / HOUR_S
     phases = tuple((float(a) / HOUR_S, float(b) / HOUR_S) for a, b in movements(run.trace.time, run.trace.q))
-    q = Curve("setpoint", hours, trace.q * 1e3, BLACK, "steps")
+    q = Curve("setpoint", *drawn.broken(hours, trace.q * 1e3), BLACK, "steps")
     low, high = (value * 1e3 for value in span_of(trace.q))
     panel = Panel("Movement (shaded) and rest", (q,), "time", "displacement of the rod", "h", "mm", shaded=phases,
                   height=1.3)  # fmt: skip

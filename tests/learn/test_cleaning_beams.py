@@ -93,6 +93,52 @@ def test_tilt_that_goes_with_the_rod_or_with_heat_is_never_taken_back(
     assert np.allclose(block.drift, 1e-3 * (beams - (table["q_mm"] - table["q_mm"][0]))[settled], atol=1e-15)
 
 
+def test_tilt_at_a_place_that_is_visited_seldom_is_no_lost_count(tmp_path: Path) -> None:
+    """At the far end one beam alone parts by 3 um, which no other movement does: it is gone when the rod is back."""
+
+    def far(table: Table) -> None:
+        away = np.zeros(600, dtype=bool)
+        away[360:372] = away[400:420] = True
+        for name in ("q_mm", "beam1_mm", "beam2_mm", "beam3_mm"):
+            table[name] = np.where(away, table[name] + 150.0, table[name])
+        table["beam3_mm"] += 3e-3 * away
+
+    kept: dict[str, Table] = {}
+    block, record = cleaned(tmp_path, lambda table: kept.setdefault("table", (far(table), table)[1]))
+    table = kept["table"]
+    beams = np.mean([table[f"beam{k}_mm"] for k in (1, 2, 3)], axis=0)
+    measured = 1e-3 * (beams - (table["q_mm"] - table["q_mm"][0]))[table["settled"] == 1.0]
+    assert record.count("beam step") == 0
+    assert np.allclose(block.drift, measured, atol=1e-15)
+
+
+def test_a_count_that_is_lost_on_the_way_stays_lost_where_the_rod_is_back(tmp_path: Path) -> None:
+    """At a movement to a place where the rod stood before, and is again: that is a lost count, and it is put back."""
+
+    def edit(table: Table) -> None:
+        table["beam3_mm"][402:] += 3e-3
+
+    block, record = cleaned(tmp_path, edit)
+    clean, _ = cleaned(tmp_path / "clean")
+    assert record.count("beam step", "beam3_mm") == 1
+    assert np.abs(block.drift - clean.drift).max() < 0.05e-6
+
+
+def test_two_beams_that_turn_about_the_third_lost_no_count(tmp_path: Path) -> None:
+    """Heat tilts the target about the line through one beam, within two rows: the mean stays, and so do both beams."""
+
+    def edit(table: Table) -> None:
+        turn = np.clip((np.arange(600) - 329) / 2.0, 0.0, 1.0)
+        table["beam2_mm"] -= 0.7e-3 * turn
+        table["beam3_mm"] += 0.7e-3 * turn
+
+    block, record = cleaned(tmp_path, edit)
+    clean, _ = cleaned(tmp_path / "clean")
+    assert record.count("beam step") == 0
+    assert record.count("tilt or step") == 1
+    assert np.allclose(block.drift, clean.drift, atol=1e-12)
+
+
 def test_a_lost_count_is_found_beside_tilt(tmp_path: Path) -> None:
     """Within a rest a beam that loses count is put back though tilt moves the beams by twice as much at every move."""
 
