@@ -136,7 +136,7 @@ def _of_warmth(items: Sequence[Separability]) -> list[str]:
     spans = [item.span for item in items if np.isfinite(item.span)]
     if spans and max(spans) > SMALLEST_SPAN_K:
         return []
-    widest = f"by {max(spans):.2f} K at most" if spans and max(spans) > 0.0 else "at all"
+    widest = f"by more than {max(spans):.2f} K" if spans and max(spans) > 0.0 else "at all"
     return [
         f"no thermometer changes {widest}: no law can be identified from this campaign, nor one judged; heat the part "
         "by some kelvins, and look whether the loggers run"

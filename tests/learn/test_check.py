@@ -213,9 +213,25 @@ def beams_lost_early(table: Table) -> None:
         table[f"beam{beam}_mm"][30:] += 5.0
 
 
+def stuck(table: Table) -> None:
+    """Let all thermocouples read one temperature."""
+    for name in ("T01", "T02", "T03", "T04"):
+        if f"{name}_degC" in table:
+            table[f"{name}_degC"][:] = 20.0
+
+
+def hardly_warm(table: Table) -> None:
+    """Let all thermocouples rise by a twentieth of a kelvin."""
+    for name in table:
+        if name.startswith("T") and name.endswith("_degC"):
+            table[name] = 20.0 + 0.05 * np.linspace(0.0, 1.0, len(table[name]))
+
+
 @pytest.mark.parametrize(
     ("edit", "wanted"),
     [
+        (stuck, "no thermometer changes at all: no law can be identified"),
+        (hardly_warm, "no thermometer changes by more than 0.05 K: no law can be identified"),
         (milliseconds, "a: one row every 5.56 h: is time_s in milliseconds?"),
         (hours_of_time, "rows a second over the whole run: is time_s in hours or minutes?"),
         (fahrenheit, "all sensors: never below 6"),

@@ -250,6 +250,10 @@ def test_rivals_of_a_name_are_told_with_their_probability_and_others_with_what_d
     assert "do not rule out hidden-heat (probability 0.066): an experiment must decide" in said
     assert "No data of this kind rule out abbe-tilt: one displacement does not tell a part's tilt" in said
     assert alike_words(replace(one, equivalent=()), "component").startswith("No other cause")
+    held_back = alike_words(replace(one, rivals={"hidden-heat": 0.001}), "component")
+    assert "speak about as much for hidden-heat, which errors of the thermometers might feign" in held_back
+    assert "0.001" not in held_back
+    assert "rule out hidden-heat" not in held_back
 
 
 def test_a_cause_alone_is_told_from_no_effect() -> None:

@@ -50,6 +50,19 @@ def cubic(view: View) -> list[FloatArray]:
 
 
 @pytest.mark.long
+@pytest.mark.parametrize("seed", [1, 2])
+def test_what_any_misfit_of_a_law_looks_like_is_no_scale_error(seed: int) -> None:
+    """A sixth of the noise that goes with the displacement is sure in many rows, and no name: half of it has one."""
+    asked = {}
+    for strength in (0.15, 0.5):
+        stage = Stage(viewed("quiet", seed, ("scale-error",), strength)[0])
+        own = [trial for trial in stage.search.trials if trial.cause == "scale-error"]
+        asked[strength] = stage.search.step(own).ranking[0]
+    assert asked[0.15].gated < THRESHOLD < asked[0.15].value
+    assert asked[0.5].gated > THRESHOLD
+
+
+@pytest.mark.long
 @pytest.mark.parametrize(("made", "bench"), [(bowed, "quiet"), (in_two_pieces, "modal")])
 def test_a_scale_that_is_a_little_bent_is_a_scale_error(made: Made, bench: str) -> None:
     """What bends a scale is small beside it: that flexible columns take it too is no reason not to name it."""

@@ -111,18 +111,42 @@ def course_with(*found: object, refused: tuple[object, ...] = ()) -> Course:
     return cast(Course, SimpleNamespace(found=found, refused=refused, first=stage, last=last, threshold=threshold()))
 
 
+def named_first(cause: str, *alike: str) -> object:
+    """What a course found, with what these data cannot tell from it."""
+    return SimpleNamespace(ranked=SimpleNamespace(cause=cause), decision=SimpleNamespace(equivalent=alike))
+
+
 def test_an_experiment_stands_once_and_names_its_thermometers() -> None:
     """What decides the leader is not told again, without its thermometer, for a pair that the campaign confuses."""
     limits = (Limit("missing-sensor", 1e-7, 2e-7), Limit("swapped-sensors", 1e-7, 1e-7))
     leader = Candidate("swapped-sensors", "T06", 20.0, 0.9, 1e-7, {"other": "T08"})
     pair = Confusion(("missing-sensor", "swapped-sensors"), 0.0)
     candidates = (leader, Candidate("missing-sensor", "T03", 5.0, 0.1, 1e-7, {}))
-    found = next_experiments(course_with(None), limits, (pair,), candidates)
+    found = next_experiments(course_with(named_first("swapped-sensors")), limits, (pair,), candidates)
     assert [one.words for one in found] == [
         "Warm T06 or T08 with a finger.",
         "Heat the part near T03 alone.",
     ]
     assert [one.size for one in found] == pytest.approx([1e-7, 4e-7])
+
+
+def test_what_shows_a_rival_comes_second() -> None:
+    """A clock that is off as likely as not is asked by a pulse, before what the ranking or the limits suggest."""
+    limits = (Limit("hidden-heat", 1e-7, 2e-7), Limit("creep", 1e-7, 9e-7))
+    leader = Candidate("hidden-heat", None, 20.0, 0.5, 1e-7, {})
+    candidates = (
+        leader,
+        Candidate("creep", None, 15.0, 0.1, 1e-7, {}),
+        Candidate("clock-offset", None, 9.0, 0.4, 1e-7, {}),
+    )
+    found = next_experiments(course_with(named_first("hidden-heat", "clock-offset")), limits, (), candidates)
+    assert [one.causes for one in found] == [
+        ("hidden-heat", "clock-offset", "creep"), ("hidden-heat", "clock-offset"), ("creep",),
+    ]  # fmt: skip
+    assert "pulse" in found[1].words
+    told_before = next_experiments(course_with(named_first("creep", "clock-offset")), limits, (), candidates)
+    assert told_before[0].causes == ("hidden-heat", "creep", "clock-offset")
+    assert "pulse" not in told_before[1].words
 
 
 def test_an_experiment_promises_more_for_a_larger_effect_and_more_readings() -> None:

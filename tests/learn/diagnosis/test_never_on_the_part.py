@@ -20,29 +20,31 @@ from hexathermal.learn.diagnosis.stage import Stage, view_of
 from hexathermal.learn.diagnosis.trials import Trial
 from hexathermal.learn.diagnosis.view import View
 from hexathermal.learn.signals import campaign_rows
+from hexathermal.machine.leg_signals import LegSignals
+from hexathermal.poses import FloatArray
 from hexathermal.simulate.hidden.drawing import campaign_of
 from hexathermal.simulate.hidden.effects import named
 from hexathermal.simulate.hidden.writing import write_campaign
-from tests.learn.diagnosis.campaigns import first_name, viewed
+from tests.learn.diagnosis.campaigns import altered, first_name, viewed
 
 SHARE, LONG_AGO_S = 0.85, -1e9
 
 
-def write_loose(folder: Path, bench: str, seed: int) -> tuple[str, ...]:
+def write_loose(folder: Path, bench: str, seed: int, share: float = SHARE) -> tuple[str, ...]:
     """Write a campaign in which the last of the law's thermometers reads air in all runs; return the law's."""
     truth, answer = campaign_of(bench, seed, causes=())
     first = next(run for run in truth.runs if run.role == "identification")
-    loose = {"target": max(answer.base), "run": first.name, "moment": LONG_AGO_S, "time": 60.0, "share": SHARE,
+    loose = {"target": max(answer.base), "run": first.name, "moment": LONG_AGO_S, "time": 60.0, "share": share,
              "fixed": False}  # fmt: skip
     write_campaign(folder, named("sensor-detached").hide(truth, loose), answer)
     return answer.base
 
 
 @cache
-def loosened(bench: str, seed: int) -> View:
+def loosened(bench: str, seed: int, share: float = SHARE) -> View:
     """The runs for identification of such a campaign, from its files."""
     with TemporaryDirectory() as place:
-        base = write_loose(Path(place) / "campaign", bench, seed)
+        base = write_loose(Path(place) / "campaign", bench, seed, share)
         campaign = load_campaign(Path(place) / "campaign")
         return view_of(campaign, campaign_rows(campaign, "identification"), base)
 
@@ -98,6 +100,38 @@ def test_what_others_speak_for_is_not_asked_again() -> None:
     assert model is not None
     assert model.spoken_for
     assert not begun(after.view)
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("seed", [1, 3])
+def test_a_share_in_all_runs_is_told_by_the_drift_alone(seed: int) -> None:
+    """No place tells what it should read; the repair takes the air out of its reading, in whatever run."""
+    view = replace(loosened("quiet", seed, 0.5), positions={})
+    assert first_name(view) == "sensor-detached"
+    stage = Stage(view)
+    leader = next(item for item in stage.search.step(stage.search.trials).ranking if item.cause == "sensor-detached")
+    assert leader.best.trial.parity is None
+    repair = stage.with_effect(leader.best).repairs[-1]
+    assert repair.kind == "loose"
+    assert set(repair.parameters) == {"sensor", "share"}
+    assert abs(repair.parameters["share"] - 0.5) < 0.1
+
+
+def test_a_reading_that_has_less_than_nothing_of_the_air_is_no_loss_of_contact() -> None:
+    """One that runs away from the air in all runs looks like a share below none, whatever the drift says for it."""
+    view, _ = viewed("quiet", 1, (), 1.0)
+    own = view.base[0]
+
+    def away(_run: int, signals: LegSignals) -> FloatArray:
+        assert signals.air is not None
+        return np.asarray(signals.dT[own] + 0.3 * (signals.dT[own] - signals.air))
+
+    stage = Stage(replace(altered(view, own, away), positions={}))
+    (alone,) = [trial for trial in sensor_detached.trials(stage.bench) if trial.parity is None]
+    scored = stage.search.scored(stage.levels, [alone])[0]
+    heard = stage.search.witnesses.heard(Ranked(alone.cause, scored.value, scored, stage.levels))
+    assert stage.search.witnesses.error(scored, stage.levels) < 0.0 < scored.value
+    assert heard.value <= 0.0
 
 
 def test_without_places_nobody_knows() -> None:
