@@ -117,20 +117,22 @@ def apart_table(check: CampaignCheck, pretty: bool) -> Table:
 
 
 def cleaning_table(check: CampaignCheck, pretty: bool) -> Table:
-    """Return what cleaning did over all runs, each step with its channels and its reason."""
-    table = framed(pretty, "step", "count>", "runs>", "what", "channels", "reason")
-    steps: dict[tuple[str, str, str], tuple[dict[str, int], set[str]]] = {}
+    """Return what cleaning did over all runs, each step with its channels, the first of its places and its reason."""
+    table = framed(pretty, "step", "count>", "runs>", "what", "channels", "first", "reason")
+    steps: dict[tuple[str, str, str], tuple[dict[str, int], dict[str, float]]] = {}
     for run in check.runs:
         for step in run.record.steps:
-            channels, runs = steps.setdefault((step.step, step.action, step.reason), ({}, set()))
+            channels, runs = steps.setdefault((step.step, step.action, step.reason), ({}, {}))
             channels[step.channel] = channels.get(step.channel, 0) + step.count
-            runs.add(run.run.name)
+            runs[run.run.name] = min(runs.get(run.run.name, np.inf), step.first_time)
     for (name, action, reason), (channels, runs) in steps.items():
         order = sorted(channels.items(), key=lambda item: -item[1])
         which = ", ".join(channel if len(order) == 1 else f"{channel} {count}" for channel, count in order)
-        table.add_row(name, str(sum(channels.values())), str(len(runs)), action, which, reason)
+        run_name, time = next(iter(runs.items()))
+        first = f"{run_name}, {time / 3600.0:.2f} h"
+        table.add_row(name, str(sum(channels.values())), str(len(runs)), action, which, first, reason)
     if not steps:
-        table.add_row("-", "0", "0", "nothing left out", "-", "every row and value may be used")
+        table.add_row("-", "0", "0", "nothing left out", "-", "-", "every row and value may be used")
     return table
 
 
