@@ -132,14 +132,16 @@ def _of_stroke(check: CampaignCheck) -> list[str]:
 
 
 def _of_warmth(items: Sequence[Separability]) -> list[str]:
-    """Return what is said where no thermometer warmed."""
+    """Return what is said where no thermometer warmed, or hardly."""
     spans = [item.span for item in items if np.isfinite(item.span)]
-    if spans and max(spans) > SMALLEST_SPAN_K:
+    if not spans or max(spans) > SMALLEST_SPAN_K:
         return []
-    widest = f"by more than {max(spans):.2f} K" if spans and max(spans) > 0.0 else "at all"
+    if max(spans) > 0.0:
+        return [f"no thermometer rises or falls by more than {max(spans):.2f} K: a law learns next to nothing; "
+                "heat the part by some kelvins"]  # fmt: skip
     return [
-        f"no thermometer changes {widest}: no law can be identified from this campaign, nor one judged; heat the part "
-        "by some kelvins, and look whether the loggers run"
+        "no thermometer changes at all: no law can be identified from this campaign, nor one judged; heat the part by "
+        "some kelvins, and look whether the loggers run"
     ]
 
 

@@ -18,6 +18,7 @@ from hexathermal.learn.campaign_columns import BEAMS
 from hexathermal.learn.cleaning_beam_scales import FEWEST, against_others, jumps, span_at, spans
 from hexathermal.learn.cleaning_channels import PIECE_ROWS, studied
 from hexathermal.learn.cleaning_record import Ledger
+from hexathermal.learn.cleaning_returns import OTHERS
 from hexathermal.learn.cleaning_rules import MARGIN, TO_SIGMA, Flags, filled
 from hexathermal.learn.cleaning_sheets import Sheet, with_margins
 from hexathermal.learn.cleaning_steps import (
@@ -25,15 +26,14 @@ from hexathermal.learn.cleaning_steps import (
     FEWEST_MOVES,
     MOVE_STEP_M,
     MOVE_TIMES,
-    OTHERS,
     STEP_SCALES,
     Step,
     alone,
     doubt,
     made,
-    remains,
     sharpest,
     taken_back,
+    those_that_stay,
 )
 from hexathermal.poses import FloatArray
 
@@ -141,7 +141,7 @@ def _steps_in(sheet: Sheet, own: slice, scales: MovingScales) -> list[Step]:
             found.append(step)
     own_steps = (step for step in found if own.start <= step.row - (step.part != 0.0) < own.stop)
     once = [step for step in own_steps if not _comes_back(step, found)]
-    return [step for step in once if remains(q, apart[:, step.beam], step.row, step.size, step.error)]
+    return [step for step in those_that_stay(found, q, apart) if step in once]
 
 
 def _step_at(apart: FloatArray, sharp: int, k: int, usual: float) -> Step | None:

@@ -17,14 +17,16 @@ beams part by of themselves.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from hexathermal.learn.campaign_columns import BEAMS
 from hexathermal.learn.cleaning_beam_scales import BeamScales, against_others, jumps, resting, span_at
 from hexathermal.learn.cleaning_record import BEAM_STEP, NOTED, REPAIRED, BeamStep, Ledger
-from hexathermal.learn.cleaning_rules import MARGIN, Flags
+from hexathermal.learn.cleaning_returns import OTHERS, stays
+from hexathermal.learn.cleaning_rules import Flags
 from hexathermal.learn.cleaning_sheets import Sheet
 from hexathermal.poses import FloatArray
 
@@ -33,9 +35,6 @@ STEP_SCALES = 10.0
 
 SMALLEST_STEP_M = 0.3e-6
 """and by more than this: two quarter wavelengths of a red laser."""
-
-OTHERS = 0.25
-"""Share of the step by which the other beams may move with it."""
 
 ONE_ROW = 0.8
 """Share of a step within a rest that one row must make, or two: the one within which it fell is its mean,"""
@@ -51,10 +50,6 @@ MOVE_TIMES = 3.0
 
 FEWEST_MOVES, ALIKE = 5, 0.5
 """of which there must be so many: of at least this share of its reach, and of the time that its ten rows span."""
-
-SAME_PLACE, FAR_LARGER = 0.1, 20.0
-"""Share of a movement's reach within which the rod stands at one place; and how many times what beams part by there no
-tilt reaches, where the rod does not come back."""
 
 WORST_REPAIR_M = 0.1e-6
 """A step is taken back only where the mean is then known better than this (standard deviation)."""
@@ -120,11 +115,17 @@ def steps_in(sheet: Sheet, own: slice, scales: BeamScales) -> list[Step]:
             why = doubt(error) if once and abs(size) > calm[k] else NOT_SHARP
         elif not why:
             why, error = _at_movement(sheet, sharp, abs(size), k, scales)
-            why = why or ("" if remains(sheet.q[:, 0], apart[:, k], sharp, size, error) else AS_OTHERS)
-        begun = sharp - (part != 0.0)
-        if own.start <= begun < own.stop and all(abs(sharp - other.row) >= 5 for other in found):
+        if all(abs(sharp - other.row) >= 5 for other in found):
             found.append(Step(sharp, k, size, error, within, why, part))
-    return found
+    told = those_that_stay(found, sheet.q[:, 0], apart)
+    kept = (one if one.kept or one.at_rest or one in told else replace(one, kept=AS_OTHERS) for one in found)
+    return [one for one in kept if own.start <= one.row - (one.part != 0.0) < own.stop]
+
+
+def those_that_stay(steps: Sequence[Step], q: FloatArray, apart: FloatArray) -> list[Step]:
+    """Return the steps that may be lost counts, and are still there where the rod is back."""
+    lost = [(one.row, one.beam, one.size) for one in steps if not one.kept]
+    return [one for one in steps if not one.kept and stays(q, apart, (one.row, one.beam, one.size), one.error, lost)]
 
 
 def taken_back(
@@ -223,29 +224,6 @@ def _at_movement(sheet: Sheet, sharp: int, size: float, k: int, scales: BeamScal
     # the 90 % quantile of the size of a normal deviate is 1.645 of its standard deviation
     error = max(float(scales.jump[k]), usual / 1.645)
     return AS_OTHERS if size <= max(MOVE_STEP_M, MOVE_TIMES * usual) else doubt(error), error
-
-
-def remains(q: FloatArray, apart: FloatArray, sharp: int, size: float, usual: float) -> bool:
-    """Return whether a beam is off by a step's size between rows before and behind with the rod at about one place.
-
-    Where it does not come back within `MARGIN` rows nothing tells: then no tilt is thought to be `FAR_LARGER` than what
-    beams part by.
-
-    Parameters
-    ----------
-    q, apart : array, shape (n,) [m]
-        Displacement, and the beam against the others.
-    sharp : int
-        Row of the step.
-    size, usual : float [m]
-        Of the step, and what beams part by at such a movement.
-    """
-    before, behind = slice(max(0, sharp - MARGIN), max(0, sharp - 1)), slice(sharp + 1, sharp + MARGIN)
-    near = np.abs(q[behind, None] - q[None, before]) <= SAME_PLACE * span_at(q, sharp)
-    off = (apart[behind, None] - apart[None, before])[near]
-    if not len(off):
-        return abs(size) > FAR_LARGER * usual
-    return abs(float(np.median(off)) - size) <= OTHERS * abs(size)
 
 
 def doubt(apart: float) -> str:

@@ -49,10 +49,11 @@ def use_words(found: Diagnosis) -> str:
     """Return whether to use an extended law, where its gain is not beyond doubt; else nothing."""
     if found.gain is None or found.gain.proven or not changed(found):
         return ""
-    return (
-        " The extended law foretells runs left out of the fit better, and so it is written; these runs, never fitted, "
-        "are too few to confirm it: measure more for validation before you rely on it."
-    )
+    part = found.gain.total.rmse_gain
+    if part.value <= 0.0:
+        return " On these runs it is no better: do not use it before more runs for validation say otherwise."
+    unsure = "hold 0 in the interval of its gain" if math.isfinite(part.low) else "give its gain no interval"
+    return f" These runs, never fitted, {unsure}: measure more for validation before you rely on it."
 
 
 def zero_words(found: Diagnosis) -> str:

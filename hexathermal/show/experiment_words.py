@@ -17,21 +17,23 @@ NEVER_TOLD = {
 """Why no data of a part tell another cause, and what does; see `alike_by_nature`."""
 
 
+LEAST_TOLD = 0.01
+"""Probability from which on that of another name is told: where it is smaller, something else speaks against it."""
+
+
 def alike_words(one: Effect, kind: str) -> str:
     """Return which other causes the data do not rule out, with their probabilities where data speak of them."""
-    from hexathermal.learn.diagnosis.deciding import EQUIVALENT
-
     if not one.equivalent:
         return "No other cause of the catalogue explains these data as well."
-    likely = [name for name in one.equivalent if one.rivals.get(name, 0.0) >= EQUIVALENT * one.probability]
+    likely = [name for name in one.equivalent if one.rivals.get(name, 0.0) >= LEAST_TOLD]
     held_back = [name for name in one.equivalent if name in one.rivals and name not in likely]
     never = [name for name in one.equivalent if name not in one.rivals]
     told = [f"{name} (probability {probability(one.rivals[name])})" for name in likely]
     said = [f"These data do not rule out {', '.join(told)}: an experiment must decide, see below."] if told else []
     if held_back:
         said.append(
-            f"They speak about as much for {', '.join(held_back)}, which errors of the thermometers might feign too, "
-            "so that its probability is small: if you suspect it, an experiment must decide, see below."
+            f"They speak about as much for {', '.join(held_back)}, but errors of the thermometers might feign that, or "
+            "the other thermometers do not show it: if you suspect it, an experiment must decide, see below."
         )
     for name in never:
         why = NEVER_TOLD.get(name) if kind != "leg" else None

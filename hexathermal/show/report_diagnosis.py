@@ -105,7 +105,7 @@ def _report(told: Facts, place: Path) -> Report:
     sections += [_limits(told), _next(told), _noise(told)]
     facts = {"title": title, "verdict": told["verdict"], "cause": told["cause"], "target": told["target"],
              "probability": told["probability"], "gain": gain}  # fmt: skip
-    about = "machine" if whole else f"law of {' + '.join(told['sensors'])}"
+    about = "whole machine" if whole else f"law of {' + '.join(told['sensors'])}"
     first = next((str(one["sentence"]) for one in told["effects"]), str(told["sentence"]))
     return Report("diagnosis", f"Diagnosis: {title}", f"Diagnosis of {title}, {about}", first,
                   tuple(pairs), tuple(sections), tuple(notes), facts)  # fmt: skip

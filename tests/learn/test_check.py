@@ -231,7 +231,7 @@ def hardly_warm(table: Table) -> None:
     ("edit", "wanted"),
     [
         (stuck, "no thermometer changes at all: no law can be identified"),
-        (hardly_warm, "no thermometer changes by more than 0.05 K: no law can be identified"),
+        (hardly_warm, "no thermometer rises or falls by more than 0.05 K: a law learns next to nothing"),
         (milliseconds, "a: one row every 5.56 h: is time_s in milliseconds?"),
         (hours_of_time, "rows a second over the whole run: is time_s in hours or minutes?"),
         (fahrenheit, "all sensors: never below 6"),

@@ -124,6 +124,45 @@ def test_a_count_that_is_lost_on_the_way_stays_lost_where_the_rod_is_back(tmp_pa
     assert np.abs(block.drift - clean.drift).max() < 0.05e-6
 
 
+@pytest.mark.parametrize(("beams", "rows"), [((2, 2), (352, 376)), ((2, 3), (352, 376)), ((3, 3), (351, 401))])
+def test_two_counts_that_are_lost_one_after_the_other_are_put_back(
+    tmp_path: Path, beams: tuple[int, int], rows: tuple[int, int]
+) -> None:
+    """At movements a rest or two apart, of one beam or of two: neither is held against the other."""
+
+    def there_and_back(table: Table) -> None:
+        place = np.where(np.arange(600) // 25 % 2 == 0, 10.0, 80.0)
+        for name in ("beam1_mm", "beam2_mm", "beam3_mm"):
+            table[name] += place - place[0] - (table["q_mm"] - table["q_mm"][0])
+        table["q_mm"] = place
+
+    def edit(table: Table) -> None:
+        there_and_back(table)
+        for beam, row in zip(beams, rows, strict=True):
+            table[f"beam{beam}_mm"][row:] += 4e-3
+
+    block, record = cleaned(tmp_path, edit)
+    clean, _ = cleaned(tmp_path / "clean", there_and_back)
+    assert record.count("beam step") == 2
+    assert np.abs(block.drift - clean.drift).max() < 0.1e-6
+
+
+def test_a_count_that_a_creeping_beam_loses_is_put_back(tmp_path: Path) -> None:
+    """Ten nanometres a row are a third of the step until the rod is back: that is no part of it."""
+
+    def creeping(table: Table) -> None:
+        table["beam3_mm"] += 1e-5 * np.arange(600)
+
+    def edit(table: Table) -> None:
+        creeping(table)
+        table["beam3_mm"][402:] += 2e-3
+
+    block, record = cleaned(tmp_path, edit)
+    clean, _ = cleaned(tmp_path / "clean", creeping)
+    assert record.count("beam step", "beam3_mm") == 1
+    assert np.abs(block.drift - clean.drift).max() < 0.1e-6
+
+
 def test_two_beams_that_turn_about_the_third_lost_no_count(tmp_path: Path) -> None:
     """Heat tilts the target about the line through one beam, within two rows: the mean stays, however noisy it is."""
 

@@ -109,8 +109,7 @@ def exchanges_between_runs(view: View) -> tuple[Exchange, ...]:
     """
     found = list[Exchange]()
     few = len(view.runs) < FEWEST_RUNS or len(view.sensors) < FEWEST + 2
-    zeros = all(set(view.sensors) <= rows.signals.zero_degC.keys() for rows in view.runs)
-    if few or not (zeros or view.zeroed_by_run) or not set(view.base) <= set(view.sensors):
+    if few or not (view.zeroed_by_run or _zero_is_known(view)) or not set(view.base) <= set(view.sensors):
         return ()
     while len(found) < MOST:
         best = max(_pairs(view), key=lambda item: item.evidence, default=None)
@@ -135,6 +134,12 @@ def _pairs(view: View) -> Iterator[Exchange]:
             found = _exchange(view, i, j, where, evidence) if evidence >= SURE else None
             if found is not None:
                 yield found
+
+
+def _zero_is_known(view: View) -> bool:
+    """Return whether the run is there whose first row all others count from, with a reading of every thermometer."""
+    known = all(set(view.sensors) <= rows.signals.zero_degC.keys() for rows in view.runs)
+    return known and view.runs[0].run.name == view.order[0]
 
 
 def _zeros(view: View) -> FloatArray | None:
@@ -300,10 +305,12 @@ def _in_the_drift(view: View, first: str, second: str, where: npt.NDArray[np.boo
 
 def _swap(view: View, first: str, second: str, wrong: npt.NDArray[np.bool_]) -> SensorRepair:
     """Return the repair of two plugs that are exchanged in some runs, to this day where these are all from one on."""
-    lasts = int(np.diff(wrong).sum()) == 1 and bool(wrong[-1])
-    of = {"not_in": _names(view, ~wrong)} if lasts else {"only_in": _names(view, wrong)}
+    of, else_ = {"only_in": _names(view, wrong)}, _names(view, wrong != wrong[0])
+    if int(np.diff(wrong).sum()) == 1 and wrong[-1]:
+        start = view.order.index(_names(view, wrong)[0])
+        of, else_ = {"not_in": view.order[:start]}, view.order[start:]
     if not view.zeroed_by_run:
-        of["zero_else"] = _names(view, wrong != wrong[0])
+        of["zero_else"] = else_
     return SensorRepair(CAUSE.name, "swap", {"first": first, "second": second, **of})
 
 

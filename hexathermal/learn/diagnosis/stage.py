@@ -282,18 +282,18 @@ class Stage:
 
         Where a thermometer's own reading can be put right, that is done by the error that the drift tells beside all
         that the null doubts or beside the law alone, whichever leaves less of runs left out; unless the others, who
-        speak for it, leave less by `OWN_READING`, or of a large share not more by `LARGE_SHARE`.
+        speak for it where its parity does, leave less by `OWN_READING`, or of a large share not more by `LARGE_SHARE`.
         """
         trial = scored.trial
         if trial.repair is None:
             return replace(self, joined=(*self.joined, scored), most=None)
-        told = self._repaired(trial.repair())
         if trial.lessened is None:
-            return told
+            return self._repaired(trial.repair())
         ask = self.search.witnesses
         repairs = [trial.lessened(size) for size in (ask.error(scored, self.levels), ask.beside_the_law.error(trial))]
         stages = [self._repaired(repair) for k, repair in enumerate(repairs) if repair not in repairs[:k]]
         lessened = min(stages, key=lambda stage: stage.kinder_left)
+        told = lessened if trial.parity is None else self._repaired(trial.repair())
         large = any(repair.parameters.get("share", 0.0) > MOST_OWN for repair in repairs)
         return lessened if lessened.kinder_left < (LARGE_SHARE if large else OWN_READING) * told.kinder_left else told
 

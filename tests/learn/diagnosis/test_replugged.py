@@ -23,6 +23,7 @@ from hexathermal.learn.diagnosis.stage import view_of
 from hexathermal.learn.diagnosis.view import View
 from hexathermal.learn.leg_law_files import read_leg_law, write_leg_law
 from hexathermal.learn.signals import campaign_rows
+from hexathermal.machine.leg_repairs import repaired
 from hexathermal.machine.leg_signals import LegSignals
 from hexathermal.poses import FloatArray
 from hexathermal.simulate.hidden.drawing import campaign_of
@@ -210,6 +211,35 @@ def test_where_all_runs_count_from_one_zero_that_zero_is_put_right_too(runs: lis
         if found:
             return
     raise AssertionError(f"none of four campaigns showed an exchange in runs {runs}")
+
+
+def test_without_the_run_of_the_zero_nothing_is_said() -> None:
+    """Nobody knows with which plugs the zero was read: the first run that is there need not be that run."""
+    view = of_one_zero("machine_tool", 5)
+    first, second = unlike(view)
+    later = written_under_other_names(view, first, second, [2])
+    assert exchanges_between_runs(replace(later, runs=later.runs[1:])) == ()
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("runs", [[2], [0]])
+def test_a_law_from_files_puts_the_zero_of_a_campaign_right(tmp_path: Path, runs: list[int]) -> None:
+    """Files whose columns changed names in a run, one zero: the law that is written mends every run as it was."""
+    folder = tmp_path / "campaign"
+    campaign, base = written(folder, "machine_tool", 7)
+    plain = whole("machine_tool", 7)
+    assert not plain.zeroed_by_run
+    first, second = unlike(plain)
+    replugged_files(folder, campaign, first, second, [campaign.runs[k].name for k in runs])
+    found = diagnose(load_campaign(folder), base)
+    assert found.cause == "swapped-sensors"
+    law = read_leg_law(write_leg_law(found.extended, tmp_path / "extended.toml"))
+    again = load_campaign(folder)
+    for rows in [*campaign_rows(again, "identification"), *campaign_rows(again, "validation")]:
+        was = next(one for one in plain.runs if one.run.name == rows.run.name).signals
+        mended = repaired(rows.signals, law.repairs[:1], rows.run.name)
+        for name in (first, second):
+            assert np.allclose(mended.dT[name], was.dT[name], atol=1e-9)
 
 
 def replugged_files(folder: Path, campaign: Campaign, first: str, second: str, runs: list[str]) -> None:

@@ -22,7 +22,7 @@ CAUSE = Cause(
     ),
     parameters=(
         Parameter("other", "name", "any other thermometer"),
-        Parameter("from_run", "name", "any run, where each has its own zero"),
+        Parameter("from_run", "name", "any run"),
     ),
     confused_with=("missing-sensor",),
     experiment="Warm one of the two with a finger.",
