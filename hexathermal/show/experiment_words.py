@@ -32,8 +32,8 @@ def alike_words(one: Effect, kind: str) -> str:
     said = [f"These data do not rule out {', '.join(told)}: an experiment must decide, see below."] if told else []
     if held_back:
         said.append(
-            f"They speak about as much for {', '.join(held_back)}, but errors of the thermometers might feign that, or "
-            "the other thermometers do not show it: if you suspect it, an experiment must decide, see below."
+            f"These data speak about as much for {', '.join(held_back)}, but errors of the thermometers might feign "
+            "that, or the other thermometers do not show it: if you suspect it, an experiment must decide, see below."
         )
     for name in never:
         why = NEVER_TOLD.get(name) if kind != "leg" else None

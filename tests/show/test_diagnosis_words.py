@@ -251,7 +251,9 @@ def test_rivals_of_a_name_are_told_with_their_probability_and_others_with_what_d
     assert "No data of this kind rule out abbe-tilt: one displacement does not tell a part's tilt" in said
     assert alike_words(replace(one, equivalent=()), "component").startswith("No other cause")
     held_back = alike_words(replace(one, rivals={"hidden-heat": 0.001}), "component")
-    assert "speak about as much for hidden-heat, but errors of the thermometers might feign that" in held_back
+    assert (
+        "These data speak about as much for hidden-heat, but errors of the thermometers might feign that" in held_back
+    )
     assert "0.001" not in held_back
     assert "rule out hidden-heat" not in held_back
 
