@@ -8,10 +8,9 @@ In runs L whose plugs i and j changed places, both are off as recorded, and neit
 single runs, and all runs from one on, and of these with one run more or less as long as that helps, L leaves least of
 (1), its weights fitted to the temperatures so exchanged. All runs but L leave the same: the order along the leg tells
 which of both are wrong, and that plugs sit right in most runs; where they changed places once, the drift of the fitted
-runs, too. Where
-all runs count from one zero, it was read with the plugs of the first run, so that a plug exchanged since counts from
-the zero of another (`SensorRepair`, ``zero_else``). With
-``own`` and ``put`` the mean squares of e in L as recorded and exchanged, and h hours of L each worth one value,
+runs, too. Where all runs count from one zero, it was read with the plugs of the first run, so that a plug exchanged
+since counts from the zero of another (`SensorRepair`, ``zero_else``). With ``own`` and ``put`` the mean squares of e in
+L as recorded and exchanged, and h hours of L each worth one value,
 
     log evidence = h/2 sum_s log(own_s / put_s)                                                                (2)
 """

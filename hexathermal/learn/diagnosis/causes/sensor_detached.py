@@ -136,6 +136,7 @@ def _never_wholly_on(bench: Workbench, model: SensorModel) -> Trial:
     column = bench.slopes_span(model.sensor) * view.once(
         (CAUSE.name, model.sensor, "all"), partial(_aired, model, loss)
     )
+    # its share is what `lessened` is told; half stands for any where none is asked
     return Trial(CAUSE.name, column[:, None], model.sensor, "", _where(model, loss), ratio=True, advantage=SELDOM,
                  repair=partial(_loose, model, loss, 1.0), lessened=partial(_loose, model, loss))  # fmt: skip
 
