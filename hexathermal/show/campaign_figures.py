@@ -176,6 +176,17 @@ def broken(hours: Any, values: Any) -> tuple[Any, Any]:
     return np.insert(hours, gaps, np.nan), np.insert(values, gaps, np.nan)
 
 
+WIDE = 20.0
+"""Largest over least noise from which on they are drawn on a logarithmic scale."""
+
+
+def wide(*values: FloatArray) -> bool:
+    """Return whether values above zero are drawn on a logarithmic scale; else bars stand on zero."""
+    shown = np.concatenate(values)
+    shown = shown[np.isfinite(shown) & (shown > 0.0)]
+    return bool(shown.size and shown.max() > WIDE * shown.min())
+
+
 def noise_figure(sensors: tuple[str, ...], noise: FloatArray, slow: FloatArray) -> Figure:
     """Return noise and slow deviation [K] of each sensor as bars."""
     import matplotlib as mpl
@@ -190,12 +201,11 @@ def noise_figure(sensors: tuple[str, ...], noise: FloatArray, slow: FloatArray) 
         axes.bar(place + 0.2, slow * 1e3, 0.4, color=PURPLE,
                  label="slow deviation that the other sensors do not explain")  # fmt: skip
         axes.set_xticks(place, sensors, rotation=90 if len(sensors) > 10 else 0)
-        axes.set_yscale("log")
-        low, high = axes.get_ylim()
-        wide = high > 20.0 * low
-        axes.yaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0) if wide else (1.0, 1.5, 2.0, 3.0, 4.0, 5.0, 7.0)))
-        axes.yaxis.set_minor_locator(NullLocator())
-        axes.yaxis.set_major_formatter(FuncFormatter(lambda value, _place: f"{value:g}"))
+        if wide(noise, slow):
+            axes.set_yscale("log")
+            axes.yaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
+            axes.yaxis.set_minor_locator(NullLocator())
+            axes.yaxis.set_major_formatter(FuncFormatter(lambda value, _place: f"{value:g}"))
         axes.set_ylabel("standard deviation (mK)")
         axes.set_title("Noise of the thermocouples")
         figure.legend(loc="outside lower center", ncols=2)

@@ -185,7 +185,8 @@ def noise_chart(sensors: tuple[str, ...], noise: FloatArray, slow: FloatArray) -
     bars = (Bars("noise of single readings", sensors, noise * 1e3, BLUE),
             Bars("slow deviation", sensors, slow * 1e3, PURPLE))  # fmt: skip
     usual, worst = float(np.nanmedian(noise)) * 1e3, int(np.nanargmax(noise))
-    panel = Panel("Noise of the thermocouples", bars, "sensor", "standard deviation", "", "mK", log=True, height=1.3)
+    panel = Panel("Noise of the thermocouples", bars, "sensor", "standard deviation", "", "mK",
+                  log=drawn.wide(noise, slow), height=1.3)  # fmt: skip
     return Chart(
         "noise", "Noise of the thermocouples",
         f"Noise of {len(sensors)} thermocouples: {usual:.0f} mK in the middle, most {sensors[worst]} with "
