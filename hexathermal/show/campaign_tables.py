@@ -116,6 +116,10 @@ def apart_table(check: CampaignCheck, pretty: bool) -> Table:
     return table
 
 
+MOST_HOURS = 1e5
+"""A clock beyond is none, and told in few digits."""
+
+
 def cleaning_table(check: CampaignCheck, pretty: bool) -> Table:
     """Return what cleaning did over all runs, each step with its channels, the first of its places and its reason."""
     table = framed(pretty, "step", "count>", "runs>", "what", "channels", "first", "reason")
@@ -129,7 +133,8 @@ def cleaning_table(check: CampaignCheck, pretty: bool) -> Table:
         order = sorted(channels.items(), key=lambda item: -item[1])
         which = ", ".join(channel if len(order) == 1 else f"{channel} {count}" for channel, count in order)
         run_name, time = next(iter(runs.items()))
-        first = f"{run_name}, {time / 3600.0:.2f} h"
+        hours = time / 3600.0
+        first = f"{run_name}, {hours:.{'2f' if abs(hours) < MOST_HOURS else '3g'}} h"
         table.add_row(name, str(sum(channels.values())), str(len(runs)), action, which, first, reason)
     if not steps:
         table.add_row("-", "0", "0", "nothing left out", "-", "-", "every row and value may be used")
