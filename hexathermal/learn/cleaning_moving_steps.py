@@ -32,8 +32,8 @@ from hexathermal.learn.cleaning_steps import (
     doubt,
     made,
     sharpest,
+    still_there,
     taken_back,
-    those_that_stay,
 )
 from hexathermal.poses import FloatArray
 
@@ -140,8 +140,7 @@ def _steps_in(sheet: Sheet, own: slice, scales: MovingScales) -> list[Step]:
         if abs(step.size) > MOVE_TIMES * scales.largest(near, reach):
             found.append(step)
     own_steps = (step for step in found if own.start <= step.row - (step.part != 0.0) < own.stop)
-    once = [step for step in own_steps if not _comes_back(step, found)]
-    return [step for step in those_that_stay(found, q, apart) if step in once]
+    return [step for step in own_steps if not _comes_back(step, found) and still_there(step, found, q, apart)]
 
 
 def _step_at(apart: FloatArray, sharp: int, k: int, usual: float) -> Step | None:

@@ -117,15 +117,15 @@ def steps_in(sheet: Sheet, own: slice, scales: BeamScales) -> list[Step]:
             why, error = _at_movement(sheet, sharp, abs(size), k, scales)
         if all(abs(sharp - other.row) >= 5 for other in found):
             found.append(Step(sharp, k, size, error, within, why, part))
-    told = those_that_stay(found, sheet.q[:, 0], apart)
-    kept = (one if one.kept or one.at_rest or one in told else replace(one, kept=AS_OTHERS) for one in found)
-    return [one for one in kept if own.start <= one.row - (one.part != 0.0) < own.stop]
+    own_steps = [one for one in found if own.start <= one.row - (one.part != 0.0) < own.stop]
+    q = sheet.q[:, 0]
+    return [one if one.kept or still_there(one, found, q, apart) else replace(one, kept=AS_OTHERS) for one in own_steps]
 
 
-def those_that_stay(steps: Sequence[Step], q: FloatArray, apart: FloatArray) -> list[Step]:
-    """Return the steps that may be lost counts, and are still there where the rod is back."""
-    lost = [(one.row, one.beam, one.size) for one in steps if not one.kept]
-    return [one for one in steps if not one.kept and stays(q, apart, (one.row, one.beam, one.size), one.error, lost)]
+def still_there(step: Step, found: Sequence[Step], q: FloatArray, apart: FloatArray) -> bool:
+    """Return whether a step is one within a rest, or still there where the rod is back, beside all that were found."""
+    lost = [(one.row, one.beam, one.size) for one in found if not one.kept]
+    return step.at_rest or stays(q, apart, (step.row, step.beam, step.size), step.error, lost)
 
 
 def taken_back(
