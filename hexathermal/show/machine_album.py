@@ -18,6 +18,7 @@ from hexathermal.show import machine_run_figures as along
 from hexathermal.show.diagnosis_album import file_names
 from hexathermal.show.diagnosis_figures import ranking_figure
 from hexathermal.show.diagnosis_pictures import Picture
+from hexathermal.show.machine_limits import limits_by_cause
 from hexathermal.show.machine_signals import UM, Pooled, Signal, followed_leg, pooled, shares
 from hexathermal.show.machine_words import changed, framed_out
 
@@ -52,7 +53,7 @@ def pictures_of(
         "parts": [_signal(found, every, signals[name], False) for name in PART_SIGNALS if name in signals],
         "ranking": [_ranking(found)] if found.candidates else [],
         "gain": [_gain(found)] if found.gain is not None and changed(found) else [],
-        "limits": [_limits(found)] if figures.limits_by_cause(found) else [],
+        "limits": [_limits(found)] if limits_by_cause(found.limits) else [],
         "plan": [] if plan is None else [_promise(plan), _plan(plan)],
     }
 
@@ -182,7 +183,7 @@ def _gain(found: MachineDiagnosis) -> Picture:
 
 def _limits(found: MachineDiagnosis) -> Picture:
     """Return the picture of the limits of detection."""
-    sizes = [one.translation * UM for _cause, places in figures.limits_by_cause(found) for one in places]
+    sizes = [one.translation * UM for _cause, places in limits_by_cause(found.limits) for one in places]
     alt = f"Smallest effects that would be named, from {min(sizes):.2g} to {max(sizes):.2g} µm; the table has them."
     caption = (
         "How much a cause must move the platform in these poses to be named (RMS). Each dot is one leg, pair or joint."

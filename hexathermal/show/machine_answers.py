@@ -146,6 +146,7 @@ def _planned(
 def _shown(found: MachineDiagnosis, plan: MachineExperiment | None, poses: bool) -> list[Any]:
     """Return texts and tables, the finding first; poses of a plan where they stand in no file."""
     from hexathermal.show import machine_tables as tables
+    from hexathermal.show.machine_limits import LIMITS_WORDS
     from hexathermal.show.machine_words import changed, gain_words, sentences
 
     shown: list[Any] = ["\n".join(sentences(found)), _summary(found)]
@@ -156,11 +157,11 @@ def _shown(found: MachineDiagnosis, plan: MachineExperiment | None, poses: bool)
         shown.append(lambda pretty, _: tables.gain_table(found, pretty))
     shown.append(gain_words(found))
     if found.limits:
-        shown += [lambda pretty, _: tables.limits_table(found, pretty), tables.LIMITS_WORDS]
+        shown += [lambda pretty, _: tables.limits_table(found, pretty), LIMITS_WORDS]
     if found.alike:
         shown.append("These poses and temperatures cannot tell apart:\n" + "\n".join(f"  {one}" for one in found.alike))
     if found.advice:
-        shown.append("next:\n" + "\n".join(f"  for {', '.join(one.causes)}: {one.words}" for one in found.advice))
+        shown.append("next:\n" + "\n".join(f"  for {one.purpose}: {one.words}" for one in found.advice))
     if plan is None:
         shown += [f"Planned: {one.words}." for one in found.experiments]
     if plan is not None:

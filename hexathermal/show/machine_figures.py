@@ -10,11 +10,12 @@ from hexathermal.learn.hexapod_data import AXES
 from hexathermal.learn.hexapod_scores import PoseScore
 from hexathermal.learn.machine_diagnosis.observability import CLOSE
 from hexathermal.learn.machine_diagnosis.planning import MachineExperiment
-from hexathermal.learn.machine_diagnosis.result import MachineDiagnosis, MachineLimit
+from hexathermal.learn.machine_diagnosis.result import MachineDiagnosis
 from hexathermal.poses import FloatArray
 from hexathermal.show.diagnosis_figures import lying, plain_log
 from hexathermal.show.diagnosis_pictures import LOOK, NARROW_IN
 from hexathermal.show.figures import BLACK, BLUE, GREEN, GREY, PURPLE, VERMILION
+from hexathermal.show.machine_limits import limits_by_cause
 from hexathermal.show.machine_run_figures import LEGS
 from hexathermal.show.machine_signals import UM, Pooled
 from hexathermal.show.machine_words import framed_out
@@ -141,7 +142,7 @@ def limits_figure(found: MachineDiagnosis, width: float) -> Figure:
     import matplotlib as mpl
     from matplotlib.figure import Figure
 
-    shown = limits_by_cause(found)
+    shown = limits_by_cause(found.limits)
     wide = width > NARROW_IN
     with mpl.rc_context(LOOK):
         figure = Figure(figsize=(width, 1.0 + 0.24 * len(shown) * (1 if wide else 2)), layout="constrained")
@@ -159,17 +160,6 @@ def limits_figure(found: MachineDiagnosis, width: float) -> Figure:
             plain_log(axes)
             axes.tick_params(axis="x", labelsize=8.0)
     return figure
-
-
-def limits_by_cause(found: MachineDiagnosis) -> list[tuple[str, list[MachineLimit]]]:
-    """Return limits cause by cause, the one that is seen best first; without places that these rows do not see."""
-    groups: dict[str, list[MachineLimit]] = {}
-    for one in found.limits:
-        if np.isfinite(one.strength):
-            groups.setdefault(one.cause, []).append(one)
-    for places in groups.values():
-        places.sort(key=lambda one: one.strength)
-    return sorted(groups.items(), key=lambda item: (item[1][-1].strength, item[0]))
 
 
 def plan_figure(plan: MachineExperiment, width: float) -> Figure:

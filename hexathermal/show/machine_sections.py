@@ -9,7 +9,8 @@ from hexathermal.learn.machine_proposal import ALIKE
 from hexathermal.show.diagnosis_page import facts, paragraph, section, table, text
 from hexathermal.show.diagnosis_words import VERDICTS
 from hexathermal.show.hexapod_tables import unit_of
-from hexathermal.show.machine_tables import LIMITS_WORDS, apart, limits_rows, ranking_rows
+from hexathermal.show.machine_limits import LIMITS_HEAD, LIMITS_WORDS, limits_rows
+from hexathermal.show.machine_tables import apart, ranking_rows
 from hexathermal.show.machine_words import (
     UM,
     amplitude,
@@ -218,7 +219,7 @@ def _next(found: MachineDiagnosis, drawn: dict[str, str], plan: MachineExperimen
             )
         )
     if found.advice:
-        items = "".join(f"<li>{text(one.words)}<small>For: {text(', '.join(one.causes))}.</small></li>"
+        items = "".join(f"<li>{text(one.words)}<small>For: {text(one.purpose)}.</small></li>"
                         for one in found.advice)  # fmt: skip
         said += f'<h3>What the catalogue advises</h3><ol class="next">{items}</ol>'
     return said or paragraph("No experiment is proposed.")
@@ -226,10 +227,10 @@ def _next(found: MachineDiagnosis, drawn: dict[str, str], plan: MachineExperimen
 
 def _limits(found: MachineDiagnosis, drawn: dict[str, str]) -> str:
     """Return limits of detection, and the noise that makes them."""
-    rows = limits_rows(found)
+    rows = limits_rows(found.limits)
     if not rows:
         return paragraph("No limit could be told.")
-    head = ("cause", "best at", "um>", "urad>", "worst at", "um>", "urad>")
+    head = ("cause", *LIMITS_HEAD)
     return (
         paragraph(noise_words(found))
         + drawn["limits"]

@@ -13,8 +13,8 @@ from hexathermal.learn.machine_diagnosis.result import MachineDiagnosis
 from hexathermal.show.diagnosis_tables import plain
 from hexathermal.show.diagnosis_words import how_apart, settings_words
 from hexathermal.show.hexapod_tables import unit_of
-from hexathermal.show.machine_figures import limits_by_cause
-from hexathermal.show.machine_words import amplitude, framed_out, parameter_rows, score_cells
+from hexathermal.show.machine_limits import LIMITS_HEAD, limits_rows
+from hexathermal.show.machine_words import amplitude, framed_out, moved, parameter_rows, score_cells
 from hexathermal.show.shares import probability
 from hexathermal.show.tables import framed
 
@@ -36,11 +36,11 @@ def effects_table(found: MachineDiagnosis, pretty: bool) -> Table:
 
 
 def ranking_rows(found: MachineDiagnosis) -> list[tuple[str, ...]]:
-    """Return every candidate: cause, place, size in um and urad where it was named, visible, evidence, probability."""
+    """Return every candidate: cause, place, size in um and urad, visible, evidence, probability."""
     rows: list[tuple[str, ...]] = []
     for k, one in enumerate(found.candidates):
         effect = found.effects[k] if k < len(found.effects) else None
-        size = (amplitude(effect), amplitude(effect, rotation=True)) if effect is not None else ("-", "-")
+        size = moved(one.moved) if effect is None else (amplitude(effect), amplitude(effect, rotation=True))
         chance = one.probability if effect is None else effect.probability
         rows.append((one.cause, one.target or "-", *size, f"{one.strength:z.3f}", f"{one.evidence:z.1f}",
                      probability(chance), settings_words(one.settings) or "-"))  # fmt: skip
@@ -73,29 +73,12 @@ def gain_table(found: MachineDiagnosis, pretty: bool) -> Table:
     return table
 
 
-LIMITS_WORDS = (
-    "Ranked by size over the noise, all axes together, not by um or urad alone; rows by the worst place. um, urad: RMS "
-    "shift and turn of the platform."
-)
-"""By what limits are ranked."""
-
-
 def limits_table(found: MachineDiagnosis, pretty: bool) -> Table:
     """Return how large each effect must be in this campaign to be named, at its best and its worst place."""
-    table = framed(pretty, "would be named from", "best at", "um>", "urad>", "worst at", "um>", "urad>")
-    for row in limits_rows(found):
+    table = framed(pretty, "would be named from", *LIMITS_HEAD)
+    for row in limits_rows(found.limits):
         table.add_row(*row)
     return table
-
-
-def limits_rows(found: MachineDiagnosis) -> list[tuple[str, ...]]:
-    """Return limits by cause: its name, then place, RMS [um] and [urad] of the best and of the worst place."""
-    rows: list[tuple[str, ...]] = []
-    for cause, places in limits_by_cause(found):
-        ends = [(one.target or "-", f"{one.translation * UM:.2g}", f"{one.rotation * UM:.2g}")
-                for one in (places[0], places[-1])]  # fmt: skip
-        rows.append((cause, *ends[0], *(ends[1] if len(places) > 1 else ("", "", ""))))
-    return rows
 
 
 def promises_table(plan: MachineExperiment, pretty: bool) -> Table:

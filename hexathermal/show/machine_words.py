@@ -10,6 +10,7 @@ from hexathermal.show.shares import less, parts, proven
 
 if TYPE_CHECKING:
     from hexathermal.learn.hexapod_scores import PoseScore
+    from hexathermal.learn.machine_diagnosis.moving import Moved
     from hexathermal.learn.machine_diagnosis.result import MachineDiagnosis, MachineEffect
 
 UM = 1e6
@@ -80,8 +81,24 @@ def _follows(name: str, one: MachineEffect) -> bool:
 def amplitude(one: MachineEffect, rotation: bool = False) -> str:
     """Return the RMS of an effect on the platform with its 95 % interval [um or urad]."""
     value = (one.rotation if rotation else one.translation) * UM
-    std = value * relative_std(one)
+    return sized(value, value * relative_std(one))
+
+
+def sized(value: float, std: float) -> str:
+    """Return a size with its 95 % interval, where an uncertainty is known.
+
+    Examples
+    --------
+    >>> sized(0.31, 0.02), sized(0.31, float("nan"))
+    ('0.310 (0.271 to 0.349)', '0.31')
+    """
     return f"{rounded(value, std)} ({span(value, std, positive=True)})" if math.isfinite(std) else f"{value:.2g}"
+
+
+def moved(one: Moved) -> tuple[str, str]:
+    """Return how far a candidate moves the platform, RMS with its 95 % interval [um] and [urad]."""
+    far = sized(one.translation * UM, one.translation_std * UM)
+    return far, sized(one.rotation * UM, one.rotation_std * UM)
 
 
 def gain_words(found: MachineDiagnosis) -> str:

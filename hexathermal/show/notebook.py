@@ -275,7 +275,7 @@ def _machine_diagnosis(found: MachineDiagnosis) -> list[str]:
         *_effects(found, machine_tables.effects_table),
         *gain,
         *_ranking(found, machine_tables.ranking_table, machine_tables.limits_table),
-        *[page.paragraph(f"Next: {one.words}") for one in found.advice[:1]],
+        *[page.paragraph(f"Next, for {one.purpose}: {one.words}") for one in found.advice[:1]],
     ]
 
 

@@ -23,14 +23,12 @@ from hexathermal.show.diagnosis_words import (
     where,
 )
 from hexathermal.show.experiment_words import promise_words, told_apart
+from hexathermal.show.machine_limits import LIMITS_HEAD, LIMITS_WORDS, limits_rows, limits_told
 from hexathermal.show.report_chart import Chart
 from hexathermal.show.report_diagnosis_charts import disturbances_chart, gain_chart, limits_chart, ranking_chart
 from hexathermal.show.report_diagnosis_fields import wrong_fields
 from hexathermal.show.report_page import Report, Section
 from hexathermal.show.shares import probability
-
-MOST_LIMITS = 40
-"""Limits of a machine that the page lists; the JSON has all."""
 
 MOST_WRONG = 5
 """Wrong fields that are listed; the rest is counted."""
@@ -276,14 +274,9 @@ def _limits(told: Facts) -> Section:
         rows = [(cause, two_digits(value)) for cause, value in sizes]
         listed = table("Smallest effect that would be named", ("cause", "visible RMS, um>"), rows)
     else:
-        seen = [one for one in told["detection_limits"] if one["translation_um"] is not None]
-        seen.sort(key=lambda one: float(one["translation_um"]))
-        places = [(one["cause"], one["target"] or "-", f"{one['translation_um']:.2g}", f"{one['rotation_urad']:.2g}")
-                for one in seen[:MOST_LIMITS]]  # fmt: skip
-        some = f", the first {MOST_LIMITS} of {len(seen)}" if len(seen) > MOST_LIMITS else ""
-        listed = table(
-            f"Smallest effect that would be named, by its shift{some}", ("cause", "where", "um>", "urad>"), places
-        )
+        listed = table("Smallest effect on the platform that would be named, RMS", ("cause", *LIMITS_HEAD),
+                       limits_rows(limits_told(told)))  # fmt: skip
+        listed += paragraph(LIMITS_WORDS.replace("um", "µm").replace("urad", "µrad"))
     alike = _alike(told)
     return Section("limits", "Detection limits", "How small an effect would have been named", (drawn, listed, *alike))
 
@@ -305,7 +298,7 @@ def _next(told: Facts) -> Section:
                    for one in told["experiments"]]  # fmt: skip
         lines = [f"{one.words} Tells apart: {told_apart(one)}; {promise_words(one)}." for one in planned]
     else:
-        lines = [f"{one['words']} ({', '.join(one['causes'])})" for one in told.get("advice", ())]
+        lines = [f"{one['words']} ({', '.join(one.get('places') or one['causes'])})" for one in told.get("advice", ())]
         plan = told.get("next_experiment")
         if isinstance(plan, dict) and plan.get("words"):
             lines.insert(0, str(plan["words"]))

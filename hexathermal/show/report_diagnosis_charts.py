@@ -7,8 +7,10 @@ from typing import Any
 
 import numpy as np
 
+from hexathermal.learn.machine_diagnosis.result import UM
 from hexathermal.show.diagnosis_words import where
 from hexathermal.show.figures import BLUE, GREEN, GREY, PURPLE, VERMILION
+from hexathermal.show.machine_limits import limits_by_cause, limits_told
 from hexathermal.show.report_chart import Bars, Chart, Panel
 
 MOST_BARS = 20
@@ -82,10 +84,9 @@ def limits_chart(told: Facts) -> Chart | None:
         what = "visible RMS"
     else:
         sizes, what = {}, "RMS shift of the platform"
-        for one in told["detection_limits"]:
-            value = one["translation_um"]
-            if value:
-                sizes[one["cause"]] = min(float(value), sizes.get(one["cause"], np.inf))
+        for cause, places in limits_by_cause(limits_told(told)):
+            if places[0].translation:
+                sizes[cause] = places[0].translation * UM
     if not sizes:
         return None
     order = sorted(sizes, key=lambda cause: sizes[cause])

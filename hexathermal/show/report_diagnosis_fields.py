@@ -58,9 +58,9 @@ LEG: dict[str, Shape] = _ALL | {
 
 MACHINE: dict[str, Shape] = _ALL | {
     "gain?": _MACHINE_SCORES | {"runs?": {"*": _MACHINE_SCORES}, "without_frame_of_each_run?": _MACHINE_SCORES},
-    "detection_limits": [{"cause": TEXT, "target": TEXT + NULL, "translation_um": NUMBER + NULL,
-                          "rotation_urad": NUMBER + NULL}],
-    "advice?": [{"words": TEXT, "causes": [TEXT]}],
+    "detection_limits": [{"cause": TEXT, "target": TEXT + NULL, "strength": NUMBER + NULL,
+                          "translation_um": NUMBER + NULL, "rotation_urad": NUMBER + NULL}],
+    "advice?": [{"words": TEXT, "causes": [TEXT], "places?": [TEXT]}],
     "next_experiment?": {"words": TEXT},
     "alike?": [TEXT],
     "disturbances": {"noise": _AXES, "campaign_frame": _AXES, "frame_of_each_run": _AXES, "slow_frame": _AXES},

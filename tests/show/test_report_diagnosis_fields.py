@@ -115,7 +115,8 @@ def test_fields_of_a_machine_are_its_own() -> None:
         "kind": "hexapod", "title": "", "verdict": "none", "cause": None, "target": None, "probability": 0.7,
         "sentence": "None.", "effects": [], "candidates": [], "follows": None, "threshold": 0.5, "notes": [],
         "gain": None, "next_experiment": None,
-        "detection_limits": [{"cause": "payload", "target": None, "translation_um": None, "rotation_urad": None}],
+        "detection_limits": [{"cause": "payload", "target": None, "strength": None, "translation_um": None,
+                                  "rotation_urad": None}],
         "disturbances": dict.fromkeys(("noise", "campaign_frame", "frame_of_each_run", "slow_frame"), axes),
     }  # fmt: skip
     assert wrong_fields(facts) == ()

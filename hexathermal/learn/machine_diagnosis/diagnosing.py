@@ -14,6 +14,7 @@ from hexathermal.learn.copied_runs import without_copies
 from hexathermal.learn.hexapod_data import HexapodRows
 from hexathermal.learn.hexapod_noise import without_misses
 from hexathermal.learn.hexapod_offset import far_poses
+from hexathermal.learn.machine_diagnosis.candidate import called, legs_of
 from hexathermal.learn.machine_diagnosis.case import Case, case_of
 from hexathermal.learn.machine_diagnosis.causes import catalogue
 from hexathermal.learn.machine_diagnosis.course import Course, searched
@@ -22,6 +23,7 @@ from hexathermal.learn.machine_diagnosis.designing import designed
 from hexathermal.learn.machine_diagnosis.extension import extended
 from hexathermal.learn.machine_diagnosis.gain import MachineGain, MachineResidual, gained, residuals
 from hexathermal.learn.machine_diagnosis.leg_sensors import ADVICE
+from hexathermal.learn.machine_diagnosis.moving import moved
 from hexathermal.learn.machine_diagnosis.noise_levels import coordinates_of, leg_noise
 from hexathermal.learn.machine_diagnosis.observability import MachineObservability, machine_observability
 from hexathermal.learn.machine_diagnosis.quantities import quantities, sentence
@@ -195,8 +197,8 @@ def _effect(named: Settled, seen: MachineObservability) -> MachineEffect:
     one = named.adoption
     case, candidate = one.case, one.candidate
     parameters = quantities(named, case.view)
-    moved = coordinates_of(case.view, candidate.columns @ named.found)
-    far, turned = (float(np.sqrt((part**2).sum(axis=1).mean())) for part in (moved[:, :3], moved[:, 3:]))
+    motion = coordinates_of(case.view, candidate.columns @ named.found)
+    far, turned = (float(np.sqrt((part**2).sum(axis=1).mean())) for part in (motion[:, :3], motion[:, 3:]))
     close = equivalents(case, one, seen) if len(one.step.ranking) else Equivalents((), ())
     settings = {name: value for name, value in candidate.settings.items() if name != "ratio"}
     return MachineEffect(
@@ -233,9 +235,8 @@ def _ranking(course: Course) -> tuple[MachineCandidate, ...]:
         odds = np.array([0.0, *(item.odds for item in now.ranking)])
         share = float(np.exp(one.odds - np.logaddexp.reduce(odds)))
         settings = {name: value for name, value in candidate.settings.items() if name != "ratio"}
-        found.append(
-            MachineCandidate(candidate.cause, candidate.target, one.odds, share, one.scored.strength, settings)
-        )
+        found.append(MachineCandidate(candidate.cause, candidate.target, one.odds, share, one.scored.strength, settings,
+                                      moved(case, now, one)))  # fmt: skip
     return tuple(found)
 
 
@@ -266,12 +267,22 @@ def _advice(
         most = max(seen.limits, key=lambda one: one.strength if np.isfinite(one.strength) else 0.0, default=None)
         if most is None or most.cause not in known:
             return ()
-        return (MachineAdvice(known[most.cause].CAUSE.experiment, (most.cause,)),)
+        return (MachineAdvice(known[most.cause].CAUSE.experiment, (most.cause,), (_where(most.cause, most.target),)),)
+    places = {one.cause: _where(one.cause, one.target) for one in effects}
+    for place in (place for one in effects for place in one.equivalent_places):
+        places.setdefault(place.partition(" of ")[0], place)
+    for one in ranking:
+        places.setdefault(one.cause, _where(one.cause, one.target))
     names = [one.cause for one in effects] + [name for one in effects for name in one.equivalent]
     names += [one.cause for one in ranking]
     asked = [name for name in dict.fromkeys(names) if name in known or name in ADVICE][:3]
-    return tuple(MachineAdvice(ADVICE[name] if name in ADVICE else known[name].CAUSE.experiment, (name,))
-                 for name in asked)  # fmt: skip
+    return tuple(MachineAdvice(ADVICE[name] if name in ADVICE else known[name].CAUSE.experiment, (name,),
+                               (places[name],)) for name in asked)  # fmt: skip
+
+
+def _where(cause: str, target: str | None) -> str:
+    """Return a cause with the legs or the joint that it sits on, where it does."""
+    return called(cause, target) if legs_of(target) else cause
 
 
 def _constant(rows: HexapodRows) -> list[str]:

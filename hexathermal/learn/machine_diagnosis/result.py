@@ -13,6 +13,7 @@ from hexathermal.learn.hexapod_data import AXES
 from hexathermal.learn.hexapod_scores import PoseScore
 from hexathermal.learn.machine_diagnosis.candidate import legs_of
 from hexathermal.learn.machine_diagnosis.gain import MachineGain, MachineResidual
+from hexathermal.learn.machine_diagnosis.moving import Moved
 from hexathermal.learn.machine_diagnosis.plan_files import planned_facts
 from hexathermal.learn.machine_diagnosis.planning import MachineExperiment
 from hexathermal.machine.hexapod import Hexapod
@@ -66,7 +67,10 @@ class MachineEffect:
 
 @dataclass(frozen=True)
 class MachineCandidate:
-    """A line of the ranking: a cause at one place, its log posterior odds against none, and its visible strength."""
+    """A line of the ranking: a cause at one place, its log posterior odds against none, and its visible strength.
+
+    `moved` is how far it moves the platform in the rows searched, alone over what was named before its step.
+    """
 
     cause: str
     target: str | None
@@ -74,6 +78,7 @@ class MachineCandidate:
     probability: float
     strength: float
     settings: Mapping[str, Any]
+    moved: Moved
 
 
 @dataclass(frozen=True)
@@ -89,10 +94,16 @@ class MachineLimit:
 
 @dataclass(frozen=True)
 class MachineAdvice:
-    """What the catalogue advises to measure, in words."""
+    """What the catalogue advises to measure, in words: for causes, and for these with their places."""
 
     words: str
     causes: tuple[str, ...]
+    places: tuple[str, ...] = ()
+
+    @property
+    def purpose(self) -> str:
+        """What it is for."""
+        return ", ".join(self.places or self.causes)
 
 
 @dataclass(frozen=True, eq=False)
@@ -192,7 +203,9 @@ class MachineDiagnosis(Shown):
             return f"None above {far:.2g} um / {turned:.2g} urad (RMS): the model explains these poses to their noise."
         if self.verdict == "none":
             return "No cause of the catalogue is seen: the model explains these poses to their noise."
-        return f"Something real is left that {self.follows}, but no cause of the catalogue explains it."
+        left = next((one.moved for one in self.candidates if one.cause == self.follows), None)
+        size = "" if left is None else f" ({left.translation * UM:.2g} um and {left.rotation * UM:.2g} urad RMS)"
+        return f"Something real{size} is left that {self.follows}, but no cause of the catalogue explains it."
 
     def to_json(self) -> dict[str, Any]:
         """Return the diagnosis as its JSON document."""
@@ -213,12 +226,9 @@ class MachineDiagnosis(Shown):
             "effects": [_effect(one) for one in self.effects],
             "follows": self.follows,
             "gain": None if self.gain is None else _gain(self.gain),
-            "candidates": [
-                {"cause": one.cause, "target": one.target, "evidence": one.evidence, "probability": one.probability,
-                 "strength": one.strength, "settings": _plain(one.settings)} for one in self.candidates
-            ],
+            "candidates": [_candidate(one) for one in self.candidates],
             "next_experiment": planned_facts(self.experiments[0]) if self.experiments else None,
-            "advice": [{"words": one.words, "causes": list(one.causes)} for one in self.advice],
+            "advice": [_advice(one) for one in self.advice],
             "detection_limits": [_limit(one) for one in self.limits],
             "alike": list(self.alike),
             "disturbances": _disturbances(self.disturbances),
@@ -255,6 +265,21 @@ def _effect(one: MachineEffect) -> dict[str, Any]:
         "rotation_rms_urad": one.rotation * UM, "strength": one.strength, "pays_on_runs_left_out": list(one.pays),
         "sentence": one.sentence,
     }  # fmt: skip
+
+
+def _candidate(one: MachineCandidate) -> dict[str, Any]:
+    """Return a line of the ranking."""
+    return {
+        "cause": one.cause, "target": one.target, "evidence": one.evidence, "probability": one.probability,
+        "strength": one.strength, "settings": _plain(one.settings),
+        "translation_rms_um": one.moved.translation * UM, "translation_std_um": one.moved.translation_std * UM,
+        "rotation_rms_urad": one.moved.rotation * UM, "rotation_std_urad": one.moved.rotation_std * UM,
+    }  # fmt: skip
+
+
+def _advice(one: MachineAdvice) -> dict[str, Any]:
+    """Return what the catalogue advises to measure."""
+    return {"words": one.words, "causes": list(one.causes), "places": list(one.places)}
 
 
 def _limit(one: MachineLimit) -> dict[str, Any]:

@@ -12,7 +12,7 @@ from hexathermal.learn.machine_diagnosis.causes.joint_offset import candidates a
 from hexathermal.learn.machine_diagnosis.course import searched
 from hexathermal.learn.machine_diagnosis.deciding import verdict
 from hexathermal.learn.machine_diagnosis.diagnosing import diagnosed
-from hexathermal.learn.machine_diagnosis.noise_levels import scatter_of
+from hexathermal.learn.machine_diagnosis.noise_levels import coordinates_of, scatter_of
 from hexathermal.learn.machine_diagnosis.unexplained import wide_candidates
 from hexathermal.learn.machine_diagnosis.view import machine_view
 from tests.learn.machine_diagnosis.machines import Fault, drawn
@@ -42,6 +42,26 @@ def test_a_stranger_gets_no_name_of_a_part_of_it(stranger: str) -> None:
     named, probability, said = verdict(course)
     assert (named, said) == ("unexplained", follows)
     assert probability > 0.9
+
+
+def test_what_has_no_name_has_a_size() -> None:
+    """A leg that is longer by the square of a coordinate moves the platform as far as is told, within its uncertainty,
+    and so do the sentence and the JSON.
+    """
+    rows = drawn(37, runs=3, poses=60)
+    view = machine_view(rows)
+    x = view.poses[:, 0, 3] - view.poses[:, 0, 3].mean()
+    longer = np.zeros((len(rows), 6))
+    longer[:, 1] = 2e-6 * (x / x.std()) ** 2
+    found = diagnosed(replace(rows, q=rows.q - longer))
+    assert (found.verdict, found.follows) == ("unexplained", "follows the pose, in leg2")
+    longer[:, 1] -= longer[:, 1].mean()  # a constant is the scale's zero
+    true = np.sqrt((coordinates_of(view, longer)[:, :3] ** 2).sum(axis=1).mean())
+    told = found.candidates[0].moved
+    assert told.translation_std < 0.2 * told.translation
+    assert abs(told.translation - true) < 3.0 * told.translation_std
+    assert f"{told.translation * 1e6:.2g} um" in found.sentence
+    assert found.to_json()["candidates"][0]["translation_rms_um"] == pytest.approx(told.translation * 1e6)
 
 
 def test_two_legs_with_backlash_are_no_friction_of_all() -> None:
