@@ -331,6 +331,10 @@ ADVICE = {
     "is switched off when nothing has moved for so long, as a brake or the current of a motor at rest does.",
     "the way since a reversal": " What turns round over centimetres after each reversal, and stays when the rod rests, "
     "is drawn along: see what hangs on the rod, as a cable, a hose or a cover, and what the guide wipes.",
+    "the product of two temperatures": " What moves only where two places are warm is moved by the one as far as the "
+    "other lets it: a clamp that holds, a clearance that closes, grease that thins. Warm each alone, then both.",
+    "temperature so far": " What moves only where it is warmer, or colder, than ever before, and stays, has set: "
+    "a seat, a screw or a joint that slips as parts grow apart. Warm it as far again: the second time it is still.",
     "the speed of the last move": " What depends on how fast the rod came, and stays when it rests, is often a film of "
     "grease or a controller that stops short: drive to the same places slowly and quickly.",
 }

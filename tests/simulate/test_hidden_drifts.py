@@ -256,6 +256,10 @@ def test_outside_effects_have_their_form(leg: CampaignTruth, seed: int) -> None:
     truth, _ = hidden("outside: hysteresis", warm, generator, sensor=ramp.base[0], gap=1.0, height=1e-6)
     up, down = (float(np.interp(at, x, truth.runs[0].effect)) for at in (0.25, 0.75))
     assert up - down == pytest.approx(0.94e-6, abs=0.06e-6)
+    truth, _ = hidden("outside: ratchet", warm, generator, sensor=ramp.base[0], every=0.5, slope=1e-6)
+    slips = truth.runs[0].effect
+    assert (np.diff(slips) >= 0.0).all()
+    assert slips[-1] == slips.max() == pytest.approx(4.75e-6, abs=0.26e-6)  # it cools, and stays where it was
     still = made_up(leg, lambda time: np.full(time.size, 0.1))
     truth, rhythm = hidden("outside: room-rhythm", still, generator, height=1e-6)
     effect = truth.runs[0].effect
@@ -279,3 +283,21 @@ def test_outside_effects_of_the_day(leg: CampaignTruth, seed: int) -> None:
     rise = truth.runs[0].effect - float(np.interp(7200.0, run.time, truth.runs[0].effect))
     assert rise[-1] == pytest.approx(1e-6, rel=0.01)
     assert float(np.interp(8400.0, run.time, rise)) == pytest.approx(0.63e-6, abs=0.1e-6)
+
+
+def test_a_clamp_needs_two_warmings(leg: CampaignTruth, seed: int) -> None:
+    """Nothing where the room or the place stays as it was; the product of both where both warm."""
+    generator = np.random.default_rng(seed)
+    still = made_up(leg, lambda time: np.full(time.size, 0.1))
+    (run,) = still.runs
+    grows = run.time / run.time[-1]
+    warm = with_channel(still, still.sensors[0], 20.0 + 4.0 * grows)
+    air = run.air.copy()
+    own = {"sensor": still.sensors[0], "size": 1e-7, "late": 60.0}
+    for rise, most in ((0.0, 0.0), (2.0, 8e-7)):
+        air[:, 0] = 20.0 + rise * grows
+        truth, _ = hidden(
+            "outside: clamp", warm.changed(runs=(warm.runs[0].changed(air=air.copy()),)), generator, **own
+        )
+        assert truth.runs[0].effect[-1] == pytest.approx(most, rel=0.02, abs=1e-15)
+        assert truth.runs[0].effect[len(grows) // 2] == pytest.approx(most / 4.0, rel=0.03, abs=1e-15)

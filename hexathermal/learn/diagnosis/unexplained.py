@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from functools import partial
 
 import numpy as np
 import numpy.typing as npt
@@ -13,6 +14,7 @@ from hexathermal.learn.diagnosis.last_move import last_moves, steps_at_rest
 from hexathermal.learn.diagnosis.own_rates import each_run, own_rates
 from hexathermal.learn.diagnosis.pace import paces
 from hexathermal.learn.diagnosis.pieces import going_on
+from hexathermal.learn.diagnosis.temperature_shapes import products, reached
 from hexathermal.learn.diagnosis.trials import MOVED, PREFIX, STOOD, WORN, Trial, Workbench
 from hexathermal.learn.diagnosis.view import View
 from hexathermal.poses import FloatArray
@@ -61,6 +63,7 @@ def flexible_trials(bench: Workbench) -> Iterator[Trial]:
         if view.moves:
             both = _bumps(view.q, 5)[:, :, None] * _bumps(T, 4)[:, None, :]
             yield Trial(PREFIX + "displacement and temperature", both.reshape(len(T), -1), "qT")
+    yield from _of_temperatures(bench.view)
     yield from view.once((PREFIX, "rhythms"), lambda: (*_rhythms(view), *_rates(view)), ())
     yield from view.once((PREFIX, "weather"), lambda: tuple(_weather(bench)), ())
     yield from view.once((PREFIX, "inputs"), lambda: tuple(_inputs(view)), ())
@@ -90,6 +93,17 @@ def _moved(view: View) -> Iterator[Trial]:
         yield Trial(PREFIX + "the way since a reversal", columns, MOVED, "", {"way_m": way_m})
     for time, step in view.once((PREFIX, "steps at rest"), lambda: tuple(steps_at_rest(view)), ()):
         yield Trial(PREFIX + "the rest since a move", step, MOVED, "", {"step_after_s": time})
+
+
+def _of_temperatures(view: View) -> Iterator[Trial]:
+    """Give what temperatures make together, and what stays of the highest and the lowest."""
+    for sensor in view.base:
+        held = view.once((PREFIX, "reached", sensor), partial(reached, view, sensor), [sensor])
+        for extreme, column in held:
+            yield Trial(PREFIX + f"the {extreme} temperature so far", column[:, None], "T", "", {"sensor": sensor})
+    for names, column in products(view):
+        both = {"product_of": " and ".join(names)}
+        yield Trial(PREFIX + "the product of two temperatures", column[:, None], "T", "", both)
 
 
 def _worn_at_place(view: View) -> FloatArray:

@@ -13,8 +13,9 @@ from hexathermal.learn.diagnosis.evidence import LEAST
 from hexathermal.learn.diagnosis.rivals import FORETOLD
 from hexathermal.learn.diagnosis.spans import beside
 from hexathermal.learn.diagnosis.stage import Stage
+from hexathermal.learn.diagnosis.temperature_shapes import AIR, products, reached
 from hexathermal.simulate.hidden.drawing import campaign_of
-from tests.learn.diagnosis.campaigns import nothing_shared, viewed
+from tests.learn.diagnosis.campaigns import altered, nothing_shared, viewed
 
 
 @pytest.mark.long
@@ -137,3 +138,53 @@ def test_smoothing_takes_most_of_what_a_short_lag_does() -> None:
     smooth, recorded = (np.corrcoef(one, true)[0, 1] ** 2 for one in seen)
     assert recorded > 0.97
     assert smooth < 0.8
+
+
+@pytest.mark.long
+@pytest.mark.parametrize(
+    ("bench", "stranger", "follows"),
+    [("quiet", "outside: ratchet", "the highest temperature so far"),
+     ("finite_volume", "outside: ratchet", "the highest temperature so far"),
+     ("quiet", "outside: clamp", "the product of two temperatures")],
+)  # fmt: skip
+def test_what_two_temperatures_make_and_what_sets_has_no_name(bench: str, stranger: str, follows: str) -> None:
+    """Of three campaigns each, at 0.8 of the noise, none has a name, and two or more are told as what they are."""
+    told = []
+    for seed in (801, 802, 803):
+        decision = decided(Stage(viewed(bench, seed, (stranger,), 0.8)[0]).step, 6.0)
+        assert not decision.named
+        told.append(decision.leader is not None and decision.leader.cause == f"follows {follows}")
+    assert sum(told) >= 2
+
+
+def test_the_highest_temperature_so_far_stays_when_it_cools() -> None:
+    """It never falls within a run, is never below the temperature, nor the lowest above it, and each run begins anew;
+    where all runs count from one zero it goes on.
+    """
+    view, _ = viewed("quiet", 3, (), 1.0)
+    sensor, run = view.base[0], view.channel.run
+    for own in (view, replace(view, zeroed_by_run=False)):
+        now = own.temperatures(sensor) if own is view else own.windows_zeroed([s.dT[sensor] for s in own.signals])[:, 0]
+        highest, lowest = (column for _name, column in reached(own, sensor))
+        together = [run == k for k in np.unique(run)] if own.zeroed_by_run else [run >= 0]
+        assert all((np.diff(highest[part]) >= -1e-12).all() for part in together)
+        assert all((np.diff(lowest[part]) <= 1e-12).all() for part in together)
+        assert (highest >= now - 1e-9).all()
+        assert (lowest <= now + 1e-9).all()
+    first = np.flatnonzero(np.diff(run, prepend=-1))
+    assert (highest[first[1:]] >= highest[first[1:] - 1] - 1e-12).all()
+
+
+def test_a_square_is_no_product_of_two_temperatures() -> None:
+    """Of places that warm alike the product is the law's square, and not asked for; the air goes its own way."""
+    view, _ = viewed("quiet", 3, (), 1.0)
+    one = view.base[0]
+    alike = altered(view, next(name for name in view.sensors if name != one), lambda k, signals: signals.dT[one])
+    twin = next(name for name in view.sensors if name != one)
+    asked = [names for names, _column in products(alike)]
+    assert (one, twin) not in asked
+    assert any(AIR in names for names in asked)
+    for names, column in products(view):
+        warm = [view.temperatures(name) for name in names if name != AIR]
+        if len(warm) == 2:
+            assert column == pytest.approx(warm[0] * warm[1])
