@@ -114,9 +114,17 @@ def denied(stage: Stage, after: Stage, leader: Ranked) -> bool:
     if tells_of_one_run(leader):
         faint = leader.value < CLEAR_STEP
         return faint or (leader.cause == STEP and grid_spread(leader, stage, "time_s") > BLURRED_S)
-    if leader.gated >= FAINT or not _rises(stage, after, leader):
+    own = not leader.named and _differs_by_run(leader, stage)
+    if leader.gated >= FAINT or own or not _rises(stage, after, leader):
         return False
     return not _falls_within(stage, after, leader) or foresight(stage, after, leader) < FORESEEN
+
+
+def _differs_by_run(leader: Ranked, stage: Stage) -> bool:
+    """Return whether all columns are of one run each, as of a rhythm whose phases differ: runs foretell no other."""
+    columns, run = leader.best.trial.columns, stage.channel.run
+    shows = np.array([np.any(columns[run == k] != 0.0, axis=0) for k in np.unique(run)])
+    return len(shows) > 1 and bool((shows.sum(axis=0) == 1).all())
 
 
 def _rises(before: Stage, after: Stage, leader: Ranked) -> bool:

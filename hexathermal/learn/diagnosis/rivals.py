@@ -42,6 +42,11 @@ nor do they follow a room hours later. Of 500 sound legs on six benches one show
 these others beyond 4, and five any other name beyond 24, by 28 to 49. A clock or a lag moves little, and loggers are
 off by seconds everywhere. Of parts, which thermometers' errors move by a micrometre, nothing of this is known."""
 
+NAMELESS_PART, ALL_NAMES = 0.25, 0.8
+"""Part of what something without a name says that counts against nothing in any case, and the part of it that all names
+must say less than. Of 252 sound legs on nine benches of three hands one had something nameless beyond 9, by 21, of 83
+sound parts one, by 12."""
+
 LOST, SURELY, NEARLY, ORDERED = "sensor-detached", 5.0, 0.65, 5.0
 """Lost contact, what a parity must say for it, the part of the evidence for an exchange that it must have, and what the
 order along the leg says for an exchange that is beyond doubt."""
@@ -228,6 +233,14 @@ def beyond_chance(ranked: list[Ranked]) -> list[Ranked]:
         counts = item.named and nameless < most * item.value
         found.append(_at_least(item, part) if counts else item)
     return found
+
+
+def nothing_like_it(ranked: list[Ranked]) -> list[Ranked]:
+    """Return the ranking in which a part of what has no name, and is unlike all names, is no misfit of the drift."""
+    names = max((item.value for item in ranked if item.named), default=0.0)
+    return [
+        _at_least(item, NAMELESS_PART) if not item.named and names < ALL_NAMES * item.value else item for item in ranked
+    ]
 
 
 def _at_least(item: Ranked, part: float) -> Ranked:

@@ -33,6 +33,7 @@ from hexathermal.learn.diagnosis.rivals import (
     late_or_off,
     nameless_bounded,
     never_on_its_part,
+    nothing_like_it,
     refracted,
     shaped,
     stepping,
@@ -173,7 +174,7 @@ class Search:
         timed = exchanged(late_or_off(shaped(acting), timed=self._timed))
         believed = with_a_misfit(channel, system, never_on_its_part(timed))
         beams = drifting(channel, system, stepping(channel, system, believed))
-        led = tilted(nameless_bounded(channel, system, beams))
+        led = nothing_like_it(tilted(nameless_bounded(channel, system, beams)))
         return beyond_chance(led) if self.bench.view.kind == "leg" else led
 
     def _beside(

@@ -12,11 +12,13 @@ from hexathermal.learn.diagnosis.evidence import TOLERATED, Base, Scored
 from hexathermal.learn.diagnosis.ranking import Ranked
 from hexathermal.learn.diagnosis.rivals import (
     MOST_INDEX,
+    NAMELESS_PART,
     SELDOM,
     SELDOM_ELSE,
     UNLIKELY,
     beyond_chance,
     drifting,
+    nothing_like_it,
     refracted,
     tilted,
 )
@@ -78,6 +80,16 @@ def test_beside_something_without_a_name_little_counts(cause: str, nameless: flo
     given = [item(cause, 90.0, feigned=1.0), item(f"{PREFIX}the temperature", nameless)]
     after = beyond_chance(given)
     assert (after[0].gated > 10.0) == counts
+    assert after[1] == given[1]
+
+
+@pytest.mark.parametrize(("name", "counts"), [(10.0, True), (70.0, True), (75.0, False)])
+def test_what_is_like_no_name_counts_in_part_too(name: float, counts: bool) -> None:
+    """Nothing without a name says much by chance: a part of it is real, unless a name says nearly as much."""
+    given = [item(f"{PREFIX}the humidity", 90.0, feigned=1.0), item("creep", name, feigned=1.0)]
+    after = nothing_like_it(given)
+    assert given[0].gated < 1.0
+    assert after[0].gated == pytest.approx(NAMELESS_PART * 90.0 if counts else given[0].gated)
     assert after[1] == given[1]
 
 

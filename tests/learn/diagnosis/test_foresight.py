@@ -23,6 +23,8 @@ from hexathermal.learn.diagnosis.trials import Trial
 from tests.learn.diagnosis.campaigns import viewed
 
 LEVELS = Levels(1e-7, 1e-7, 1e-7, 1e-7)
+FOUR = SimpleNamespace(run=np.array([0, 0, 1, 1]))
+"""What stands for a channel of four windows, two of each run."""
 
 
 def stage_of(*, stroked: bool = True) -> Any:
@@ -120,9 +122,26 @@ def test_something_faint_without_a_name_is_denied_alike(
     monkeypatch.setattr(foresight, "part_saved", lambda *_stages, within=False: about_means if within else share)
     monkeypatch.setattr(foresight, "part_spread", lambda *_stages: 0.1)
     monkeypatch.setattr(foresight, "foresight", lambda *_stages: sure)
-    best = Scored(Trial("follows time", np.zeros((1, 1))), evidence, 1.0, LEVELS.rms, 0.0, 1.0, np.ones(1))
+    best = Scored(Trial("follows time", np.ones((4, 1))), evidence, 1.0, LEVELS.rms, 0.0, 1.0, np.ones(1))
     leader = Ranked("follows time", evidence, best, LEVELS)
-    stage: Any = SimpleNamespace(with_effect=lambda _best: None, step=Step((leader,), LEVELS, 0.0))
+    stage: Any = SimpleNamespace(with_effect=lambda _best: None, step=Step((leader,), LEVELS, 0.0), channel=FOUR)
+    assert (_not_denied(stage, Decision(leader, 0.9, {}, ()), LEAST, ()).leader is leader) == stands
+
+
+@pytest.mark.parametrize(("columns", "stands"), [
+    (np.kron(np.eye(2), np.ones((2, 1))), True), (np.ones((4, 2)), False),
+])  # fmt: skip
+def test_runs_do_not_deny_what_each_has_its_own_way(
+    monkeypatch: pytest.MonkeyPatch, columns: np.ndarray, stands: bool
+) -> None:
+    """Of a rhythm that has another phase in each run no run foretells another: that they are foretold worse is no
+    wonder, and is not held against it.
+    """
+    monkeypatch.setattr(foresight, "part_saved", lambda *_stages, within=False: -0.2)
+    monkeypatch.setattr(foresight, "part_spread", lambda *_stages: 0.1)
+    best = Scored(Trial("follows time", columns), LEAST + 1.0, 1.0, LEVELS.rms, 0.0, 1.0, np.ones(2))
+    leader = Ranked("follows time", LEAST + 1.0, best, LEVELS)
+    stage: Any = SimpleNamespace(with_effect=lambda _best: None, step=Step((leader,), LEVELS, 0.0), channel=FOUR)
     assert (_not_denied(stage, Decision(leader, 0.9, {}, ()), LEAST, ()).leader is leader) == stands
 
 
@@ -130,14 +149,16 @@ def test_what_stands_behind_something_that_is_denied_is_told(monkeypatch: pytest
     """Faint columns of place and warmth that runs left out deny do not hide a bump at one place, which is plain."""
 
     def ranked(name: str, evidence: float, visible: float) -> Ranked:
-        best = Scored(Trial(name, np.ones((1, 2))), evidence, visible * LEVELS.rms, LEVELS.rms, 0.0, 1.0, np.ones(2))
+        best = Scored(Trial(name, np.ones((4, 2))), evidence, visible * LEVELS.rms, LEVELS.rms, 0.0, 1.0, np.ones(2))
         return Ranked(name, evidence, best, LEVELS)
 
     faint, plain = ranked("follows place and warmth", 90.0, 0.2), ranked("follows the displacement", 85.0, 10.0)
     monkeypatch.setattr(foresight, "part_saved", lambda *_stages, within=False: -0.2)
     monkeypatch.setattr(foresight, "part_spread", lambda *_stages: 0.1)
     stage: Any = SimpleNamespace(
-        with_effect=lambda _best: None, step=Step((faint, plain, ranked("backlash", 0.0, 0.1)), LEVELS, 0.0)
+        with_effect=lambda _best: None,
+        step=Step((faint, plain, ranked("backlash", 0.0, 0.1)), LEVELS, 0.0),
+        channel=FOUR,
     )
     assert faint.gated < FAINT
     assert _not_denied(stage, Decision(faint, 0.9, {}, ()), LEAST, ()).leader is plain
