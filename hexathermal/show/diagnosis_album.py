@@ -125,7 +125,7 @@ def _gaps(runs: Sequence[RunResidual]) -> str:
 
 def _signal(found: Diagnosis, name: str) -> Picture:
     """Return the picture of the residual against one signal."""
-    label = signal_words(name, found.law)[0]
+    label = signal_words(name, found)[0]
     signal, before, after = along.pooled(found, name)
     share = 100.0 * along.binned(signal, before)[2]
     said = f"the means hold {share:.0f} % of the residual's variance"

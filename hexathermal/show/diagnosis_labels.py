@@ -43,6 +43,7 @@ CHOICES: dict[tuple[str, Any], str] = {
 """What a setting of a parameter is called where its own word would not be understood."""
 
 SIGNALS = {
+    "followed": ("what {follows} explains beside the law", "µm", 1e6),
     "time": ("time since the {zero} began", "h", 1.0 / 3600.0),
     "q": ("displacement of the rod", "mm", 1e3),
     "direction": ("direction of the last move", "", 1.0),

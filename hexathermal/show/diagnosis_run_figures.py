@@ -164,9 +164,10 @@ def _course(axes: Axes, hours: FloatArray, values: FloatArray, **look: Any) -> N
 
 
 def signal_names(found: Diagnosis) -> list[str]:
-    """Return what the residual can be held against: time first, then what at least one run has and that varies."""
+    """Return what the residual can be held against: what has no name, time, then what runs have and that varies."""
     names = dict.fromkeys(name for run in found.residuals for name in run.signals)
-    return ["time", *(name for name in names if np.ptp(_finite(pooled(found, name)[0])) > 0.0)]
+    varying = [name for name in names if np.ptp(_finite(pooled(found, name)[0])) > 0.0]
+    return sorted(["time", *varying], key=lambda name: name != "followed")
 
 
 def _finite(values: FloatArray) -> FloatArray:
@@ -214,7 +215,7 @@ def binned(signal: FloatArray, values: FloatArray) -> tuple[FloatArray, FloatArr
 
 def signal_figure(found: Diagnosis, name: str, width: float) -> Figure:
     """Return the residual against one signal, before and, where something joined the law, after."""
-    return clouds_figure(found, pooled(found, name), signal_words(name, found.law), name, width)
+    return clouds_figure(found, pooled(found, name), signal_words(name, found), name, width)
 
 
 def clouds_figure(

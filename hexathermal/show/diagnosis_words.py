@@ -14,7 +14,6 @@ from hexathermal.show.diagnosis_labels import CHOICES, LABELS, SHARES, SIGNALS
 
 if TYPE_CHECKING:
     from hexathermal.learn.diagnosis.result import Diagnosis, Effect, Quantity
-    from hexathermal.learn.law import IdentifiedLaw
 
 
 ENDINGS = ("_degC", "_per_K2", "_urad_per_K", "_um_per_K", "_um_per_h", "_um_per_unit", "_K_per_h", "_per_K", "_um",
@@ -251,10 +250,11 @@ def how_apart(separation: float) -> str:
     return "not at all" if separation < 1.0 else "barely" if separation < 3.0 else "weakly"
 
 
-def signal_words(name: str, law: IdentifiedLaw) -> tuple[str, str, float]:
+def signal_words(name: str, found: Diagnosis) -> tuple[str, str, float]:
     """Return what a signal of a residual is called, its unit and its factor; others are recorded inputs."""
     words, unit, factor = SIGNALS.get(name, (f"recorded input {name}", "", 1.0))
-    return words.format(sensor=law.sensors[0], zero=law.zero), unit, factor
+    law = found.law
+    return words.format(sensor=law.sensors[0], zero=law.zero, follows=found.follows), unit, factor
 
 
 def visible_std(effect: Effect) -> float:

@@ -3,15 +3,20 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
 
+from hexathermal.learn.campaign_files import load_campaign
+from hexathermal.learn.diagnosis import diagnose
 from hexathermal.learn.diagnosis.result import Candidate, Diagnosis, RunResidual
 from hexathermal.poses import FloatArray
 from hexathermal.show.diagnosis_album import pictures_of
-from hexathermal.show.diagnosis_run_figures import binned
+from hexathermal.show.diagnosis_run_figures import binned, pooled
 from hexathermal.show.folded_figures import Fold, folded, folds_of
+from hexathermal.simulate.hidden.drawing import campaign_of
+from hexathermal.simulate.hidden.writing import write_campaign
 from tests.show.drawn_diagnoses import UM, drawn
 
 PERIOD = 1020.0
@@ -61,3 +66,18 @@ def test_nothing_is_folded_where_nothing_repeats() -> None:
     still = [replace(run, signals={"dT": run.signals["dT"]}) for run in drawn().residuals]
     names = [one.name for one in pictures_of(drawn(residuals=tuple(still)))["signals"]]
     assert not [name for name in names if name.startswith(("residual-pitch", "residual-period"))]
+
+
+@pytest.mark.long
+def test_the_residual_is_held_against_what_has_no_name(tmp_path: Path) -> None:
+    """First of all pictures of signals, of the runs that were fitted: the residual goes with what is explained."""
+    truth, answer = campaign_of("quiet", 801, causes=("outside: ratchet",), strength=1.2)
+    write_campaign(tmp_path / "campaign", truth, answer)
+    found = diagnose(load_campaign(tmp_path / "campaign"), answer.base)
+    assert found.follows == "follows the highest temperature so far"
+    having = [run for run in found.residuals if "followed" in run.signals]
+    assert {run.role for run in having} == {"identification"}
+    explained, before, _after = pooled(found, "followed")
+    assert np.corrcoef(explained, before)[0, 1] > 0.4
+    assert pictures_of(found)["signals"][0].name == "residual-followed"
+    assert "follows the highest temperature so far" in pictures_of(found)["signals"][0].caption

@@ -171,7 +171,7 @@ def test_swapped_sensors_are_exchanged(leg: CampaignTruth, generator: np.random.
 
 def test_a_sensor_drifts_within_its_bounds(leg: CampaignTruth, generator: np.random.Generator) -> None:
     """The error of one sensor follows the trend over the campaign, the walk never farther from it than stated."""
-    truth, parameters = hidden("sensor-drift", leg, generator)
+    truth, parameters = hidden("sensor-drift", leg, generator, alone=-1)
     j, drift = truth.sensors.index(str(parameters["target"])), float(parameters["drift"])
     lengths = [float(run.time[-1] - run.time[0]) for run in leg.runs]
     gone, onset = 0.0, float(parameters["onset"]) * sum(lengths)
@@ -181,3 +181,14 @@ def test_a_sensor_drifts_within_its_bounds(leg: CampaignTruth, generator: np.ran
         assert np.abs(walk).max() <= abs(drift) * float(parameters["wandering"]) + 1e-12
         assert np.ptp(walk) > 0.0
         gone += float(run.time[-1] - run.time[0])
+
+
+def test_a_sensor_may_drift_in_one_run_alone(leg: CampaignTruth, generator: np.random.Generator) -> None:
+    """Not before its onset there, and not in any other run."""
+    truth, parameters = hidden("sensor-drift", leg, generator, alone=1, onset=0.4, wandering=0.0)
+    j, drift = truth.sensors.index(str(parameters["target"])), float(parameters["drift"])
+    mean = np.mean([run.time[-1] - run.time[0] for run in leg.runs])
+    for k, (before, run) in enumerate(zip(leg.runs, truth.runs, strict=True)):
+        since = np.maximum(run.time - run.time[0] - 0.4 * (run.time[-1] - run.time[0]), 0.0)
+        error = (run.sensor_errors - before.sensor_errors)[:, j]
+        np.testing.assert_allclose(error, (k == 1) * drift * since / mean, atol=1e-12)

@@ -29,7 +29,7 @@ from hexathermal.learn.diagnosis.places import alias_words
 from hexathermal.learn.diagnosis.put_back import put_back, told_back
 from hexathermal.learn.diagnosis.recorded import judged_runs, partly_recorded, refuse_silent, refuse_slow, silence_words
 from hexathermal.learn.diagnosis.replugged import Exchange, exchanges_between_runs, told_of
-from hexathermal.learn.diagnosis.residuals import whiteness
+from hexathermal.learn.diagnosis.residuals import whiteness, with_followed
 from hexathermal.learn.diagnosis.result import Candidate, Diagnosis, Effect, Limit
 from hexathermal.learn.diagnosis.rivals import LATE, OFF, STEP, TILT
 from hexathermal.learn.diagnosis.room_air import hung, in_the_room, room_words
@@ -143,7 +143,8 @@ def _diagnosed(
         verdict, probability, effects, follows, candidates, base, final.law, final.gain,
         reachable(campaign, last, held, base, extended.repairs), last.channel.counted(last.levels), course.threshold,
         limits, confusions, next_experiments(course, limits, confusions, _candidates(course, ())),
-        final.residuals, campaign.title, notes, whiteness(course.first, final.stage),
+        with_followed(final.residuals, course.last, course.end.leader), campaign.title, notes,
+        whiteness(course.first, final.stage),
         None if law is None else Given(law, gained(law, base, seen, read)), doubtful, final.refused,
     )  # fmt: skip
 

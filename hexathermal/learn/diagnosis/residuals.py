@@ -3,14 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 import numpy.typing as npt
 
 from hexathermal.learn.campaign import Campaign
 from hexathermal.learn.coverage import TWO_SIDED
+from hexathermal.learn.diagnosis.ranking import Ranked
 from hexathermal.learn.diagnosis.result import Autocorrelation, RunResidual
 from hexathermal.learn.diagnosis.smoothing import smoothed
+from hexathermal.learn.diagnosis.spans import beside
 from hexathermal.learn.diagnosis.stage import Stage, view_of
 from hexathermal.learn.diagnosis.view import View
 from hexathermal.learn.law import IdentifiedLaw
@@ -71,6 +74,25 @@ def run_residuals(
             view = view_of(campaign, runs, law.sensors, placed=law.stroked)
             found += [_residual(view, k, law, extended, past[runs[k].run.name]) for k in range(len(runs))]
     return tuple(found)
+
+
+def with_followed(runs: tuple[RunResidual, ...], stage: Stage, leader: Ranked | None) -> tuple[RunResidual, ...]:
+    """Return residuals with what one column without a name explains beside the law, as the signal ``"followed"`` [m].
+
+    Of the runs for identification, where it was found; many columns go with signals that are there already.
+    """
+    if leader is None or leader.named or leader.best.trial.columns.shape[1] != 1:
+        return runs
+    law = np.column_stack([np.ones(len(stage.channel.run)), stage.view.base_columns])
+    explained = beside(leader.best.trial.columns, law)[:, 0] * float(stage.amplitudes(leader)[0][0])
+    names = [rows.run.name for rows in stage.view.runs]
+    own = {name: explained[stage.channel.run == k] for k, name in enumerate(names)}
+    return tuple(
+        replace(one, signals={**one.signals, "followed": own[one.run]})
+        if len(own.get(one.run, ())) == len(one.time)
+        else one
+        for one in runs
+    )
 
 
 def _residual(view: View, k: int, law: IdentifiedLaw, extended: IdentifiedLaw, past: LegMemory) -> RunResidual:

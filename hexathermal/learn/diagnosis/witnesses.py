@@ -222,7 +222,7 @@ class Witnesses:
 
         With d +- s the error by the drift, p +- r that in the parity, and t the RMS of what the parities of bystanders
         show of the same, ``log N(p; d, s^2 + r^2 + t^2) - log N(p; 0, r^2 + t^2)``. Minus infinity where an error in
-        the drift and one in the parity are no one number.
+        the drift and one in the parity are no one number. Of a moment that the parity led to, no more than it gains.
         """
         trial = best.trial
         shown = self.shown(trial)
@@ -239,7 +239,9 @@ class Witnesses:
         if trial.ratio:
             error, slope = part_of(error), slope / (1.0 + max(error, 0.0)) ** 2
         chance = self._chance(trial, shown)
-        return _likelier(shown.amplitude, error, chance + float(slope @ covariance[np.ix_(own, own)] @ slope), chance)
+        spread = float(slope @ covariance[np.ix_(own, own)] @ slope)
+        said = _likelier(shown.amplitude, error, chance + spread, chance)
+        return min(said, max(shown.gain, 0.0)) if trial.asked else said
 
     def _seconded(self, trial: Trial) -> float:
         """Return what the parity of a faulty thermometer says by itself; 0 of what is no fault."""

@@ -8,8 +8,9 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
-from hexathermal.learn.diagnosis.causes.sensor_drift import COURSES, STEADY, Course, _hours, _lessened
+from hexathermal.learn.diagnosis.causes.sensor_drift import COURSES, STEADY, Course, _hours, _hours_since, _lessened
 from hexathermal.learn.diagnosis.evidence import LEAST
+from hexathermal.learn.diagnosis.onsets import Onset
 from hexathermal.learn.diagnosis.ranking import Ranked
 from hexathermal.learn.diagnosis.stage import Stage
 from hexathermal.learn.diagnosis.view import View
@@ -53,8 +54,46 @@ def test_a_reading_that_drifts_from_an_onset_on_is_named_and_mended(sound: tuple
     assert first_name(drifting) == "sensor-drift"
     stage = Stage(drifting)
     best = stage.step.ranking[0].best
-    assert best.trial.parameters.get("from_share", 0.0) > 0.0
+    assert {"from_share", "time_s"} & best.trial.parameters.keys()
     assert stage.with_effect(best).kinder_left < 0.7 * stage.kinder_left
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("goes_on", [True, False])
+def test_a_drift_that_begins_within_a_run_is_named_with_its_moment(sound: tuple[View, str], goes_on: bool) -> None:
+    """At 0.6 K/h from the middle of the third run on, to its end or on and on: told within a quarter of an hour, and
+    mended from then on, with the readings before it left as they are.
+    """
+    view, sensor = sound
+    moment = float(view.signals[2].time[0] + 0.5 * np.ptp(view.signals[2].time))
+    ramp = _hours_since(view, Onset(2, moment, stays=goes_on))
+    drifting = altered(view, sensor, lambda k, s: s.dT[sensor] + 0.6 * ramp[k])
+    stage = Stage(drifting)
+    best = stage.step.ranking[0].best
+    told = best.trial.parameters
+    assert (stage.step.ranking[0].cause, told["run"]) == ("sensor-drift", view.runs[2].run.name)
+    assert abs(told["time_s"] - moment) < 900.0
+    assert told.get("fixed_again", 0) == (not goes_on)
+    after = stage.with_effect(best)
+    assert after.kinder_left < 0.8 * stage.kinder_left
+    own = after.view.runs[2].signals
+    sound_before = own.time < told["time_s"]
+    assert own.dT[sensor][sound_before] == pytest.approx(drifting.runs[2].signals.dT[sensor][sound_before])
+    assert np.abs(own.dT[sensor] - view.runs[2].signals.dT[sensor]).max() < 0.5
+
+
+def test_hours_since_an_onset_go_on_or_end_with_the_run(sound: tuple[View, str]) -> None:
+    """None before; then the time since; in later runs the time since each one's begin, or since that of all."""
+    view, _ = sound
+    moment = float(view.signals[1].time[len(view.signals[1]) // 2])
+    for own in (view, replace(view, zeroed_by_run=False)):
+        for stays in (True, False):
+            rows = _hours_since(own, Onset(1, moment, stays=stays))
+            assert not rows[0].any()
+            assert rows[1] == pytest.approx(np.maximum(own.signals[1].time - moment, 0.0) / 3600.0)
+            later = (own.signals[2].time - own.signals[2].time[0]) / 3600.0
+            went_on = 0.0 if own.zeroed_by_run else rows[1][-1]
+            assert rows[2] == pytest.approx(stays * (later + went_on))
 
 
 def test_an_error_is_taken_off_at_each_run_s_rate(sound: tuple[View, str]) -> None:

@@ -16,10 +16,11 @@ from threadpoolctl import threadpool_info, threadpool_limits
 from hexathermal.learn.campaign_files import load_campaign
 from hexathermal.learn.diagnosis import diagnose, diagnosing
 from hexathermal.learn.diagnosis.causes import zero_jump
-from hexathermal.learn.diagnosis.causes.sensor_detached import Loss, _parity, _promising, _promising_moments
+from hexathermal.learn.diagnosis.causes.sensor_detached import _parity
 from hexathermal.learn.diagnosis.causes.zero_jump import _moments
 from hexathermal.learn.diagnosis.evidence import Scored
 from hexathermal.learn.diagnosis.foresight import foresight, part_saved
+from hexathermal.learn.diagnosis.onsets import Onset, promising, promising_moments
 from hexathermal.learn.diagnosis.sensor_model import SensorModel
 from hexathermal.learn.diagnosis.stage import Stage
 from hexathermal.learn.diagnosis.trials import Trial, Workbench
@@ -53,18 +54,18 @@ def test_the_parity_finds_the_moment_of_lost_contact(bench: str) -> None:
     """Of a thermometer of the law that comes off, the most promising moment is within ten minutes of the true one."""
     view, answer = viewed(bench, 5, ("sensor-detached",), 1.0)
     hidden = answer.parameters[0]
-    loss = _promising_moments(SensorModel(view, str(hidden["target"])), stays=True)[0]
+    loss = promising_moments(SensorModel(view, str(hidden["target"])), _parity, stays=True)[0]
     assert view.runs[loss.run].run.name == hidden["run"]
     assert abs(loss.moment - float(hidden["moment"])) < 600.0
 
 
-def lost_for_a_run(seed: int, warmer: float) -> tuple[View, Loss]:
+def lost_for_a_run(seed: int, warmer: float) -> tuple[View, Onset]:
     """A view whose law's sensor reads 0.8 of air from an hour of its second run to that run's end.
 
     Each run begins with a part that is warmer than the air by so much.
     """
     view = viewed("quiet", seed, (), 1.0)[0]
-    name, loss, runs = view.base[0], Loss(1, 3600.0, stays=False), []
+    name, loss, runs = view.base[0], Onset(1, 3600.0, stays=False), []
     for k, rows in enumerate(view.runs):
         signals, weather = rows.signals, rows.weather
         assert signals.air is not None
@@ -86,7 +87,7 @@ def test_a_thermometer_fixed_again_is_found(warmer: float) -> None:
     """
     view, loss = lost_for_a_run(21, warmer)
     model = SensorModel(view, view.base[0])
-    best = max(_promising(model), key=lambda one: model.shown_of(partial(_parity, one)).gain)
+    best = max(promising(model, _parity), key=lambda one: model.shown_of(partial(_parity, one)).gain)
     assert (best.run, best.stays) == (loss.run, loss.stays)
     assert abs(best.moment - loss.moment) < 600.0
     assert model.shown_of(partial(_parity, best)).amplitude == pytest.approx(0.8, abs=0.2)

@@ -4,14 +4,23 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import partial
-from typing import Any
 
 import numpy as np
 
 from hexathermal.learn.diagnosis.beside_others import air_above_at_zero, air_read, coming_and_going, lost, replaced
-from hexathermal.learn.diagnosis.sensor_model import BIAS_K, MOST_SHARE, Parity, SensorModel, part_of
+from hexathermal.learn.diagnosis.onsets import (
+    KINDS,
+    SCANNED,
+    Onset,
+    even_moments,
+    promising,
+    runs_since,
+    sound_rows,
+    where,
+)
+from hexathermal.learn.diagnosis.sensor_model import MOST_SHARE, Parity, SensorModel, part_of
 from hexathermal.learn.diagnosis.trials import Cause, Parameter, Trial, Workbench
 from hexathermal.machine.leg_repairs import SensorRepair
 from hexathermal.poses import FloatArray
@@ -45,24 +54,9 @@ CAUSE = Cause(
 MOST_MOMENTS = 63
 """Evenly in all runs together."""
 
-LAST = 0.98
-"""Part of a run in which it may happen: what is lost near the end still shows in later runs."""
-
-LEARNT_S = 600.0
-"""So long it must have been seen on the part before, for the others to be able to speak for it; and so long off it,
-where it is on it again in the next run: a part that warms in another place for the last minutes looks like that."""
-
 SHARES = (0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9)
 """Shares of the air beside which readings that were never on the part alone teach, besides the one that the parity
 shows and none of what they read."""
-
-KINDS = 2
-"""It stays, or is mended before the next run."""
-
-SCANNED, CLOSER, PROMISING = 360, 3, 10
-"""Moments at which the parity is asked where it breaks, the best of them that are looked at more closely, and so many
-of the best that are tried besides."""
-
 
 SELDOM = -3.0
 """Log evidence beforehand that a reading had a share of the air in all runs, which no other thermometer tells."""
@@ -72,25 +66,9 @@ LEAST_WANDERING = 2.0
 contact that comes and goes to be tried."""
 
 
-@dataclass(frozen=True)
-class Loss:
-    """A loss of contact: in which run, when [s], and whether it stays or is mended before the next run.
-
-    Or whether it was there before the first row of all (`begun`); what the thermometer reads besides a share `beside`
-    of the air then teaches what the others foretell, nothing where that is zero.
-    """
-
-    run: int
-    moment: float
-    stays: bool = True
-    begun: bool = False
-    beside: float = 0.0
-
-    def first_row(self, run: int, time: FloatArray) -> int:
-        """Return the first row of a run that shows it, of rows at `time`; as many as there are where none does."""
-        if run == self.run:
-            return int(np.searchsorted(time, self.moment))
-        return 0 if run > self.run and self.stays else len(time)
+def _order(loss: Onset) -> tuple[bool, int, float, float]:
+    """Return what losses are sorted by."""
+    return not loss.stays, loss.run, loss.moment, loss.beside
 
 
 def trials(bench: Workbench) -> Iterator[Trial]:
@@ -103,21 +81,21 @@ def trials(bench: Workbench) -> Iterator[Trial]:
         if model is None:
             continue
         span, own = bench.slopes_span(sensor), view.temperatures(sensor)
-        even = _even_moments(model, min(7, MOST_MOMENTS // len(view.runs)))
-        promising = set(view.once((CAUSE.name, sensor), partial(_promising, model)))
-        yield from _coming_and_going(bench, model, promising)
+        even = even_moments(model, min(7, MOST_MOMENTS // len(view.runs)))
+        broken = set(view.once((CAUSE.name, sensor), partial(promising, model, _parity)))
+        yield from _coming_and_going(bench, model, broken)
         yield _never_wholly_on(bench, model)
-        for loss in sorted({*even, *promising, *_from_the_beginning(model)}, key=_order):
+        for loss in sorted({*even, *broken, *_from_the_beginning(model)}, key=_order):
             told = view.once((CAUSE.name, sensor, loss), partial(_told, model, loss))
             off = (view.channel.run == loss.run) & (view.time >= loss.moment)
             off |= (view.channel.run > loss.run) & loss.stays
             lost = off * (told - own)
-            asked = loss in promising
+            asked = loss in broken
             # of a thermometer that never sat on the part the law's own B over A says nothing
             apart = loss.begun and view.stroked and view.moves
             columns = np.column_stack([view.q, np.full(len(lost), view.length)]) if apart else span[:, None]
             price = math.log(KINDS * SCANNED / len(even))
-            whole = Trial(CAUSE.name, columns * lost[:, None], sensor, "", _where(model, loss), partly=True,
+            whole = Trial(CAUSE.name, columns * lost[:, None], sensor, "", where(model, loss), partly=True,
                           parity=_parity_of(loss), repair=partial(_repair, model, loss), asked=asked or loss.begun,
                           tight=loss.begun, advantage=-price if asked else 0.0)  # fmt: skip
             yield whole if loss.begun else replace(whole, lessened=partial(_loose_as_told, model, loss))
@@ -132,16 +110,16 @@ def trials(bench: Workbench) -> Iterator[Trial]:
 
 def _never_wholly_on(bench: Workbench, model: SensorModel) -> Trial:
     """Give a share of the air in all readings: that the others foretell them says nothing, they were learnt from it."""
-    view, loss = bench.view, Loss(0, float(bench.view.signals[0].time[0]), begun=True)
+    view, loss = bench.view, Onset(0, float(bench.view.signals[0].time[0]), begun=True)
     column = bench.slopes_span(model.sensor) * view.once(
         (CAUSE.name, model.sensor, "all"), partial(_aired, model, loss)
     )
     # its share is what `lessened` is told; half stands for any where none is asked
-    return Trial(CAUSE.name, column[:, None], model.sensor, "", _where(model, loss), ratio=True, advantage=SELDOM,
+    return Trial(CAUSE.name, column[:, None], model.sensor, "", where(model, loss), ratio=True, advantage=SELDOM,
                  repair=partial(_loose, model, loss, 1.0), lessened=partial(_loose, model, loss))  # fmt: skip
 
 
-def _coming_and_going(bench: Workbench, model: SensorModel, losses: Iterable[Loss]) -> Iterator[Trial]:
+def _coming_and_going(bench: Workbench, model: SensorModel, losses: Iterable[Onset]) -> Iterator[Trial]:
     """Give a contact that comes and goes, where the parity wanders as the air does beside the part: others speak.
 
     What it says of a contact lost at one of the moments that were looked at, a share that wanders says as well.
@@ -159,104 +137,35 @@ def _coming_and_going(bench: Workbench, model: SensorModel, losses: Iterable[Los
         repair = partial(replaced, CAUSE.name, model, weights)
         for left in view.once((CAUSE.name, sensor, "lost", k), partial(lost, model, weights)).T:
             yield Trial(CAUSE.name, (bench.slopes_span(sensor) * left)[:, None], sensor, "",
-                        {"contact": "comes and goes"}, parity=_parity_of(Loss(0, 0.0, begun=True)), repair=repair,
+                        {"contact": "comes and goes"}, parity=_parity_of(Onset(0, 0.0, begun=True)), repair=repair,
                         errors=(sensor,), wanders=True, by_air=said, asked=True)  # fmt: skip
 
 
-def _from_the_beginning(model: SensorModel) -> list[Loss]:
+def _from_the_beginning(model: SensorModel) -> list[Onset]:
     """Return losses before the first row: where places along the part tell what the others foretell."""
     if not model.placed or model.spoken_for:
         return []
     begin = float(model.view.signals[0].time[0])
-    shown = model.tight.shown_of(_parity_of(Loss(0, begin, begun=True))).amplitude
+    shown = model.tight.shown_of(_parity_of(Onset(0, begin, begun=True))).amplitude
     shares = {0.0, *SHARES, float(np.clip(shown, 0.0, MOST_SHARE))}
-    return [Loss(0, begin, begun=True, beside=share) for share in shares]
+    return [Onset(0, begin, begun=True, beside=share) for share in shares]
 
 
-def _where(model: SensorModel, loss: Loss) -> dict[str, Any]:
-    """Return where and when a loss is, as a trial tells it."""
-    if loss.begun:
-        return {"since": "the beginning"}
-    where = {"run": model.view.runs[loss.run].run.name, "time_s": round(loss.moment, 1)}
-    return where if loss.stays else where | {"fixed_again": 1}
-
-
-def _order(loss: Loss) -> tuple[bool, int, float, float]:
-    """Return what losses are sorted by."""
-    return not loss.stays, loss.run, loss.moment, loss.beside
-
-
-def _even_moments(model: SensorModel, each: int, *, stays: bool = True) -> list[Loss]:
-    """Return moments evenly in each run; in the first, after what the others learn from.
-
-    What is mended before the next run ends with its run: in the last one there is no difference; it is taken to stay.
-    """
-    found = []
-    for k in range(len(model.view.runs) - (not stays)):
-        begin, end = _span(model, k)
-        last = begin + LAST * (end - begin)
-        last = last if stays else min(last, end - LEARNT_S)
-        if last < begin:
-            continue
-        found += [Loss(k, float(moment), stays) for moment in np.linspace(begin, last, max(2, each))]
-    return found
-
-
-def _span(model: SensorModel, run: int) -> tuple[float, float]:
-    """Return the first and the last moment of a run [s] at which it may come off."""
-    time = model.view.signals[run].time
-    begin, end = float(time[0]), float(time[-1])
-    return (begin if run else min(begin + LEARNT_S, 0.5 * (begin + end))), end
-
-
-def _promising(model: SensorModel) -> list[Loss]:
-    """Return the losses of either kind that the parity shows most clearly."""
-    return [loss for stays in (True, False) for loss in _promising_moments(model, stays=stays)]
-
-
-def _promising_moments(model: SensorModel, *, stays: bool) -> list[Loss]:
-    """Return the moments from which on the parity goes towards the air most clearly.
-
-    They are compared at a noise without a fault: what was fitted with the fault in it forgives any.
-    """
-    levels = model.null[0]
-    sound = replace(levels, slow=min(levels.slow, BIAS_K), offset=min(levels.offset, BIAS_K))
-    scores: dict[Loss, float] = {}
-
-    def scan(places: Sequence[Loss]) -> list[Loss]:
-        """Score places; return the best of all so far."""
-        for loss in places:
-            columns, sizes = _parity(loss, model)
-            X, sd = np.column_stack([model.X, columns]), np.concatenate([model.sd, sizes])
-            scores[loss] = model.channel.evidence(X, sd, sound)
-        return sorted(scores, key=lambda place: -scores[place])
-
-    each = max(2, SCANNED // len(model.view.runs))
-    best = scan(_even_moments(model, each, stays=stays))[:CLOSER]
-    for loss in best:
-        begin, end = _span(model, loss.run)
-        step = LAST * (end - begin) / (each - 1)
-        end = end if stays else max(begin, end - LEARNT_S)
-        near = np.clip(loss.moment + step * np.array([-0.75, -0.5, -0.25, 0.25, 0.5, 0.75]), begin, end)
-        scan([replace(loss, moment=float(one)) for one in near])
-    return scan([])[:PROMISING]
-
-
-def _repair(model: SensorModel, loss: Loss) -> SensorRepair:
+def _repair(model: SensorModel, loss: Onset) -> SensorRepair:
     """Return the repair: from the moment on the others speak for the sensor, in all later runs too if it stays.
 
     They speak for it in whatever run where it was off from the beginning.
     """
     parameters = {"sensor": model.sensor, "weights": model.sensor_weights(_weights(model, loss))}
-    return SensorRepair(CAUSE.name, "detached", parameters if loss.begun else parameters | _since(model, loss))
+    return SensorRepair(CAUSE.name, "detached", parameters if loss.begun else parameters | runs_since(model, loss))
 
 
-def _loose(model: SensorModel, loss: Loss, error: float) -> SensorRepair:
+def _loose(model: SensorModel, loss: Onset, error: float) -> SensorRepair:
     """Return the repair that takes the air out of the reading: `error` is its share over that of the part."""
     read = air_read(model.view, "air_sensor")
     if loss.begun:
         return SensorRepair(CAUSE.name, "loose", {"sensor": model.sensor, "share": share_of(error)} | read)
-    since = _since(model, loss)
+    since = runs_since(model, loss)
     above = air_above_at_zero(model, loss.run)
     zeros = [model.view.runs[loss.run].run.name] if model.view.zeroed_by_run else list(since["from_s"])
     if not model.view.zeroed_by_run or loss.moment > 0.0:
@@ -264,7 +173,7 @@ def _loose(model: SensorModel, loss: Loss, error: float) -> SensorRepair:
     return SensorRepair(CAUSE.name, "loose", {"sensor": model.sensor, "share": share_of(error)} | since | read)
 
 
-def _loose_as_told(model: SensorModel, loss: Loss, _error: float) -> SensorRepair:
+def _loose_as_told(model: SensorModel, loss: Onset, _error: float) -> SensorRepair:
     """Return the same with the share that the parity shows: what the others foretell is whole in the drift, or not."""
     share = float(np.clip(model.shown_of(_parity_of(loss)).amplitude, 0.0, MOST_SHARE))
     return _loose(model, loss, share / (1.0 - share))
@@ -279,21 +188,12 @@ def share_of(error: float) -> float:
     return min(part_of(max(error, 0.0)), MOST_SHARE)
 
 
-def _since(model: SensorModel, loss: Loss) -> dict[str, Any]:
-    """Return the runs that a loss concerns, from which time on in each [s], and in which it was mended again."""
-    runs = model.view.order
-    at = runs.index(model.view.runs[loss.run].run.name)
-    later = runs[at + 1 :]
-    begins = {runs[at]: loss.moment} | (dict.fromkeys(later, 0.0) if loss.stays else {})
-    return {"from_s": begins} | ({} if loss.stays else {"again_in": list(later)})
-
-
-def _told(model: SensorModel, loss: Loss) -> FloatArray:
+def _told(model: SensorModel, loss: Onset) -> FloatArray:
     """Return what the other sensors foretell in windows, learnt while it sat on the part."""
     return model.view.windows_zeroed(model.foretold(_weights(model, loss)))[:, 0]
 
 
-def _aired(model: SensorModel, loss: Loss) -> FloatArray:
+def _aired(model: SensorModel, loss: Onset) -> FloatArray:
     """Return by how much the reading itself differs from the air in windows, once contact is lost in part [K].
 
     ``T = (1 - s) T_part + s T_air`` is ``T_part = T + s / (1 - s) (T - T_air)``: no other thermometer need tell.
@@ -301,30 +201,23 @@ def _aired(model: SensorModel, loss: Loss) -> FloatArray:
     return -model.view.windows_zeroed(_off_the_air(model, loss, model.own))[:, 0]
 
 
-def _weights(model: SensorModel, loss: Loss) -> FloatArray:
+def _weights(model: SensorModel, loss: Onset) -> FloatArray:
     """Return the weights of the profiles that foretell the sensor, learnt while it sat on the part."""
-    return model.weights_beside_air(loss.beside) if loss.beside else model.weights(_sound(model, loss))
+    return model.weights_beside_air(loss.beside) if loss.beside else model.weights(sound_rows(model, loss))
 
 
-def _sound(model: SensorModel, loss: Loss) -> list[slice]:
-    """Return the rows of each run in which it sits on the part."""
-    firsts = [loss.first_row(i, signals.time) for i, signals in enumerate(model.view.signals)]
-    return [slice(None) if first == len(signals) else slice(0, first)
-            for first, signals in zip(firsts, model.view.signals, strict=True)]  # fmt: skip
-
-
-def _parity_of(loss: Loss) -> Parity:
+def _parity_of(loss: Onset) -> Parity:
     """Return what the parity is asked of a loss, the same whatever its readings teach: models keep what it shows."""
     return partial(_parity, replace(loss, beside=0.0))
 
 
-def _parity(loss: Loss, model: SensorModel) -> tuple[FloatArray, FloatArray]:
+def _parity(loss: Onset, model: SensorModel) -> tuple[FloatArray, FloatArray]:
     """Return by how much the air differs from the foretold temperature once contact is lost, in the parity."""
-    gaps = _off_the_air(model, loss, model.foretold(model.weights(_sound(model, loss))))
+    gaps = _off_the_air(model, loss, model.foretold(model.weights(sound_rows(model, loss))))
     return model.means(gaps)[:, None], np.array([0.7])
 
 
-def _off_the_air(model: SensorModel, loss: Loss, told: Sequence[FloatArray]) -> list[FloatArray]:
+def _off_the_air(model: SensorModel, loss: Onset, told: Sequence[FloatArray]) -> list[FloatArray]:
     """Return by how much the air differs from a temperature once contact is lost, in all rows of each run [K]."""
     airs = model.view.airs
     assert airs is not None  # looked at before

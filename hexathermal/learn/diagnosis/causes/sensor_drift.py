@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Iterator
 from dataclasses import asdict, dataclass, replace
 from functools import partial
@@ -9,6 +10,7 @@ from functools import partial
 import numpy as np
 
 from hexathermal.learn.diagnosis.beside_others import lost, replaced, weights_beside_drift
+from hexathermal.learn.diagnosis.onsets import KINDS, Onset, promising, runs_since, sound_rows, where
 from hexathermal.learn.diagnosis.sensor_model import SensorModel
 from hexathermal.learn.diagnosis.trials import Cause, Parameter, Trial, Workbench
 from hexathermal.learn.diagnosis.view import View
@@ -27,6 +29,8 @@ CAUSE = Cause(
     parameters=(
         Parameter("rate", "K/h", "0.25 to 4 times the noise in the drift"),
         Parameter("from_share", "1", "0 to 0.6 of the running time"),
+        Parameter("time_s", "s", "in place of that any moment of any run"),
+        Parameter("fixed_again", "1", "0: it goes on in later runs; 1: it ends with its run"),
         Parameter("power", "1", "of the time since, 0.7 to 1.6"),
         Parameter("wander", "K", "as the other thermometers tell"),
     ),
@@ -62,6 +66,9 @@ COURSES = (
 )
 STEADY = COURSES[0]
 
+ASKED_AT = 120
+"""Moments of either kind at which the parity is asked whether a drift begins."""
+
 
 def trials(bench: Workbench) -> Iterator[Trial]:
     """Give errors of each of the law's sensors that grow with time, and the sensor as the others foretell it."""
@@ -78,6 +85,7 @@ def trials(bench: Workbench) -> Iterator[Trial]:
             yield Trial(CAUSE.name, -(span * column)[:, None], sensor, "", settings,
                         parity=partial(_parity, course), in_parity=1.0, repair=partial(_repair, model),
                         lessened=_lessened(view, sensor, course, rows))  # fmt: skip
+        yield from _begun(bench, model)
         hours = view.time / 3600.0
         for left in view.once((CAUSE.name, sensor), partial(lost, model, weights_beside_drift(model))).T:
             rate = -float(hours @ left / (hours @ hours))
@@ -88,6 +96,43 @@ def trials(bench: Workbench) -> Iterator[Trial]:
                          repair=partial(_repair, model))  # fmt: skip
             yield told
             yield replace(told, parameters={}, in_parity=0.0, wanders=True)
+
+
+def _begun(bench: Workbench, model: SensorModel) -> Iterator[Trial]:
+    """Give a drift that begins at a moment at which the parity breaks, to the end of that run or of all."""
+    view, sensor = bench.view, model.sensor
+    onsets = view.once((CAUSE.name, sensor, "onsets"), partial(promising, model, _ramp, ASKED_AT))
+    price = math.log(KINDS * ASKED_AT / max(len(onsets), 1))
+    for onset in onsets:
+        column = view.windows_zeroed(_hours_since(view, onset))[:, 0]
+        yield Trial(CAUSE.name, -(bench.slopes_span(sensor) * column)[:, None], sensor, "", where(model, onset),
+                    parity=partial(_ramp, onset), in_parity=1.0, repair=partial(_from_then_on, model, onset),
+                    asked=True, advantage=-price)  # fmt: skip
+
+
+def _hours_since(view: View, onset: Onset) -> list[FloatArray]:
+    """Return hours of drift in all rows of each run, at a rate of 1: since the moment it began; later runs go on."""
+    rows, gone = [], 0.0
+    for run, signals in enumerate(view.signals):
+        first = onset.first_row(run, signals.time)
+        own = np.zeros(len(signals))
+        begin = max(onset.moment, float(signals.time[0])) if run == onset.run else float(signals.time[0])
+        own[first:] = gone + (signals.time[first:] - begin) / 3600.0
+        gone = float(own[-1]) if onset.stays and not view.zeroed_by_run else 0.0
+        rows.append(own)
+    return rows
+
+
+def _ramp(onset: Onset, model: SensorModel) -> tuple[FloatArray, FloatArray]:
+    """Return a drift that begins at a moment in the parity of a sensor."""
+    return model.means(_hours_since(model.view, onset))[:, None], np.array([2.0 * model.null[0].rms])
+
+
+def _from_then_on(model: SensorModel, onset: Onset) -> SensorRepair:
+    """Return the repair: the others speak for the sensor from the moment on, as they learnt where it was sound."""
+    weights = model.sensor_weights(model.weights(sound_rows(model, onset)))
+    parameters = {"sensor": model.sensor, "weights": weights} | runs_since(model, onset)
+    return SensorRepair(CAUSE.name, "detached", parameters)
 
 
 def _hours(view: View, course: Course) -> list[FloatArray]:
