@@ -39,8 +39,9 @@ LATE_S, SWELLING_S = 1800.0, (7200.0, 21600.0)
 """Low passes of pressure and humidity [s], and of the humidity alone: granite, polymers and glue swell for hours."""
 
 LIKE_TIME = 3.0
-"""Log evidence that the time at each displacement has less: where a rod is out about as long as it is in, that goes as
-time does, as a zero that drifts, and leads it by so much by chance."""
+"""Log evidence that the time at each displacement has less, and the highest temperature so far: where a rod is out as
+long as it is in, or it warms all along, that goes as time does, as a zero that drifts, and leads it by so much by
+chance."""
 
 KINKS = (0.3, 0.4, 0.5, 0.6, 0.7, 0.8)
 """Where a kink in temperature may be, quantiles of it."""
@@ -100,7 +101,8 @@ def _of_temperatures(view: View) -> Iterator[Trial]:
     for sensor in view.base:
         held = view.once((PREFIX, "reached", sensor), partial(reached, view, sensor), [sensor])
         for extreme, column in held:
-            yield Trial(PREFIX + f"the {extreme} temperature so far", column[:, None], "T", "", {"sensor": sensor})
+            yield Trial(PREFIX + f"the {extreme} temperature so far", column[:, None], "T", "", {"sensor": sensor},
+                        advantage=-LIKE_TIME)  # fmt: skip
     for names, column in products(view):
         both = {"product_of": " and ".join(names)}
         yield Trial(PREFIX + "the product of two temperatures", column[:, None], "T", "", both)
