@@ -18,6 +18,9 @@ LABELS = {
     "play_m": "way of a reversal",
     "way_m": "way of a reversal",
     "fixed_again": "fixed to the part again",
+    "ends_with_run": "it ends",
+    "reading_of": "that of",
+    "product_of": "that of",
     "weather": "index left out",
     "role": "run for",
 }
@@ -32,6 +35,7 @@ CHOICES: dict[tuple[str, Any], str] = {
     ("kick", "begin"): "beginning of a run",
     ("renewed", 1.0): "wiped out by each move",
     ("fixed_again", 1): "before the next run",
+    ("ends_with_run", 1): "with its run",
     ("weather", "pressure"): "of the pressure alone",
     ("weather", "temperature"): "of the temperature alone",
     ("approach", 0.0): "not known",

@@ -9,6 +9,7 @@ from typing import Any
 from hexathermal.errors import FileFormatError, Problem
 from hexathermal.learn.diagnosis.result import Experiment, Quantity, in_turn
 from hexathermal.learn.diagnosis.words import two_digits
+from hexathermal.learn.machine_diagnosis.result import MachineAdvice
 from hexathermal.learn.validation_scores import Figure
 from hexathermal.show import shares
 from hexathermal.show.diagnosis_page import paragraph, table, text
@@ -298,13 +299,18 @@ def _next(told: Facts) -> Section:
                    for one in told["experiments"]]  # fmt: skip
         lines = [f"{one.words} Tells apart: {told_apart(one)}; {promise_words(one)}." for one in planned]
     else:
-        lines = [f"{one['words']} ({', '.join(one.get('places') or one['causes'])})" for one in told.get("advice", ())]
+        lines = [f"{one['words']} ({_purpose(one)})" for one in told.get("advice", ())]
         plan = told.get("next_experiment")
         if isinstance(plan, dict) and plan.get("words"):
             lines.insert(0, str(plan["words"]))
     body = "".join(f"<li>{text(line)}</li>" for line in lines)
     words = f'<ol class="next">{body}</ol>' if lines else paragraph("No experiment is proposed.")
     return Section("next", "Next experiments", "What to measure next", (words,))
+
+
+def _purpose(told: Facts) -> str:
+    """Return what a measurement that the catalogue advises is for."""
+    return MachineAdvice(told["words"], tuple(told["causes"]), tuple(told.get("places", ()))).purpose
 
 
 def _noise(told: Facts) -> Section:

@@ -125,17 +125,6 @@ def test_a_report_takes_frames_of_runs_out_of_what_is_left(ran: Ran, tmp_path: P
     assert said["same"][1:] == ("before → after", tuple(ran.facts["gain"]["runs"]))
 
 
-def test_the_report_has_the_limits_of_the_answer(ran: Ran) -> None:
-    """From its JSON: the same best and worst place of each cause, and what is advised names the leg."""
-    folder = ran.files / "report"
-    report = report_of(subject_of(str(folder)), None, lambda done, total, label: None)
-    limits = next(one for one in report.sections if one.name == "limits")
-    cells = re.findall("<t[dh] ?[^>]*>(.*?)</t[dh]>", str(limits.parts[1]).partition("<tbody>")[2])
-    answer = [line.split() for line in ran.out.split("would be named from")[1].split("\n\n")[0].splitlines()[1:]]
-    assert " ".join(cells).split() == [word for line in answer for word in line]
-    assert json.loads((folder / "diagnosis.json").read_text())["advice"][0]["places"] == ["leg-coefficient of leg3"]
-
-
 def test_every_file_that_is_named_is_there(ran: Ran) -> None:
     """Page, pictures, poses, numbers and machine: as `written` says, as the terminal says, and no others."""
     named = {Path(file) for file in ran.facts["written"]}

@@ -70,7 +70,7 @@ def even_moments(model: SensorModel, each: int, *, stays: bool = True) -> list[O
         last = last if stays else min(last, end - LEARNT_S)
         if last < begin:
             continue
-        found += [Onset(k, float(moment), stays) for moment in np.linspace(begin, last, max(2, each))]
+        found += [Onset(k, round(float(moment), 3), stays) for moment in np.linspace(begin, last, max(2, each))]
     return found
 
 
@@ -105,16 +105,16 @@ def promising_moments(
         step = LAST * (end - begin) / (each - 1)
         end = end if stays else max(begin, end - LEARNT_S)
         near = np.clip(one.moment + step * np.array([-0.75, -0.5, -0.25, 0.25, 0.5, 0.75]), begin, end)
-        scan([replace(one, moment=float(moment)) for moment in near])
+        scan([replace(one, moment=round(float(moment), 3)) for moment in near])
     return scan([])[:PROMISING]
 
 
-def where(model: SensorModel, onset: Onset) -> dict[str, Any]:
-    """Return where and when a fault begins, as a trial tells it."""
+def where(model: SensorModel, onset: Onset, ends: str = "fixed_again") -> dict[str, Any]:
+    """Return where and when a fault begins, as a trial tells it; `ends` is what it says where that is with its run."""
     if onset.begun:
         return {"since": "the beginning"}
     told = {"run": model.view.runs[onset.run].run.name, "time_s": round(onset.moment, 1)}
-    return told if onset.stays else told | {"fixed_again": 1}
+    return told if onset.stays else told | {ends: 1}
 
 
 def runs_since(model: SensorModel, onset: Onset) -> dict[str, Any]:

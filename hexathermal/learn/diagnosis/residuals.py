@@ -89,7 +89,7 @@ def with_followed(runs: tuple[RunResidual, ...], stage: Stage, leader: Ranked | 
     own = {name: explained[stage.channel.run == k] for k, name in enumerate(names)}
     return tuple(
         replace(one, signals={**one.signals, "followed": own[one.run]})
-        if len(own.get(one.run, ())) == len(one.time)
+        if len(own.get(one.run, ())) == len(one.time) and "followed" not in one.signals  # an input may be called so
         else one
         for one in runs
     )

@@ -101,7 +101,7 @@ def _of_temperatures(view: View) -> Iterator[Trial]:
     for sensor in view.base:
         held = view.once((PREFIX, "reached", sensor), partial(reached, view, sensor), [sensor])
         for extreme, column in held:
-            yield Trial(PREFIX + f"the {extreme} temperature so far", column[:, None], "T", "", {"sensor": sensor},
+            yield Trial(PREFIX + f"the {extreme} temperature so far", column[:, None], "T", "", {"reading_of": sensor},
                         advantage=-LIKE_TIME)  # fmt: skip
     for names, column in products(view):
         both = {"product_of": " and ".join(names)}

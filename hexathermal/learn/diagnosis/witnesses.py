@@ -228,19 +228,13 @@ class Witnesses:
         shown = self.shown(trial)
         if trial.target is None or shown is None or not trial.in_parity:
             return -np.inf
-        base = self.system(best)
-        mean, covariance = self.channel.estimated(base.X, base.sd, levels)
-        own = [self.bench.view.base.index(trial.target), len(mean) - 1]
-        A, fault = mean[own].tolist()
-        if not A:
+        error, std = (trial.in_parity * part for part in self.told(best, levels))
+        if not np.isfinite(std):
             return -np.inf
-        error = fault / A * trial.in_parity
-        slope = np.array([-error / A, trial.in_parity / A])
         if trial.ratio:
-            error, slope = part_of(error), slope / (1.0 + max(error, 0.0)) ** 2
+            error, std = part_of(error), std / (1.0 + max(error, 0.0)) ** 2
         chance = self._chance(trial, shown)
-        spread = float(slope @ covariance[np.ix_(own, own)] @ slope)
-        said = _likelier(shown.amplitude, error, chance + spread, chance)
+        said = _likelier(shown.amplitude, error, chance + std**2, chance)
         return min(said, max(shown.gain, 0.0)) if trial.asked else said
 
     def _seconded(self, trial: Trial) -> float:
@@ -314,6 +308,20 @@ class Witnesses:
         _, mean = self.channel.solved(base.X, base.sd, levels)
         A = float(mean[self.bench.view.base.index(str(best.trial.target))])
         return float(mean[-1]) / A if A else 0.0
+
+    def told(self, best: Scored, levels: Levels) -> tuple[float, float]:
+        """Return the same with its standard uncertainty, infinite where the law has no A.
+
+        The law's A is that beside the fault: without it, the fault would have changed that as well.
+        """
+        base = self.system(best)
+        mean, covariance = self.channel.estimated(base.X, base.sd, levels)
+        own = [self.bench.view.base.index(str(best.trial.target)), len(mean) - 1]
+        A, fault = mean[own].tolist()
+        if not A:
+            return 0.0, np.inf
+        slope = np.array([-fault / A, 1.0]) / A
+        return fault / A, float(np.sqrt(slope @ covariance[np.ix_(own, own)] @ slope))
 
     def whole(self, trial: Trial) -> float:
         """Return the log evidence of the parity for a fault that is whole, against none; 0 where it is not asked so.

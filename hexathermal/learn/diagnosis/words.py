@@ -153,13 +153,12 @@ def effect_of(found: Found, stage: Stage, final: Stage, covariance: FloatArray, 
         shown = stage.search.witnesses.shown(trial)
         parameters |= {} if shown is None else {"share": Quantity(shown.amplitude, shown.uncertainty, "1")}
     elif trial.ratio and len(amplitudes):
-        parameters["share"] = _share(found, final, stage.bench.slopes[str(trial.target)])
+        parameters["share"] = _share(found, stage, final)
     elif trial.cause in STEPS and STEPS[trial.cause][0] not in parameters and len(amplitudes):
         name, unit, factor = STEPS[trial.cause]
         value, std = amplitudes[0] * factor, spread[0] * factor
         if trial.cause.startswith("sensor"):
-            slope = stage.bench.slopes[str(trial.target)]
-            value, std = value / slope, std / abs(slope)
+            value, std = stage.search.witnesses.told(found.ranked.best, found.ranked.levels)
         parameters[name] = Quantity(float(value), float(std), unit)
     visible = found.ranked.best.visible
     sentence = _sentence(trial.cause, trial.target, parameters, settings, visible, joined=found.joined)
@@ -208,15 +207,16 @@ def _wander(found: Found, stage: Stage) -> Quantity:
     return Quantity(error, error * float(spread / max(abs(size), np.finfo(float).tiny)), "K")
 
 
-def _share(found: Found, final: Stage, slope: float) -> Quantity:
+def _share(found: Found, stage: Stage, final: Stage) -> Quantity:
     """Return the share of the air in a reading: what the repair takes out, else what the drift tells.
 
     Of a ratio r of the shares of air and part it is ``r / (1 + r)``, its uncertainty that of r over ``(1 + r)²``.
     """
     out = [repair.parameters["share"] for repair in final.repairs
            if repair.kind == "loose" and repair.parameters["sensor"] == found.ranked.best.trial.target]  # fmt: skip
-    share = float(out[-1]) if out else share_of(float(found.amplitudes[-1] / slope))
-    return Quantity(share, float(found.spread[-1] / abs(slope)) * (1.0 - share) ** 2, "1")
+    ratio, std = stage.search.witnesses.told(found.ranked.best, found.ranked.levels)
+    share = float(out[-1]) if out else share_of(ratio)
+    return Quantity(share, std * (1.0 - share) ** 2, "1")
 
 
 def _set(found: Found, stage: Stage) -> tuple[dict[str, Quantity], dict[str, Any]]:
@@ -271,7 +271,7 @@ def _sentence(
         words = words.replace("after each move", "from the beginning of each run on")
     parts = [f"{spoken[name]} {_spoken_size(name, one)}" for name, one in parameters.items() if name in spoken]
     if "run" in settings and settings["run"] != target:
-        lasts = cause == "sensor-detached" and "fixed_again" not in settings
+        lasts = cause.startswith("sensor-") and not settings.keys() & {"fixed_again", "ends_with_run"}
         parts.insert(0, f"from {settings['run']} on" if lasts else f"in {settings['run']}")
     if "since" in settings:
         parts.insert(0, f"since {settings['since']}")

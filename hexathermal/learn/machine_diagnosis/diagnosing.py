@@ -236,7 +236,7 @@ def _ranking(course: Course) -> tuple[MachineCandidate, ...]:
         share = float(np.exp(one.odds - np.logaddexp.reduce(odds)))
         settings = {name: value for name, value in candidate.settings.items() if name != "ratio"}
         found.append(MachineCandidate(candidate.cause, candidate.target, one.odds, share, one.scored.strength, settings,
-                                      moved(case, now, one)))  # fmt: skip
+                                      moved(case, one)))  # fmt: skip
     return tuple(found)
 
 
@@ -267,22 +267,31 @@ def _advice(
         most = max(seen.limits, key=lambda one: one.strength if np.isfinite(one.strength) else 0.0, default=None)
         if most is None or most.cause not in known:
             return ()
-        return (MachineAdvice(known[most.cause].CAUSE.experiment, (most.cause,), (_where(most.cause, most.target),)),)
-    places = {one.cause: _where(one.cause, one.target) for one in effects}
-    for place in (place for one in effects for place in one.equivalent_places):
-        places.setdefault(place.partition(" of ")[0], place)
-    for one in ranking:
-        places.setdefault(one.cause, _where(one.cause, one.target))
+        return (
+            MachineAdvice(
+                known[most.cause].CAUSE.experiment, (most.cause,), _on_legs([called(most.cause, most.target)])
+            ),
+        )
     names = [one.cause for one in effects] + [name for one in effects for name in one.equivalent]
     names += [one.cause for one in ranking]
     asked = [name for name in dict.fromkeys(names) if name in known or name in ADVICE][:3]
     return tuple(MachineAdvice(ADVICE[name] if name in ADVICE else known[name].CAUSE.experiment, (name,),
-                               (places[name],)) for name in asked)  # fmt: skip
+                               _places(name, effects, ranking)) for name in asked)  # fmt: skip
 
 
-def _where(cause: str, target: str | None) -> str:
-    """Return a cause with the legs or the joint that it sits on, where it does."""
-    return called(cause, target) if legs_of(target) else cause
+def _places(
+    cause: str, effects: tuple[MachineEffect, ...], ranking: tuple[MachineCandidate, ...]
+) -> tuple[str, ...]:  # fmt: skip
+    """Return where a cause sits, on legs and their joints: as named, or not ruled out, else as the ranking has it."""
+    told = [called(one.cause, one.target) for one in effects]
+    told += [place for one in effects for place in one.equivalent_places]
+    own = [place for place in told if place.partition(" of ")[0] == cause]
+    return _on_legs(own or [called(one.cause, one.target) for one in ranking if one.cause == cause])
+
+
+def _on_legs(places: list[str]) -> tuple[str, ...]:
+    """Return places that are on legs."""
+    return tuple(dict.fromkeys(place for place in places if legs_of(place.partition(" of ")[2] or None)))
 
 
 def _constant(rows: HexapodRows) -> list[str]:

@@ -17,7 +17,8 @@ import numpy as np
 from hexathermal.learn.machine_diagnosis.case import Case
 from hexathermal.learn.machine_diagnosis.evidence import log_bayes
 from hexathermal.learn.machine_diagnosis.noise_levels import coordinates_of
-from hexathermal.learn.machine_diagnosis.search import Ranked, Step
+from hexathermal.learn.machine_diagnosis.search import Ranked
+from hexathermal.learn.machine_diagnosis.tables import eliminated
 from hexathermal.poses import FloatArray
 
 
@@ -31,19 +32,22 @@ class Moved:
     rotation_std: float
 
 
-def moved(case: Case, now: Step, one: Ranked) -> Moved:
-    """Return how far a candidate of a step's ranking moves the platform in the rows searched.
+def moved(case: Case, one: Ranked) -> Moved:
+    """Return how far a candidate moves the platform in the rows searched, alone beside the law.
+
+    At the disturbances beside which it was ranked: those of a null without it may hold a part of it.
 
     Parameters
     ----------
     case : Case
-    now : Step
     one : Ranked
     """
     candidate, own = case.candidates[one.which], case.tables.places[one.which]
-    place = slice(own.start - case.tables.base, own.stop - case.tables.base)
-    S, sd = now.S[place, place], one.scored.size * candidate.scale
-    found = log_bayes(S, now.S[place, -1], candidate.mean, sd)[1]
+    tables = case.tables
+    which = np.concatenate([np.arange(tables.base), np.arange(own.start, own.stop), [tables.count]]).astype(np.int64)
+    left = eliminated(tables.reduced(one.levels, which)[0], tables.sizes(one.levels))[0]
+    S, sd = left[:-1, :-1], one.scored.size * candidate.scale
+    found = log_bayes(S, left[:-1, -1], candidate.mean, sd)[1]
     covariance = np.linalg.inv(S * np.outer(sd, sd) + np.eye(len(sd))) * np.outer(sd, sd)
     each = [coordinates_of(case.view, candidate.columns[..., k]) for k in range(len(sd))]
     motion = np.stack(each, axis=2)

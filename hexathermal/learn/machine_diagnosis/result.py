@@ -69,7 +69,7 @@ class MachineEffect:
 class MachineCandidate:
     """A line of the ranking: a cause at one place, its log posterior odds against none, and its visible strength.
 
-    `moved` is how far it moves the platform in the rows searched, alone over what was named before its step.
+    `moved` is how far it moves the platform in the rows searched, alone beside the law.
     """
 
     cause: str
@@ -102,8 +102,12 @@ class MachineAdvice:
 
     @property
     def purpose(self) -> str:
-        """What it is for."""
-        return ", ".join(self.places or self.causes)
+        """What it is for: causes, and of each the places that are on legs."""
+        told = list[str]()
+        for cause in self.causes:
+            on = [place.partition(" of ")[2] for place in self.places if place.partition(" of ")[0] == cause]
+            told.append(f"{cause} of {', '.join(on)}" if on else cause)
+        return "; ".join(told)
 
 
 @dataclass(frozen=True, eq=False)

@@ -2,13 +2,22 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import replace
 from itertools import pairwise
 
 import numpy as np
 import pytest
 
-from hexathermal.learn.diagnosis.causes.sensor_drift import COURSES, STEADY, Course, _hours, _hours_since, _lessened
+from hexathermal.learn.diagnosis.causes.sensor_drift import (
+    ASKED_AT,
+    COURSES,
+    STEADY,
+    Course,
+    _hours,
+    _hours_since,
+    _lessened,
+)
 from hexathermal.learn.diagnosis.evidence import LEAST
 from hexathermal.learn.diagnosis.onsets import Onset
 from hexathermal.learn.diagnosis.ranking import Ranked
@@ -62,7 +71,7 @@ def test_a_reading_that_drifts_from_an_onset_on_is_named_and_mended(sound: tuple
 @pytest.mark.parametrize("goes_on", [True, False])
 def test_a_drift_that_begins_within_a_run_is_named_with_its_moment(sound: tuple[View, str], goes_on: bool) -> None:
     """At 0.6 K/h from the middle of the third run on, to its end or on and on: told within a quarter of an hour, and
-    mended from then on, with the readings before it left as they are.
+    mended from then on, with the readings before it left as they are. That many moments were looked at costs.
     """
     view, sensor = sound
     moment = float(view.signals[2].time[0] + 0.5 * np.ptp(view.signals[2].time))
@@ -73,7 +82,10 @@ def test_a_drift_that_begins_within_a_run_is_named_with_its_moment(sound: tuple[
     told = best.trial.parameters
     assert (stage.step.ranking[0].cause, told["run"]) == ("sensor-drift", view.runs[2].run.name)
     assert abs(told["time_s"] - moment) < 900.0
-    assert told.get("fixed_again", 0) == (not goes_on)
+    assert told.get("ends_with_run", 0) == (not goes_on)
+    assert best.trial.advantage < -math.log(ASKED_AT / 20.0)
+    rate, std = stage.search.witnesses.told(best, stage.levels)
+    assert abs(rate - 0.6) < 3.0 * std < 0.3
     after = stage.with_effect(best)
     assert after.kinder_left < 0.8 * stage.kinder_left
     own = after.view.runs[2].signals

@@ -30,7 +30,7 @@ CAUSE = Cause(
         Parameter("rate", "K/h", "0.25 to 4 times the noise in the drift"),
         Parameter("from_share", "1", "0 to 0.6 of the running time"),
         Parameter("time_s", "s", "in place of that any moment of any run"),
-        Parameter("fixed_again", "1", "0: it goes on in later runs; 1: it ends with its run"),
+        Parameter("ends_with_run", "1", "0: it goes on in later runs; 1: it does not"),
         Parameter("power", "1", "of the time since, 0.7 to 1.6"),
         Parameter("wander", "K", "as the other thermometers tell"),
     ),
@@ -105,21 +105,24 @@ def _begun(bench: Workbench, model: SensorModel) -> Iterator[Trial]:
     price = math.log(KINDS * ASKED_AT / max(len(onsets), 1))
     for onset in onsets:
         column = view.windows_zeroed(_hours_since(view, onset))[:, 0]
-        yield Trial(CAUSE.name, -(bench.slopes_span(sensor) * column)[:, None], sensor, "", where(model, onset),
+        told = where(model, onset, "ends_with_run")
+        yield Trial(CAUSE.name, -(bench.slopes_span(sensor) * column)[:, None], sensor, "", told,
                     parity=partial(_ramp, onset), in_parity=1.0, repair=partial(_from_then_on, model, onset),
                     asked=True, advantage=-price)  # fmt: skip
 
 
 def _hours_since(view: View, onset: Onset) -> list[FloatArray]:
-    """Return hours of drift in all rows of each run, at a rate of 1: since the moment it began; later runs go on."""
-    rows, gone = [], 0.0
-    for run, signals in enumerate(view.signals):
-        first = onset.first_row(run, signals.time)
-        own = np.zeros(len(signals))
-        begin = max(onset.moment, float(signals.time[0])) if run == onset.run else float(signals.time[0])
-        own[first:] = gone + (signals.time[first:] - begin) / 3600.0
-        gone = float(own[-1]) if onset.stays and not view.zeroed_by_run else 0.0
-        rows.append(own)
+    """Return hours of drift in all rows of each run, at a rate of 1: since the moment it began; later runs go on.
+
+    On the campaign's clock, where all runs count from one zero; else since each one's begin.
+    """
+    clocks = _clocks(view)
+    begin = clocks[onset.run][0] + (onset.moment - float(view.signals[onset.run].time[0])) / 3600.0
+    rows = []
+    for run, clock in enumerate(clocks):
+        shows = run == onset.run or (onset.stays and run > onset.run)
+        own = np.maximum(clock - begin, 0.0) * shows
+        rows.append(own - own[0] if view.zeroed_by_run else own)
     return rows
 
 
@@ -142,14 +145,20 @@ def _hours(view: View, course: Course) -> list[FloatArray]:
     """
     if course.decay_runs:
         return [one.time / 3600.0 * np.exp(-run / course.decay_runs) for run, one in enumerate(view.signals)]
-    clocks, begun = list[FloatArray](), 0.0
-    for signals, goes_on in zip(view.signals, view.goes_on, strict=True):
-        begun = begun if goes_on or not clocks else float(clocks[-1][-1])
-        clocks.append(signals.time / 3600.0 + begun)
+    clocks = _clocks(view)
     whole = float(clocks[-1][-1])
     late = (np.maximum(clock / whole - course.from_share, 0.0) for clock in clocks)
     steepest = course.power * (1.0 - course.from_share) ** (course.power - 1.0)
     return [whole / steepest * share**course.power for share in late]
+
+
+def _clocks(view: View) -> list[FloatArray]:
+    """Return the campaign's clock in all rows of each run [h]: pauses count where they are known."""
+    clocks, begun = list[FloatArray](), 0.0
+    for signals, goes_on in zip(view.signals, view.goes_on, strict=True):
+        begun = begun if goes_on or not clocks else float(clocks[-1][-1])
+        clocks.append(signals.time / 3600.0 + begun)
+    return clocks
 
 
 def _repair(model: SensorModel) -> SensorRepair:
