@@ -47,6 +47,12 @@ def share_of_length(truth: CampaignTruth, run: RunTruth) -> FloatArray:
     return np.asarray(1.0 + run.q / truth.retracted_length)
 
 
+def swing_of(truth: CampaignTruth, sensor: str) -> float:
+    """Return from how cold to how warm a sensor's place goes in a run, of the middle one [K]."""
+    j = truth.sensors.index(sensor)
+    return float(np.median([np.ptp(run.temperatures[:, j]) for run in truth.runs]))
+
+
 def place_in_stroke(truth: CampaignTruth, run: RunTruth) -> FloatArray:
     """Return where the rod is, 0 to 1 from end to end of what all runs use, shape (n,)."""
     low = min(float(one.q.min()) for one in truth.runs)

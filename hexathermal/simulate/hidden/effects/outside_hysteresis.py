@@ -6,7 +6,7 @@ import numpy as np
 
 from hexathermal.poses import FloatArray
 from hexathermal.simulate.hidden.effect import Effect, Parameters
-from hexathermal.simulate.hidden.shapes import add, either_sign, log_uniform, play_of_many
+from hexathermal.simulate.hidden.shapes import add, either_sign, log_uniform, play_of_many, swing_of
 from hexathermal.simulate.hidden.truth import CampaignTruth, RunTruth
 
 
@@ -16,8 +16,7 @@ def draw(truth: CampaignTruth, generator: np.random.Generator) -> Parameters:
     Source: bolted joints slip by tenths of a micrometre to some micrometres as they warm and cool.
     """
     sensor = str(generator.choice(truth.base))
-    j = truth.sensors.index(sensor)
-    swing = float(np.median([np.ptp(run.temperatures[:, j]) for run in truth.runs]))
+    swing = swing_of(truth, sensor)
     return {
         "sensor": sensor,
         "gap": float(generator.uniform(0.1, 0.35) * swing),

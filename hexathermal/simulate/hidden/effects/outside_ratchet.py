@@ -6,7 +6,7 @@ import numpy as np
 
 from hexathermal.poses import FloatArray
 from hexathermal.simulate.hidden.effect import Effect, Parameters
-from hexathermal.simulate.hidden.shapes import add, either_sign, log_uniform
+from hexathermal.simulate.hidden.shapes import add, either_sign, log_uniform, swing_of
 from hexathermal.simulate.hidden.truth import CampaignTruth, RunTruth
 
 
@@ -16,8 +16,7 @@ def draw(truth: CampaignTruth, generator: np.random.Generator) -> Parameters:
     Source: screws and seats under a load slip by a tenth of a micrometre to some micrometres as parts grow apart.
     """
     sensor = str(generator.choice(truth.base))
-    j = truth.sensors.index(sensor)
-    swing = float(np.median([np.ptp(run.temperatures[:, j]) for run in truth.runs]))
+    swing = swing_of(truth, sensor)
     return {
         "sensor": sensor,
         "every": float(generator.uniform(0.02, 0.12) * swing),
