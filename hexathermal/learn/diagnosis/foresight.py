@@ -114,7 +114,7 @@ def denied(stage: Stage, after: Stage, leader: Ranked) -> bool:
     if tells_of_one_run(leader):
         faint = leader.value < CLEAR_STEP
         return faint or (leader.cause == STEP and grid_spread(leader, stage, "time_s") > BLURRED_S)
-    own = not leader.named and _differs_by_run(leader, stage)
+    own = not leader.named and leader.value >= FAINT and _differs_by_run(leader, stage)
     if leader.gated >= FAINT or own or not _rises(stage, after, leader):
         return False
     return not _falls_within(stage, after, leader) or foresight(stage, after, leader) < FORESEEN

@@ -128,19 +128,21 @@ def test_something_faint_without_a_name_is_denied_alike(
     assert (_not_denied(stage, Decision(leader, 0.9, {}, ()), LEAST, ()).leader is leader) == stands
 
 
-@pytest.mark.parametrize(("columns", "stands"), [
-    (np.kron(np.eye(2), np.ones((2, 1))), True), (np.ones((4, 2)), False),
+@pytest.mark.parametrize(("columns", "evidence", "stands"), [
+    (np.kron(np.eye(2), np.ones((2, 1))), FAINT + 1.0, True), (np.ones((4, 2)), FAINT + 1.0, False),
+    (np.kron(np.eye(2), np.ones((2, 1))), FAINT - 1.0, False),
 ])  # fmt: skip
 def test_runs_do_not_deny_what_each_has_its_own_way(
-    monkeypatch: pytest.MonkeyPatch, columns: np.ndarray, stands: bool
+    monkeypatch: pytest.MonkeyPatch, columns: np.ndarray, evidence: float, stands: bool
 ) -> None:
     """Of a rhythm that has another phase in each run no run foretells another: that they are foretold worse is no
-    wonder, and is not held against it.
+    wonder, and is not held against it, unless little is said for it.
     """
     monkeypatch.setattr(foresight, "part_saved", lambda *_stages, within=False: -0.2)
     monkeypatch.setattr(foresight, "part_spread", lambda *_stages: 0.1)
-    best = Scored(Trial("follows time", columns), LEAST + 1.0, 1.0, LEVELS.rms, 0.0, 1.0, np.ones(2))
-    leader = Ranked("follows time", LEAST + 1.0, best, LEVELS)
+    best = Scored(Trial("follows time", columns, doubt=2.0), evidence, 1.0, LEVELS.rms, 0.0, 1.0, np.ones(2))
+    leader = Ranked("follows time", evidence, best, LEVELS)
+    assert leader.gated < FAINT
     stage: Any = SimpleNamespace(with_effect=lambda _best: None, step=Step((leader,), LEVELS, 0.0), channel=FOUR)
     assert (_not_denied(stage, Decision(leader, 0.9, {}, ()), LEAST, ()).leader is leader) == stands
 
