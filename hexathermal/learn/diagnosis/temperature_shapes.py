@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from itertools import combinations
+from itertools import combinations, product
 
 import numpy as np
 
@@ -13,7 +13,8 @@ from hexathermal.poses import FloatArray
 ITS_SQUARE = 0.8
 """Part of a product beside the law, squared, from which on squares of the law's temperatures are it."""
 
-AIR = "the air"
+AIRS, LATE_S = ("the air", "the air, late", "the air, very late"), (180.0, 600.0)
+"""What stands for the air, and low passes of it [s]: what it warms is late, and knows no gusts."""
 
 
 def reached(view: View, sensor: str) -> tuple[tuple[str, FloatArray], ...]:
@@ -33,6 +34,15 @@ def reached(view: View, sensor: str) -> tuple[tuple[str, FloatArray], ...]:
     return tuple(found)
 
 
+def _airs(view: View) -> dict[str, FloatArray]:
+    """Return by how much the air is warmer than at the zero, in windows, at once and late; empty if not recorded."""
+    if view.airs is None:
+        return {}
+    late = [np.column_stack([air, *(memory.low_pass(f"air {tau}", signals.time, air, tau) for tau in LATE_S)])
+            for signals, memory, air in zip(view.signals, view.rows.memories(), view.airs, strict=True)]  # fmt: skip
+    return dict(zip(AIRS, view.windows_zeroed(late).T, strict=True))
+
+
 def products(view: View) -> list[tuple[tuple[str, str], FloatArray]]:
     """Return products of two warmings in windows, shape (n,) [K^2]: of the law's with others, of all with the air's.
 
@@ -40,9 +50,9 @@ def products(view: View) -> list[tuple[tuple[str, str], FloatArray]]:
     those that squares of the law's own temperatures are for the most part: expansion that is not linear.
     """
     warm = {name: view.temperatures(name) for name in dict.fromkeys((*view.base, *view.sensors))}
-    if view.airs is not None:
-        warm[AIR] = view.windows_zeroed([air[:, None] for air in view.airs])[:, 0]
-    pairs = [both for both in combinations(warm, 2) if both[0] in view.base or both[1] == AIR]
+    airs = _airs(view)
+    pairs = [both for both in combinations(warm, 2) if both[0] in view.base] + list(product(warm, airs))
+    warm |= airs
     if not pairs:
         return []
     table = np.column_stack([warm[one] * warm[other] for one, other in pairs])

@@ -38,10 +38,10 @@ WEAR = (1.0, 0.75, 0.5)
 LATE_S, SWELLING_S = 1800.0, (7200.0, 21600.0)
 """Low passes of pressure and humidity [s], and of the humidity alone: granite, polymers and glue swell for hours."""
 
-LIKE_TIME = 3.0
-"""Log evidence that the time at each displacement has less, and the highest temperature so far: where a rod is out as
-long as it is in, or it warms all along, that goes as time does, as a zero that drifts, and leads it by so much by
-chance."""
+IMITATING = 3.0
+"""Log evidence that the time at each displacement has less, the highest temperature so far, and products of two: where
+a rod is out as long as it is in, or it warms all along, the first two go as time does, as a zero that drifts, and a
+product as either temperature where the other stays. By so much they lead it by chance."""
 
 KINKS = (0.3, 0.4, 0.5, 0.6, 0.7, 0.8)
 """Where a kink in temperature may be, quantiles of it."""
@@ -85,7 +85,7 @@ def _moved(view: View) -> Iterator[Trial]:
         yield Trial(PREFIX + "the way travelled", columns[:, None], WORN)
     stood = view.once((PREFIX, "stood"), lambda: _stood(view), ())
     for columns in (stood[:, None], np.column_stack([view.time, stood])):
-        yield Trial(PREFIX + "the time at each displacement", columns, STOOD, advantage=-LIKE_TIME)
+        yield Trial(PREFIX + "the time at each displacement", columns, STOOD, advantage=-IMITATING)
     for columns in view.once((PREFIX, "last moves"), lambda: tuple(last_moves(view)), ()):
         yield Trial(PREFIX + "the last move", columns, MOVED)
     for columns in view.once((PREFIX, "paces"), lambda: tuple(paces(view)), ()):
@@ -102,10 +102,11 @@ def _of_temperatures(view: View) -> Iterator[Trial]:
         held = view.once((PREFIX, "reached", sensor), partial(reached, view, sensor), [sensor])
         for extreme, column in held:
             yield Trial(PREFIX + f"the {extreme} temperature so far", column[:, None], "T", "", {"reading_of": sensor},
-                        advantage=-LIKE_TIME)  # fmt: skip
+                        advantage=-IMITATING)  # fmt: skip
     for names, column in products(view):
         both = {"product_of": " and ".join(names)}
-        yield Trial(PREFIX + "the product of two temperatures", column[:, None], "T", "", both)
+        yield Trial(PREFIX + "the product of two temperatures", column[:, None], "T", "", both,
+                    advantage=-IMITATING)  # fmt: skip
 
 
 def _worn_at_place(view: View) -> FloatArray:

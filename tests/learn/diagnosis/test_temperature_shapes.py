@@ -13,7 +13,7 @@ from hexathermal.learn.diagnosis.evidence import LEAST
 from hexathermal.learn.diagnosis.rivals import FORETOLD
 from hexathermal.learn.diagnosis.spans import beside
 from hexathermal.learn.diagnosis.stage import Stage
-from hexathermal.learn.diagnosis.temperature_shapes import AIR, products, reached
+from hexathermal.learn.diagnosis.temperature_shapes import AIRS, products, reached
 from hexathermal.simulate.hidden.drawing import campaign_of
 from tests.learn.diagnosis.campaigns import altered, nothing_shared, viewed
 
@@ -183,8 +183,8 @@ def test_a_square_is_no_product_of_two_temperatures() -> None:
     twin = next(name for name in view.sensors if name != one)
     asked = [names for names, _column in products(alike)]
     assert (one, twin) not in asked
-    assert any(AIR in names for names in asked)
+    assert any(names[1] in AIRS for names in asked)
     for names, column in products(view):
-        warm = [view.temperatures(name) for name in names if name != AIR]
+        warm = [view.temperatures(name) for name in names if name not in AIRS]
         if len(warm) == 2:
             assert column == pytest.approx(warm[0] * warm[1])
