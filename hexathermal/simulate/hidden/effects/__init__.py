@@ -19,7 +19,7 @@ def found() -> dict[str, Effect]:
     --------
     >>> names = list(found())
     >>> sum(name.startswith(OUTSIDE) for name in names), "backlash" in names
-    (8, True)
+    (10, True)
     """
     effects = [module.EFFECT for module in modules_of(__name__, __file__)]
     return {effect.name: effect for effect in effects}
