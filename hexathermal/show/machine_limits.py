@@ -15,6 +15,9 @@ LIMITS_WORDS = (
 )
 """By what limits are ranked."""
 
+LIMITS_ON_PAGES = LIMITS_WORDS.replace("um", "µm").replace("urad", "µrad")
+"""The same, where a page has all letters."""
+
 
 LIMITS_HEAD = ("best at", "um>", "urad>", "worst at", "um>", "urad>")
 """What `limits_rows` tell behind the name."""

@@ -9,7 +9,7 @@ from hexathermal.learn.machine_proposal import ALIKE
 from hexathermal.show.diagnosis_page import facts, paragraph, section, table, text
 from hexathermal.show.diagnosis_words import VERDICTS
 from hexathermal.show.hexapod_tables import unit_of
-from hexathermal.show.machine_limits import LIMITS_HEAD, LIMITS_WORDS, limits_rows
+from hexathermal.show.machine_limits import LIMITS_HEAD, LIMITS_ON_PAGES, limits_rows
 from hexathermal.show.machine_tables import apart, ranking_rows
 from hexathermal.show.machine_words import (
     UM,
@@ -235,5 +235,5 @@ def _limits(found: MachineDiagnosis, drawn: dict[str, str]) -> str:
         paragraph(noise_words(found))
         + drawn["limits"]
         + table("Smallest effect on the platform that would be named, RMS", head, rows)
-        + paragraph(LIMITS_WORDS.replace("um", "µm").replace("urad", "µrad"))
+        + paragraph(LIMITS_ON_PAGES)
     )

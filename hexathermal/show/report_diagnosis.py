@@ -24,7 +24,7 @@ from hexathermal.show.diagnosis_words import (
     where,
 )
 from hexathermal.show.experiment_words import promise_words, told_apart
-from hexathermal.show.machine_limits import LIMITS_HEAD, LIMITS_WORDS, limits_rows, limits_told
+from hexathermal.show.machine_limits import LIMITS_HEAD, LIMITS_ON_PAGES, limits_rows, limits_told
 from hexathermal.show.report_chart import Chart
 from hexathermal.show.report_diagnosis_charts import disturbances_chart, gain_chart, limits_chart, ranking_chart
 from hexathermal.show.report_diagnosis_fields import wrong_fields
@@ -277,7 +277,7 @@ def _limits(told: Facts) -> Section:
     else:
         listed = table("Smallest effect on the platform that would be named, RMS", ("cause", *LIMITS_HEAD),
                        limits_rows(limits_told(told)))  # fmt: skip
-        listed += paragraph(LIMITS_WORDS.replace("um", "µm").replace("urad", "µrad"))
+        listed += paragraph(LIMITS_ON_PAGES)
     alike = _alike(told)
     return Section("limits", "Detection limits", "How small an effect would have been named", (drawn, listed, *alike))
 

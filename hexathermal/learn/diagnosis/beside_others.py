@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import replace
 from typing import Any
 
@@ -47,9 +48,12 @@ def weights_beside_drift(model: SensorModel) -> FloatArray:
     return model.view.once(("weights beside drift", model.sensor), learnt)
 
 
-def replaced(cause: str, model: SensorModel, weights: FloatArray) -> SensorRepair:
-    """Return the repair of a cause: the others speak for the sensor, in all runs."""
-    return SensorRepair(cause, "detached", {"sensor": model.sensor, "weights": model.sensor_weights(weights)})
+def replaced(
+    cause: str, model: SensorModel, weights: FloatArray, since: Mapping[str, Any] | None = None
+) -> SensorRepair:  # fmt: skip
+    """Return the repair of a cause: the others speak for the sensor, in all runs, or `since` a moment of some."""
+    own = {"sensor": model.sensor, "weights": model.sensor_weights(weights)}
+    return SensorRepair(cause, "detached", own | dict(since or {}))
 
 
 def coming_and_going(model: SensorModel) -> tuple[float, list[FloatArray]]:

@@ -103,7 +103,7 @@ def _of_temperatures(view: View) -> Iterator[Trial]:
         for extreme, column in held:
             yield Trial(PREFIX + f"the {extreme} temperature so far", column[:, None], "T", "", {"reading_of": sensor},
                         advantage=-IMITATING)  # fmt: skip
-    for names, column in products(view):
+    for names, column in view.once((PREFIX, "products"), partial(products, view)):
         both = {"product_of": " and ".join(names)}
         yield Trial(PREFIX + "the product of two temperatures", column[:, None], "T", "", both,
                     advantage=-IMITATING)  # fmt: skip

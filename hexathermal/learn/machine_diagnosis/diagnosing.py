@@ -23,8 +23,8 @@ from hexathermal.learn.machine_diagnosis.designing import designed
 from hexathermal.learn.machine_diagnosis.extension import extended
 from hexathermal.learn.machine_diagnosis.gain import MachineGain, MachineResidual, gained, residuals
 from hexathermal.learn.machine_diagnosis.leg_sensors import ADVICE
-from hexathermal.learn.machine_diagnosis.moving import moved
-from hexathermal.learn.machine_diagnosis.noise_levels import coordinates_of, leg_noise
+from hexathermal.learn.machine_diagnosis.moving import moved, moved_by
+from hexathermal.learn.machine_diagnosis.noise_levels import leg_noise
 from hexathermal.learn.machine_diagnosis.observability import MachineObservability, machine_observability
 from hexathermal.learn.machine_diagnosis.quantities import quantities, sentence
 from hexathermal.learn.machine_diagnosis.recorded import further_sensors, law_rows
@@ -197,14 +197,14 @@ def _effect(named: Settled, seen: MachineObservability) -> MachineEffect:
     one = named.adoption
     case, candidate = one.case, one.candidate
     parameters = quantities(named, case.view)
-    motion = coordinates_of(case.view, candidate.columns @ named.found)
-    far, turned = (float(np.sqrt((part**2).sum(axis=1).mean())) for part in (motion[:, :3], motion[:, 3:]))
+    size = moved_by(case.view, candidate.columns, named.found, named.covariance)
     close = equivalents(case, one, seen) if len(one.step.ranking) else Equivalents((), ())
     settings = {name: value for name, value in candidate.settings.items() if name != "ratio"}
     return MachineEffect(
         candidate.cause, candidate.target, parameters, settings,
-        probabilities(case, one.step).get(candidate.cause, 0.0), close.causes, close.places, far, turned,
-        one.ranked.scored.strength, one.pays, sentence(candidate, parameters, far, turned),
+        probabilities(case, one.step).get(candidate.cause, 0.0), close.causes, close.places, size.translation,
+        size.rotation, one.ranked.scored.strength, one.pays,
+        sentence(candidate, parameters, size.translation, size.rotation),
     )  # fmt: skip
 
 

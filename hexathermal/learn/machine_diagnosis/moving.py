@@ -19,6 +19,7 @@ from hexathermal.learn.machine_diagnosis.evidence import log_bayes
 from hexathermal.learn.machine_diagnosis.noise_levels import coordinates_of
 from hexathermal.learn.machine_diagnosis.search import Ranked
 from hexathermal.learn.machine_diagnosis.tables import eliminated
+from hexathermal.learn.machine_diagnosis.view import MachineView
 from hexathermal.poses import FloatArray
 
 
@@ -49,8 +50,12 @@ def moved(case: Case, one: Ranked) -> Moved:
     S, sd = left[:-1, :-1], one.scored.size * candidate.scale
     found = log_bayes(S, left[:-1, -1], candidate.mean, sd)[1]
     covariance = np.linalg.inv(S * np.outer(sd, sd) + np.eye(len(sd))) * np.outer(sd, sd)
-    each = [coordinates_of(case.view, candidate.columns[..., k]) for k in range(len(sd))]
-    motion = np.stack(each, axis=2)
+    return moved_by(case.view, candidate.columns, found, covariance)
+
+
+def moved_by(view: MachineView, columns: FloatArray, found: FloatArray, covariance: FloatArray) -> Moved:
+    """Return how far columns (n, 6, k) [m per unit] of amplitudes (k,), with their covariance, move the platform."""
+    motion = np.stack([coordinates_of(view, columns[..., k]) for k in range(len(found))], axis=2)
     far, turned = (_rms(motion[:, axes], found, covariance) for axes in (slice(0, 3), slice(3, 6)))
     return Moved(far[0], turned[0], far[1], turned[1])
 

@@ -156,8 +156,7 @@ def _repair(model: SensorModel, loss: Onset) -> SensorRepair:
 
     They speak for it in whatever run where it was off from the beginning.
     """
-    parameters = {"sensor": model.sensor, "weights": model.sensor_weights(_weights(model, loss))}
-    return SensorRepair(CAUSE.name, "detached", parameters if loss.begun else parameters | runs_since(model, loss))
+    return replaced(CAUSE.name, model, _weights(model, loss), None if loss.begun else runs_since(model, loss))
 
 
 def _loose(model: SensorModel, loss: Onset, error: float) -> SensorRepair:

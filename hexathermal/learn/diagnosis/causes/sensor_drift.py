@@ -116,7 +116,7 @@ def _hours_since(view: View, onset: Onset) -> list[FloatArray]:
 
     On the campaign's clock, where all runs count from one zero; else since each one's begin.
     """
-    clocks = _clocks(view)
+    clocks = view.once((CAUSE.name, "clocks"), partial(_clocks, view), ())
     begin = clocks[onset.run][0] + (onset.moment - float(view.signals[onset.run].time[0])) / 3600.0
     rows = []
     for run, clock in enumerate(clocks):
@@ -133,9 +133,7 @@ def _ramp(onset: Onset, model: SensorModel) -> tuple[FloatArray, FloatArray]:
 
 def _from_then_on(model: SensorModel, onset: Onset) -> SensorRepair:
     """Return the repair: the others speak for the sensor from the moment on, as they learnt where it was sound."""
-    weights = model.sensor_weights(model.weights(sound_rows(model, onset)))
-    parameters = {"sensor": model.sensor, "weights": weights} | runs_since(model, onset)
-    return SensorRepair(CAUSE.name, "detached", parameters)
+    return replaced(CAUSE.name, model, model.weights(sound_rows(model, onset)), runs_since(model, onset))
 
 
 def _hours(view: View, course: Course) -> list[FloatArray]:
@@ -145,7 +143,7 @@ def _hours(view: View, course: Course) -> list[FloatArray]:
     """
     if course.decay_runs:
         return [one.time / 3600.0 * np.exp(-run / course.decay_runs) for run, one in enumerate(view.signals)]
-    clocks = _clocks(view)
+    clocks = view.once((CAUSE.name, "clocks"), partial(_clocks, view), ())
     whole = float(clocks[-1][-1])
     late = (np.maximum(clock / whole - course.from_share, 0.0) for clock in clocks)
     steepest = course.power * (1.0 - course.from_share) ** (course.power - 1.0)
