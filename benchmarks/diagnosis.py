@@ -116,6 +116,15 @@ python -m benchmarks.diagnosis --draws {count} --seed {seed} {options}--page doc
 """
 
 
+BESIDE_ZEROS = """\
+## By what shows within runs
+
+A displacement counts from a run's first reading, noise and all: a constant of each run tells little. Here the strength
+is what stays visible where such constants are fitted again too: of an effect that changes over hours about half, of one
+that comes and goes within a run all.
+"""
+
+
 PAGES = {
     HELD_OUT: ("hidden effects", "diagnosis-figures.md"),
     LATER: ("a bench that came later", "diagnosis-figures-later.md"),
@@ -136,6 +145,7 @@ def page(outcomes: Sequence[Outcome], seed: int, ablation: str, times: Sequence[
                          benches=", ".join(drawn), options=options)  # fmt: skip
     parts = [about]
     parts += ["## One effect, by strength\n", rates.by_strength(outcomes)]
+    parts += [BESIDE_ZEROS, rates.by_strength_beside_zeros(outcomes)]
     parts += ["## What the extension gains\n", rates.what_it_gains(outcomes)]
     parts += ["## One effect, by cause\n\nFirst name right / draws at each strength.\n", rates.by_cause(outcomes)]
     parts += ["## By bench\n", rates.by_bench(outcomes)]

@@ -64,6 +64,8 @@ class Outcome:
         The same of the law extended by the truth, and of the noise itself.
     true_before, true_after, oracle_true_before, oracle_true_after : float or None [um]
         The first four where the validation runs are without noise.
+    strengths_beside_zeros : list of float
+        As `strengths`, where a constant of each run is fitted too.
     seconds : float
         Of processor time for the diagnosis.
     rows : int
@@ -96,6 +98,7 @@ class Outcome:
     true_after: float | None = None
     oracle_true_before: float | None = None
     oracle_true_after: float | None = None
+    strengths_beside_zeros: list[float] = field(default_factory=list)
 
     @property
     def kind(self) -> str:
@@ -108,6 +111,11 @@ class Outcome:
     def strength(self) -> float:
         """Visible strength of the weakest effect; 0 where there is none."""
         return min(self.strengths, default=0.0)
+
+    @property
+    def strength_beside_zeros(self) -> float:
+        """The same where a constant of each run is fitted too."""
+        return min(self.strengths_beside_zeros, default=0.0)
 
     @property
     def first(self) -> str | None:
@@ -222,6 +230,7 @@ def outcome_of(bench: str, seed: int, causes: tuple[str, ...] | None = None, str
         oracle["rmse_noise_um"], seconds, rows, said.get("threshold", 0.0),
         [[one["cause"], round(one["evidence"], 1)] for one in said.get("candidates", ())[:TOP]], failed, *exact,
         oracle["rmse_base_without_noise_um"], oracle["rmse_known_without_noise_um"],
+        list(drawn.strengths_with_offsets),
     )  # fmt: skip
 
 

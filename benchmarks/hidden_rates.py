@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from itertools import pairwise
+from operator import attrgetter
 from typing import TypeVar
 
 import numpy as np
@@ -15,12 +16,17 @@ STRENGTHS = {"0.25 to 0.35": (0.0, 0.354), "0.35 to 0.7": (0.354, 0.707), "0.7 t
              "1.4 to 2": (1.414, np.inf)}  # fmt: skip
 """Bins of the visible strength: about 0.3, 0.5, 1 and 1.7 of the noise."""
 
+STRENGTHS_BESIDE_ZEROS = {"below 0.25": (0.0, 0.25), **STRENGTHS, "0.25 to 0.35": (0.25, 0.354)}
+"""The same of the strength that is visible within runs, which no draw asks for."""
+
 PROBABILITIES = (0.0, 0.5, 0.8, 0.95, 0.99, 1.0 + 1e-9)
 GAIN = 0.02
 """Part of the law's RMSE on validation runs below which there is nothing to gain."""
 
 Rows = list[list[str]]
 Draw = TypeVar("Draw")
+
+_strength = attrgetter("strength")
 
 
 def rate(draws: Sequence[Outcome], good: Callable[[Outcome], bool]) -> float:
@@ -33,9 +39,11 @@ def of_kind(draws: Iterable[Outcome], *kinds: str) -> list[Outcome]:
     return [one for one in draws if one.kind in kinds]
 
 
-def stronger(draws: Iterable[Outcome], low: float, high: float = np.inf) -> list[Outcome]:
+def stronger(
+    draws: Iterable[Outcome], low: float, high: float = np.inf, size: Callable[[Outcome], float] = _strength
+) -> list[Outcome]:
     """Return the draws whose weakest effect has a strength in ``low <= s < high``."""
-    return [one for one in draws if low <= one.strength < high]
+    return [one for one in draws if low <= size(one) < high]
 
 
 def gain_ratio(draws: Iterable[Outcome]) -> float:
@@ -106,11 +114,23 @@ def table(head: Sequence[str], rows: Rows) -> str:
 
 def by_strength(draws: Sequence[Outcome], kinds: Sequence[str] = (ONE,)) -> str:
     """Return one effect by strength: named, named or equivalent, wrong, and what is said else."""
+    return _by_strength(of_kind(draws, *kinds), STRENGTHS, _strength)
+
+
+def by_strength_beside_zeros(draws: Sequence[Outcome]) -> str:
+    """Return the same of one effect by what stays visible where a constant of each run is fitted too."""
+    return _by_strength(of_kind(draws, ONE), STRENGTHS_BESIDE_ZEROS, attrgetter("strength_beside_zeros"))
+
+
+def _by_strength(
+    draws: Sequence[Outcome], bins: Mapping[str, tuple[float, float]], size: Callable[[Outcome], float]
+) -> str:
+    """Return draws by their size: named, named or equivalent, wrong, and what is said else."""
     head = ("strength", "draws", "first name right", "or equivalent", "wrong name", "`none`", "`unexplained`",
             "a name too many", "gain / oracle's")  # fmt: skip
     rows = []
-    for label, (low, high) in {**STRENGTHS, "all": (0.0, np.inf)}.items():
-        own = stronger(of_kind(draws, *kinds), low, high)
+    for label, (low, high) in {**bins, "all": (0.0, np.inf)}.items():
+        own = stronger(draws, low, high, size)
         right, wrong = sum(one.right for one in own), sum(one.wrong for one in own)
         rows.append([label, str(len(own)), part_of(right, len(own)), _share(own, lambda one: one.right_or_equivalent),
                      part_of(wrong, len(own)), _share(own, lambda one: one.verdict == "none"),
