@@ -102,6 +102,10 @@ NAMED_FIRST = (
     "before it left; the others with what they had before anything was named. "
 )
 
+NOT_LEADING = (
+    " An evidence of 0.0 tells that a cause is behind those that lead, for which alone the noise was fitted anew."
+)
+
 FEIGNED = "Why none is named of those that stand above that is told under “What was found”."
 
 
@@ -225,6 +229,7 @@ def _ranking(found: Diagnosis, drawn: dict[str, str]) -> str:
             "unknown size and parameters taken into account: 2.3 is 10 to 1, 7 is 1000 to 1. A name needed "
             f"{found.threshold:.1f} in this campaign, which chance alone reaches at most once in a hundred. Names that "
             "begin with “follows” are no causes: they stand for something real without a name."
+            + (NOT_LEADING if any(one.evidence == 0.0 for one in found.candidates) else "")
         )
         + paragraph(
             f"{NAMED_FIRST if found.effects else ''}Of several thermometers that explain the runs fitted, the one is "
