@@ -293,8 +293,8 @@ class Channel:
         sd : array, shape (m,)
             Standard deviations of the coefficients' priors.
         begin : Levels, optional
-            Where to start, with its slow time kept; by default all slow times are tried, and the best, or the best
-            two where they are near each other, are followed to the end.
+            Where to start, with its slow time, or a shorter one where that is likelier; by default all slow times are
+            tried, and the best, or the best two where they are near each other, are followed to the end.
         most : int
             Evaluations of the likelihood.
         near : Levels, optional
@@ -302,16 +302,41 @@ class Channel:
         """
         whole = _sized(self.y, X, sd)
         if begin is not None:
-            return self._closer(whole, begin, most, 0.35)
-        usual = tuple(math.log(value) for value in (0.7, 0.7, 0.4, 1.0))
-        start, table = (usual, whole) if near is None else (self.theta(near), self._telling(whole, near))
-        times = (*SLOW_TIMES, WALKING_S) if self.walks else SLOW_TIMES
-        found = [self._fitted(table, start, time, most // 2, 0.8) for time in times]
+            return self._quicker(whole, *self._closer(whole, begin, most, 0.35), most)
+        table = whole if near is None else self._telling(whole, near)
+        found = [self._fitted(table, self._begin(near, time), time, most // 2, 0.8) for time in self._times]
         first, second = sorted(found, key=lambda pair: -pair[1])[:2]
         ends = [self._closer(whole, first[0], 2 * most, 0.4)]
         if second[1] > first[1] - UNDECIDED:
             ends.append(self._closer(whole, second[0], 2 * most, 0.4))
         return max(ends, key=lambda pair: pair[1])
+
+    @property
+    def _times(self) -> tuple[float, ...]:
+        """The correlation times that the slow process may have [s]."""
+        return (*SLOW_TIMES, WALKING_S) if self.walks else SLOW_TIMES
+
+    def _quicker(self, whole: FloatArray, found: Levels, value: float, most: int) -> tuple[Levels, float]:
+        """Return levels and evidence, of a shorter slow time where that is likelier.
+
+        What a column explains may be why it seemed to walk: with it, what is left wanders faster, and less far.
+        """
+        shorter = [self.levels(self._begin(found, time), time) for time in self._times if time < found.slow_time]
+        if not shorter:
+            return found, value
+        told, best = max(((self._evidence(whole, one), one) for one in shorter), key=lambda pair: pair[0])
+        ends = [(found, value), *([self._closer(whole, best, most, 0.35)] if told > value - UNDECIDED else [])]
+        return max(ends, key=lambda pair: pair[1])
+
+    def _begin(self, near: Levels | None, slow_time: float) -> tuple[float, ...]:
+        """Return logarithms of levels to start from with a slow time: such as change as much within minutes.
+
+        ``var(slow(t + dt) - slow(t)) = 2 s^2 dt / tau`` for short dt: what seemed to walk may stay near where it is.
+        """
+        if near is None:
+            return tuple(math.log(value) for value in (0.7, 0.7, 0.4, 1.0))
+        white, landing, slow, offset = self.theta(near)
+        return white, landing, slow + 0.5 * math.log(slow_time / near.slow_time), offset
 
     def _closer(self, whole: FloatArray, begin: Levels, most: int, spread: float) -> tuple[Levels, float]:
         """Return the best levels near some, and the evidence of all columns of a table there.
