@@ -13,7 +13,8 @@ from itertools import combinations
 
 import numpy as np
 
-from hexathermal.learn.diagnosis.channels import Levels, solution
+from hexathermal.learn.diagnosis.channels import Levels
+from hexathermal.learn.diagnosis.coefficients import solution
 from hexathermal.learn.diagnosis.evidence import LEAST
 from hexathermal.learn.diagnosis.stage import Stage
 from hexathermal.learn.diagnosis.view import View

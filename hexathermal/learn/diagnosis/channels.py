@@ -16,8 +16,8 @@ from typing import TypeVar
 
 import numpy as np
 import numpy.typing as npt
-from scipy import linalg
 
+from hexathermal.learn.diagnosis.coefficients import expected, marginal, sized, solution, sums_without
 from hexathermal.poses import FloatArray
 
 Rows = TypeVar("Rows", float, FloatArray)
@@ -228,11 +228,11 @@ class Channel:
 
     def evidences(self, X: FloatArray, sd: FloatArray, pool: Iterable[Levels]) -> list[float]:
         """Return `evidence` at several levels."""
-        table = _sized(self.y, X, sd)
+        table = sized(self.y, X, sd)
         return [self._evidence(table, levels) for levels in pool]
 
     def _evidence(self, table: FloatArray, levels: Levels) -> float:
-        """Return `evidence` of a table as `_sized` gives it."""
+        """Return `evidence` of a table as `sized` gives it."""
         from hexathermal.learn.diagnosis.whitening_loops import log_evidence
 
         white, landing = self.alone(levels), levels.landing**2
@@ -300,7 +300,7 @@ class Channel:
         near : Levels, optional
             Where to start with each slow time.
         """
-        whole = _sized(self.y, X, sd)
+        whole = sized(self.y, X, sd)
         if begin is not None:
             return self._quicker(whole, *self._closer(whole, begin, most, 0.35), most)
         table = whole if near is None else self._telling(whole, near)
@@ -325,8 +325,11 @@ class Channel:
         if not shorter:
             return found, value
         told, best = max(((self._evidence(whole, one), one) for one in shorter), key=lambda pair: pair[0])
-        ends = [(found, value), *([self._closer(whole, best, most, 0.35)] if told > value - UNDECIDED else [])]
-        return max(ends, key=lambda pair: pair[1])
+        if told <= value - UNDECIDED:
+            return found, value
+        closer, worth = self._closer(whole, best, most, 0.35)
+        # from where that ends a still shorter one is nearer than from where it began
+        return self._quicker(whole, closer, worth, most) if worth > value else (found, value)
 
     def _begin(self, near: Levels | None, slow_time: float) -> tuple[float, ...]:
         """Return logarithms of levels to start from with a slow time: such as change as much within minutes.
@@ -371,7 +374,7 @@ class Channel:
     def _fitted(
         self, table: FloatArray, theta: Sequence[float], slow_time: float, most: int, spread: float
     ) -> tuple[Levels, float]:
-        """Return the best levels near a start for one slow time; `table` as `_sized` gives it."""
+        """Return the best levels near a start for one slow time; `table` as `sized` gives it."""
         from hexathermal.learn.diagnosis.whitening_loops import likeliest
 
         found = np.array(theta)
@@ -379,47 +382,3 @@ class Channel:
                           1.0 / self.rows, self._least, self.scale, self.has_landings, self.tied_offsets,
                           self.walks)  # fmt: skip
         return self.levels(found.tolist(), slow_time), float(value)
-
-
-def sums_without(parts: Sequence[FloatArray]) -> FloatArray:
-    """Return for each of some arrays the sum of all others: nothing is taken away again, so that nothing is lost."""
-    none = np.zeros((1, *parts[0].shape))
-    if len(parts) == 1:
-        return none
-    before = np.cumsum(np.concatenate([none, parts[:-1]]), axis=0)
-    after = np.cumsum(np.concatenate([none, parts[:0:-1]]), axis=0)[::-1]
-    return np.asarray(before + after)
-
-
-def solution(products: FloatArray) -> tuple[float, FloatArray, FloatArray]:
-    """Return the log evidence, the means of coefficients of prior N(0, 1), and the lower factor; of products of data.
-
-    `products` are those of whitened data and columns, as the compiled `integrated` takes them.
-    """
-    from hexathermal.learn.diagnosis.whitening_loops import integrated
-
-    value, factor, z = integrated(products)
-    return float(value), np.asarray(linalg.solve_triangular(factor, z, lower=True, trans=1)), factor
-
-
-def expected(r: FloatArray, X: FloatArray, sd: FloatArray) -> tuple[float, FloatArray]:
-    """Return the log evidence of whitened data with coefficients integrated, and their means."""
-    table = _sized(r, X, sd)
-    value, mean, _ = solution(table.T @ table)
-    return value, sd * mean
-
-
-def marginal(r: FloatArray, X: FloatArray, sd: FloatArray) -> tuple[float, FloatArray, FloatArray]:
-    """Return `expected`, and the covariance of the coefficients."""
-    table = _sized(r, X, sd)
-    value, mean, factor = solution(table.T @ table)
-    inverse = linalg.cho_solve((factor, True), np.eye(len(sd)))
-    return value, sd * mean, inverse * np.outer(sd, sd)
-
-
-def _sized(r: FloatArray, X: FloatArray, sd: FloatArray) -> FloatArray:
-    """Return data and columns times the sizes of their priors, row by row."""
-    table = np.empty((len(r), 1 + X.shape[1]))
-    table[:, 0] = r
-    np.multiply(X, sd, out=table[:, 1:])
-    return table

@@ -20,7 +20,8 @@ from functools import cached_property
 import numpy as np
 from scipy import linalg
 
-from hexathermal.learn.diagnosis.channels import Channel, Levels, expected
+from hexathermal.learn.diagnosis.channels import Channel, Levels
+from hexathermal.learn.diagnosis.coefficients import expected
 from hexathermal.learn.diagnosis.spans import orthonormal, products, products_beside, sizes_beside
 from hexathermal.learn.diagnosis.steadied import steadied_price
 from hexathermal.learn.diagnosis.trials import Trial

@@ -14,7 +14,8 @@ import numpy.typing as npt
 from hexathermal.errors import ArgumentError
 from hexathermal.learn.campaign import Block, Campaign
 from hexathermal.learn.campaign_laws import role_blocks
-from hexathermal.learn.diagnosis.channels import Levels, sums_without
+from hexathermal.learn.diagnosis.channels import Levels
+from hexathermal.learn.diagnosis.coefficients import sums_without
 from hexathermal.learn.diagnosis.evidence import Scored
 from hexathermal.learn.diagnosis.mending import mended
 from hexathermal.learn.diagnosis.stage import Stage, view_of

@@ -13,7 +13,8 @@ from scipy.linalg import solve_triangular
 from scipy.stats import multivariate_normal
 
 from hexathermal.learn.diagnosis import channels, whitening_loops
-from hexathermal.learn.diagnosis.channels import Channel, Levels, marginal
+from hexathermal.learn.diagnosis.channels import Channel, Levels
+from hexathermal.learn.diagnosis.coefficients import marginal, sized
 from tests.learn.diagnosis.campaigns import viewed
 from tests.learn.diagnosis.noises import LEVELS, channel_like, dense, noisy
 
@@ -205,6 +206,26 @@ def test_a_walk_that_counts_from_the_first_row_is_a_slow_process(rng: np.random.
     assert multivariate_normal(None, dense(anywhere, anywhere.fitted(X, sd)[0])).logpdf(walked.y) < told[1] - 10.0
 
 
+def test_noise_beside_what_walked_is_as_quick_as_it_is(rng: np.random.Generator) -> None:
+    """A slope in all runs, half of the noise an hour, over noise of minutes: alone it seems a walk as slow as a run.
+
+    Beside the slope a fit that begins there ends with a shorter time, nearly as likely as any fit; one that keeps the
+    time of the walk takes 8 log units or more from the slope.
+    """
+    quick = replace(LEVELS, slow=0.15, offset=0.2, slow_time=900.0)
+    noise = noisy(channel_like(rng, runs=9, windows=60), quick, rng)
+    hours = noise._since[:, None] / 3600.0
+    channel, sd = noise.with_y(noise.y + 0.5 * hours[:, 0]), np.ones(1)
+    walk, _ = channel.fitted(np.zeros_like(hours), sd)
+    assert walk.slow_time == channels.WALKING_S
+    levels, value = channel.fitted(hours, sd, walk)
+    assert levels.slow_time < channels.WALKING_S
+    assert value > channel.fitted(hours, sd)[1] - 5.0
+    kept = channel._closer(sized(channel.y, hours, sd), walk, 200, 0.35)
+    assert kept[0].slow_time == channels.WALKING_S
+    assert value > kept[1] + 8.0
+
+
 @pytest.mark.parametrize("tied", [True, False])
 @pytest.mark.parametrize("landings", [True, False])
 def test_what_a_fit_maximises_is_the_evidence(tied: bool, landings: bool, rng: np.random.Generator) -> None:
@@ -259,7 +280,7 @@ def test_a_fit_beside_many_columns_leaves_out_only_what_says_nothing(
     X = rng.standard_normal((len(channel), 30))
     sd = np.where(np.arange(30) < 10, 1.0, 1e-3) * LEVELS.rms
     begin = replace(LEVELS, white=1.3 * LEVELS.white, slow=0.8 * LEVELS.slow)
-    assert 1 < channel._telling(channels._sized(channel.y, X, sd), begin).shape[1] <= 11
+    assert 1 < channel._telling(sized(channel.y, X, sd), begin).shape[1] <= 11
     levels, value = channel.fitted(X, sd, begin, 200)
     assert value == pytest.approx(channel.evidence(X, sd, levels), abs=1e-9)
     near = channel.fitted(X, sd, near=begin)[1]

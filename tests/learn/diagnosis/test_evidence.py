@@ -211,6 +211,23 @@ def test_probabilities_sum_to_one_and_equivalents_are_close() -> None:
     assert decision.probability < 0.95
 
 
+def test_what_was_recorded_is_hardly_likelier_than_a_sketch_close_behind() -> None:
+    """A missing thermometer a little ahead of stored heat is likelier by little; one far ahead, or ahead of another
+    cause, as likely as before. Names, and what is shared by both, stay.
+    """
+    heat, other = ranked("hidden-heat", 90.0), ranked("creep", 90.0)
+    close, beside = (decided(step(ranked("missing-sensor", 100.0), one), LEAST) for one in (heat, other))
+    assert close.leader is not None
+    assert close.leader.cause == "missing-sensor"
+    assert close.equivalent == ("hidden-heat",)
+    assert 0.5 < close.probability < 0.6 < beside.probability
+    assert sum(close.probabilities.values()) == pytest.approx(SOUND)
+    far = [
+        decided(step(ranked("missing-sensor", 100.0), ranked(name, 60.0)), LEAST) for name in ("hidden-heat", "creep")
+    ]
+    assert far[0].probability == pytest.approx(far[1].probability)
+
+
 def test_a_fault_that_the_drift_alone_speaks_for_as_well_is_stated() -> None:
     """A thermometer's fault is as good as the name where its parity seconds it, or is too uncertain to deny it."""
     fault = ranked("sensor-drift", 18.0)
