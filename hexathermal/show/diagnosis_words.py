@@ -325,8 +325,9 @@ ADVICE = {
     "rhythm": " A rhythm that no cause has is often that of the room or of a supply: see what switches on and off with "
     "this period, as air conditioning, a chiller or a pump does.",
     "a rate of each run's own": " What drifts at another rate in each run, as up in some and down in others, often "
-    "goes with the day or with who works beside the bench: a floor or a foundation that tilts, a door, the sun. Look "
-    "at the rates against the hour, and let the bench stand still for a day and a night.",
+    "goes with the day or with who works beside the bench: a floor or a foundation that tilts, a door, the sun. A zero "
+    "that drifts at a rate of its own in each run is the same to these data. Look at the rates against the hour, and "
+    "let the bench stand still for a day and a night.",
     "the rest since a move": " A step some time after each stop, all at once, is no creep: see what lets go, closes or "
     "is switched off when nothing has moved for so long, as a brake or the current of a motor at rest does.",
     "the way since a reversal": " What turns round over centimetres after each reversal, and stays when the rod rests, "
@@ -339,10 +340,6 @@ ADVICE = {
     "grease or a controller that stops short: drive to the same places slowly and quickly.",
 }
 """What to look for, by what the name of something unexplained holds."""
-
-
-NEARLY = 0.9
-"""Part of the evidence of what has no name from which on a cause is told beside it."""
 
 
 def unexplained_words(found: Diagnosis) -> str:
@@ -363,7 +360,7 @@ def _nearly_named(found: Diagnosis) -> str:
     left = next((one.evidence for one in found.candidates if one.cause == found.follows), math.inf)
     names = (one for one in found.candidates if not one.cause.startswith("follows "))
     best = max(names, key=lambda one: one.evidence, default=None)
-    if best is None or best.evidence < NEARLY * left:
+    if best is None or best.cause not in found.possible or math.isinf(left):
         return ""
     name = best.cause if best.target is None else f"{best.cause} ({best.target})"
     return (

@@ -2,10 +2,20 @@
 
 from __future__ import annotations
 
-from hexathermal.learn.diagnosis.trials import Trial
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+from hexathermal.learn.diagnosis.trials import PREFIX, Trial
 from hexathermal.learn.diagnosis.view import View
 
+if TYPE_CHECKING:
+    from hexathermal.learn.diagnosis.result import Candidate
+
 ANOTHER, TILT, DRIFT, CREEP = "missing-sensor", "abbe-tilt", "zero-drift", "creep"
+
+OWN_RATES, NEARLY = "time (a rate of each run's own)", 0.9
+"""What a zero that drifts at rates without a common one follows; and the part of the evidence of what has no name from
+which on a name is not ruled out."""
 
 
 def alike_by_nature(view: View, trial: Trial) -> tuple[str, ...]:
@@ -27,3 +37,25 @@ def alike_by_nature(view: View, trial: Trial) -> tuple[str, ...]:
     if trial.cause == DRIFT and trial.shape == "relaxation" and not view.moves:
         return (CREEP,)
     return ()
+
+
+def not_ruled_out(follows: str, candidates: Sequence[Candidate]) -> tuple[str, ...]:
+    """Return names that something without one might have, likeliest first.
+
+    They explain nearly as much, or it is in their nature: a floor that tilts with the day, and a zero that drifts at a
+    rate of its own in each run, are the same.
+
+    Parameters
+    ----------
+    follows : str
+        What it follows, as the candidate is called.
+    candidates : sequence of Candidate
+        Of the same ranking.
+
+    >>> not_ruled_out("follows time (a rate of each run's own)", ())
+    ('zero-drift',)
+    """
+    left = max((one.evidence for one in candidates if one.cause == follows), default=float("inf"))
+    names = [one for one in candidates if not one.cause.startswith(PREFIX) and one.evidence >= NEARLY * left]
+    found = [one.cause for one in sorted(names, key=lambda one: -one.evidence)]
+    return tuple(dict.fromkeys([*found, *([DRIFT] if follows == PREFIX + OWN_RATES else [])]))

@@ -6,6 +6,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
+from hexathermal.learn.diagnosis.alike_by_nature import not_ruled_out
 from hexathermal.learn.diagnosis.as_json import UM, gained_facts, parameter_facts, ranked_facts, target_of
 from hexathermal.learn.diagnosis.channels import Levels
 from hexathermal.learn.diagnosis.constants_beside import BesideConstants, beside_constants
@@ -308,9 +309,15 @@ class Diagnosis(Shown):
         return (*first, *said, *last, *self.unlike)
 
     @property
+    def possible(self) -> tuple[str, ...]:
+        """Names that are not ruled out where something real is left that has none."""
+        return () if self.follows is None else not_ruled_out(self.follows, self.candidates)
+
+    @property
     def finding(self) -> str:
         """What is named, or that nothing is, in words."""
-        left = f"omething real is left that {self.follows}{self._seen}, but no cause of the catalogue explains it."
+        but = f" ({' and '.join(self.possible)} not ruled out)" if self.possible else ""
+        left = f"omething real is left that {self.follows}{self._seen}, but no cause of the catalogue explains it{but}."
         if self.verdict == "effect":
             hidden = self.follows is not None and all(one.taken_back or one.of_judged_run for one in self.effects)
             return " ".join((*self.sentences, *([f"S{left}"] if hidden else [])))
@@ -347,7 +354,7 @@ class Diagnosis(Shown):
             "verdict": self.verdict,
             "cause": self.cause,
             "target": None if first is None else target_of(first),
-            "equivalent": list(first.equivalent) if first is not None else [],
+            "equivalent": list(self.possible if first is None else first.equivalent),
             "probability": self.probability,
             "parameters": parameter_facts(first),
             "settings": {} if first is None else dict(first.settings),

@@ -72,6 +72,9 @@ LEAST_SURE, SURE = 3.0, 3.5
 drift does not speak for a clock that is off, and from which it does wholly: neither law contains the other, either
 reads errors of thermometers, and the offset is the best of many."""
 
+LESS = 0.7
+"""Part of the null's slow noise up to which noise beside a cause is so much less that its trials are asked again."""
+
 FREE = 2.0
 """Evidence that a cause needs besides where its decays before each run are free: no threshold is drawn with these."""
 
@@ -140,14 +143,18 @@ class Search:
             families = _families(scored)
             leaders = sorted(families, key=lambda name: -self._standing(*families[name], scored))[:LEADERS]
             pool = [levels]
-            fits = {}
+            fits, quicker = {}, {}
             for name in leaders:
                 value, best = families[name]
                 witnessed = self._witnessed(best, scored)
                 families[name] = (witnessed.value + value - best.value, witnessed)
                 others = *other_form(witnessed, scored), *other_lines(witnessed, scored)
                 fits[name] = [witnessed, *others, *self._told_otherwise(witnessed, scored)]
-                pool += [self._fit(item, levels)[0] for item in fits[name]]
+                found = [self._fit(item, levels)[0] for item in fits[name]]
+                pool += found
+                for again in self._in_less_noise(witnessed, found[0], levels, trials):
+                    quicker[name] = again
+                    pool.append(self._fit(again[1], found[0])[0])
             # every noise is open to the null and to every leader
             nulls = self.channel.evidences(self.base.X, self.base.sd, pool)
             better = int(np.argmax(nulls))
@@ -156,6 +163,10 @@ class Search:
                 if name in fits:
                     grid = value - best.value
                     each = [self._beside(item, grid, pool, nulls, believing, scored) for item in fits[name]]
+                    if name in quicker:
+                        grid, item = quicker[name]
+                        other = self._beside(item, grid, pool, nulls, believing, scored)
+                        each[0] = max(each[0], other, key=lambda one: one.value)
                     ranked[name] = fullest(each)
                 else:
                     value = min(value, 0.0) if name not in ranked else ranked[name].value
@@ -166,6 +177,19 @@ class Search:
                 break
         order = tuple(sorted(self._weighed(list(ranked.values())), key=lambda item: -item.value))
         return Step(order, levels, null)
+
+    def _in_less_noise(
+        self, best: Scored, beside: Levels, null: Levels, trials: list[Trial]
+    ) -> list[tuple[float, Scored]]:
+        """Return the best trial of a cause, and what its grid costs, in the noise beside one that leaves less of it.
+
+        In noise that has the cause in it all its trials look alike.
+        """
+        if beside.slow > LESS * null.slow or not _of_drift_alone(best.trial):
+            return []
+        own = [one for one in trials if one.cause == best.trial.cause and bool(one.starts) == bool(best.trial.starts)]
+        found = _families(self.scored(beside, own)).get(best.trial.cause)  # a step may be a jolt there
+        return [] if found is None or found[1].trial is best.trial else [(found[0] - found[1].value, found[1])]
 
     def _weighed(self, ranked: list[Ranked]) -> list[Ranked]:
         """Return causes as they stand against each other."""
@@ -375,3 +399,8 @@ def _families(scored: list[Scored]) -> dict[str, tuple[float, Scored]]:
         best = items[int(np.argmax(values))]
         found[name] = (float(mean_log(values)), best)
     return found
+
+
+def _of_drift_alone(trial: Trial) -> bool:
+    """Whether only the drift tells of a trial, which mends nothing."""
+    return trial.parity is None and trial.delay is None and not trial.anew

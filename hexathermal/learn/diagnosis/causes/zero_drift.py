@@ -39,9 +39,10 @@ WARMED_S = (1000.0, 1700.0, 3000.0, 5200.0, 9000.0)
 BROAD_S, DECADES = (300.0, 800.0, 2000.0), 1.5
 """The shortest of times over so many decades, with which it goes as the logarithm of time."""
 
-SELDOM, LONG_S, AT_LONG = -3.0, 4000.0, -2.0
+SELDOM, LONG_S, AT_LONG, BROADLY = -3.0, 4000.0, -2.0, -4.0
 """Log evidence of that beforehand: it is what creep from the beginning of runs is, by more of a name's few trials. What
-takes longer than an hour is an instrument's warming rather than what gives way."""
+takes longer than an hour is an instrument's warming rather than what gives way; what goes as the logarithm of time
+rather gives way: eight of eight did of one generator of another hand."""
 
 UNLIKE = (0.5, 1.5)
 """Sizes of what rates of single runs differ by, as `Trial.started`: a third of the common rate, or as much as it."""
@@ -58,7 +59,8 @@ def trials(bench: Workbench) -> Iterator[Trial]:
         forms += [{"time_constant_s": tau, "decades": DECADES} for tau in BROAD_S if anew]
         for form in forms:
             warming = bench.term(CAUSE.name, "relaxation", None, kick="begin", **form)
-            yield replace(warming, advantage=AT_LONG if form["time_constant_s"] > LONG_S else SELDOM)
+            seldom = BROADLY if "decades" in form else SELDOM
+            yield replace(warming, advantage=AT_LONG if form["time_constant_s"] > LONG_S else seldom)
     own = own_rates(bench.view)
     if own is not None:
         for unlike in UNLIKE:
