@@ -330,6 +330,9 @@ ADVICE = {
     "let the bench stand still for a day and a night.",
     "the rest since a move": " A step some time after each stop, all at once, is no creep: see what lets go, closes or "
     "is switched off when nothing has moved for so long, as a brake or the current of a motor at rest does.",
+    "the rests before moves": " What a move leaves behind, the more, the longer the rod had rested before, sticks: a "
+    "seal or a guide whose friction grows at rest, grease that is pressed out. Make the same moves after a minute and "
+    "after an hour of rest; a few quick strokes should set it free.",
     "the way since a reversal": " What turns round over centimetres after each reversal, and stays when the rod rests, "
     "is drawn along: see what hangs on the rod, as a cable, a hose or a cover, and what the guide wipes.",
     "the product of two temperatures": " What moves only where two places are warm is moved by the one as far as the "

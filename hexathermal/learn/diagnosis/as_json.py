@@ -10,6 +10,7 @@ from hexathermal.learn.validation_gain import RunGain
 from hexathermal.learn.validation_scores import Figure
 
 if TYPE_CHECKING:
+    from hexathermal.learn.diagnosis.channels import Levels
     from hexathermal.learn.diagnosis.result import Candidate, Effect
 
 UM = 1e6
@@ -57,3 +58,9 @@ def parameter_facts(effect: Effect | None) -> dict[str, Any]:
         name: {"value": one.value, "std": one.std if one.std == one.std else None, "unit": one.unit}
         for name, one in effect.parameters.items()
     }
+
+
+def noise_facts(noise: Levels) -> dict[str, float]:
+    """Return the parts of the noise [um]."""
+    parts = {"white": noise.white, "landing": noise.landing, "slow": noise.slow, "offset": noise.offset}
+    return {name: size * UM for name, size in {**parts, "readings": noise.least}.items()}

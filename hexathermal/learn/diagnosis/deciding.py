@@ -15,6 +15,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from hexathermal.learn.diagnosis.alike_by_nature import not_ruled_out
 from hexathermal.learn.diagnosis.ranking import NONE, Ranked, Step
 from hexathermal.learn.diagnosis.rivals import SHAPE_ERROR
 from hexathermal.learn.diagnosis.trials import MOVED, STOOD, WORN
@@ -63,6 +64,10 @@ LOST, HARDLY_EVEN = 0.3, 0.45
 """The most that a sketch may lose of its evidence, and its chance beside an exact shape that is ahead: on legs of five
 generators of other hands a missing thermometer was right in 6 of 10 that were ahead of a sketch by 0.1 to 0.3, in all
 of 13 further ahead."""
+
+OUTSIDE = 0.6
+"""Most that a rate of each run's own is to have no name: on benches of this project what tilts with the day has none;
+generators of two other hands call it a drift of the zero."""
 
 LEAST_NAMED = 0.25
 """Least probability of a name: below, what is there has none."""
@@ -145,7 +150,7 @@ def decided(step: Step, threshold: float, *, before: float = 0.0) -> Decision:
     if not best.named:
         share = sum(probabilities[item.cause] for item in nameless)
         rivals = probabilities[NONE] + max(probabilities[item.cause] for item in named)
-        told = Decision(best, max(share, SOUND - rivals), probabilities, ())
+        told = _as_by_nature(Decision(best, max(share, SOUND - rivals), probabilities, ()))
         return _at_least_even(told, [item.cause for item in nameless]) if best is standing[0] else told
     probabilities = _beside_sketches(probabilities, best, standing)
     own = probabilities[best.cause] + IMITATED * sum(probabilities[item.cause] for item in nameless)
@@ -198,6 +203,20 @@ def _handed(standing: Sequence[Ranked], probabilities: dict[str, float]) -> Deci
     """Return the verdict for what has no name, behind a name that is not far enough ahead of it: as likely as that."""
     best = next(item for item in standing if not item.named)
     return _at_least_even(Decision(best, probabilities[best.cause], probabilities, ()), [best.cause])
+
+
+def _as_by_nature(told: Decision) -> Decision:
+    """Return a verdict that something has no name; less sure where a name's own nature is the same."""
+    assert told.leader is not None  # something leads
+    own = told.leader.cause
+    names = [name for name in not_ruled_out(own, ()) if name in told.probabilities]
+    more = told.probability - OUTSIDE
+    if not names or more <= 0.0:
+        return told
+    moved = min(more, told.probabilities[own])
+    shares = {own: -moved, **dict.fromkeys(names, moved / len(names))}
+    probabilities = {name: value + shares.get(name, 0.0) for name, value in told.probabilities.items()}
+    return replace(told, probability=OUTSIDE, probabilities=probabilities)
 
 
 def _at_least_even(told: Decision, names: Sequence[str]) -> Decision:

@@ -6,7 +6,9 @@ from collections.abc import Hashable
 from dataclasses import replace
 from typing import Any
 
-from hexathermal.learn.diagnosis.evidence import Scored
+import numpy as np
+
+from hexathermal.learn.diagnosis.evidence import Scored, mean_log
 from hexathermal.learn.diagnosis.ranking import Ranked
 from hexathermal.learn.diagnosis.trials import Trial
 
@@ -78,3 +80,16 @@ def _as_late(trial: Trial, term: Trial) -> bool:
     """Whether a trial is a term as another one, of the same times, be it on another thermometer."""
     same = all(trial.parameters.get(name) == term.parameters.get(name) for name in ("time_constant_s", "order"))
     return same and not trial.starts and (trial.cause, trial.shape) == (term.cause, term.shape)
+
+
+def by_cause(scored: list[Scored]) -> dict[str, tuple[float, Scored]]:
+    """Return the mean evidence of each cause's trials, and its best trial."""
+    groups: dict[str, list[Scored]] = {}
+    for item in scored:
+        groups.setdefault(item.trial.cause, []).append(item)
+    found = {}
+    for name, items in groups.items():
+        values = np.array([item.value for item in items])
+        best = items[int(np.argmax(values))]
+        found[name] = (float(mean_log(values)), best)
+    return found

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from hexathermal.learn.diagnosis.alike_by_nature import not_ruled_out
-from hexathermal.learn.diagnosis.as_json import UM, gained_facts, parameter_facts, ranked_facts, target_of
+from hexathermal.learn.diagnosis.as_json import UM, gained_facts, noise_facts, parameter_facts, ranked_facts, target_of
 from hexathermal.learn.diagnosis.channels import Levels
 from hexathermal.learn.diagnosis.constants_beside import BesideConstants, beside_constants
 from hexathermal.learn.diagnosis.given_law import Given
@@ -297,8 +297,7 @@ class Diagnosis(Shown):
     def sentence(self) -> str:
         """The diagnosis in one sentence, or one for each cause, and which runs are unlike those that it speaks of.
 
-        Of a law that was given, with other coefficients than these data have, that is said first where nothing is
-        named.
+        Of a law that was given, with other coefficients than these data have, that is first where nothing is named.
         """
         return " ".join(self.framed((self.finding,)))
 
@@ -310,7 +309,7 @@ class Diagnosis(Shown):
 
     @property
     def possible(self) -> tuple[str, ...]:
-        """Names that are not ruled out where something real is left that has none."""
+        """Names that what has none may have all the same."""
         return () if self.follows is None else not_ruled_out(self.follows, self.candidates)
 
     @property
@@ -326,8 +325,8 @@ class Diagnosis(Shown):
             what = f"stands above {limit:.2g} um (visible RMS)" if self.limits else "is seen"
             data = "the runs that it was fitted on" if self.unlike else "these data"
             trusted = "as far as its thermometers can be trusted" if self.unnamed else "to their noise"
-            law = "the law fitted anew" if self.given is not None and self.given.wrong else "the law"
-            return f"No effect of the catalogue {what}: {law} explains {data} {trusted}."
+            anew = " fitted anew" if self.given is not None and self.given.wrong else ""
+            return f"No effect of the catalogue {what}: the law{anew} explains {data} {trusted}."
         return f"S{left}"
 
     @property
@@ -384,9 +383,7 @@ class Diagnosis(Shown):
             "detection_limits_um": {one.cause: one.visible * UM for one in self.limits},
             "detection_limits_whole_um": {one.cause: one.whole * UM for one in self.limits},
             "confusions": [{"causes": list(one.causes), "separation": one.separation} for one in self.confusions],
-            "noise_um": {"white": self.noise.white * UM, "landing": self.noise.landing * UM,
-                         "slow": self.noise.slow * UM, "offset": self.noise.offset * UM,
-                         "readings": self.noise.least * UM},
+            "noise_um": noise_facts(self.noise),
             "noise_slow_time_s": self.noise.slow_time,
             "autocorrelation": None if self.whiteness is None else {
                 "before": self.whiteness.before.tolist(), "after": self.whiteness.after.tolist(),

@@ -19,11 +19,10 @@ from hexathermal.learn.diagnosis.evidence import (
     Terms,
     changed_base,
     less_feigned,
-    mean_log,
     screened,
     terms_of,
 )
-from hexathermal.learn.diagnosis.forms import CLIMBED, as_joined, fullest, other_form, other_lines
+from hexathermal.learn.diagnosis.forms import CLIMBED, as_joined, by_cause, fullest, other_form, other_lines
 from hexathermal.learn.diagnosis.ranking import Ranked, Step, most_valued
 from hexathermal.learn.diagnosis.rivals import (
     beyond_chance,
@@ -140,7 +139,7 @@ class Search:
         terms = self.terms if trials == self.trials else terms_of(self.base, trials)
         for _again in range(2):
             scored = self._closer(self.scored(levels, trials, terms), levels, null)
-            families = _families(scored)
+            families = by_cause(scored)
             leaders = sorted(families, key=lambda name: -self._standing(*families[name], scored))[:LEADERS]
             pool = [levels]
             fits, quicker = {}, {}
@@ -152,9 +151,8 @@ class Search:
                 fits[name] = [witnessed, *others, *self._told_otherwise(witnessed, scored)]
                 found = [self._fit(item, levels)[0] for item in fits[name]]
                 pool += found
-                for again in self._in_less_noise(witnessed, found[0], levels, trials):
-                    quicker[name] = again
-                    pool.append(self._fit(again[1], found[0])[0])
+                quicker[name] = self._in_less_noise(witnessed, found[0], levels, trials)
+                pool += [self._fit(item, found[0])[0] for _grid, item in quicker[name]]
             # every noise is open to the null and to every leader
             nulls = self.channel.evidences(self.base.X, self.base.sd, pool)
             better = int(np.argmax(nulls))
@@ -163,11 +161,8 @@ class Search:
                 if name in fits:
                     grid = value - best.value
                     each = [self._beside(item, grid, pool, nulls, believing, scored) for item in fits[name]]
-                    if name in quicker:
-                        grid, item = quicker[name]
-                        other = self._beside(item, grid, pool, nulls, believing, scored)
-                        each[0] = max(each[0], other, key=lambda one: one.value)
-                    ranked[name] = fullest(each)
+                    again = [self._beside(item, own, pool, nulls, believing, scored) for own, item in quicker[name]]
+                    ranked[name] = fullest([max([each[0], *again], key=lambda one: one.value), *each[1:]])
                 else:
                     value = min(value, 0.0) if name not in ranked else ranked[name].value
                     ranked[name] = Ranked(name, value, as_joined(best, scored), levels)
@@ -188,7 +183,7 @@ class Search:
         if beside.slow > LESS * null.slow or not _of_drift_alone(best.trial):
             return []
         own = [one for one in trials if one.cause == best.trial.cause and bool(one.starts) == bool(best.trial.starts)]
-        found = _families(self.scored(beside, own)).get(best.trial.cause)  # a step may be a jolt there
+        found = by_cause(self.scored(beside, own)).get(best.trial.cause)  # a step may be a jolt there
         return [] if found is None or found[1].trial is best.trial else [(found[0] - found[1].value, found[1])]
 
     def _weighed(self, ranked: list[Ranked]) -> list[Ranked]:
@@ -386,19 +381,6 @@ class Search:
         top = asked + rest[:MOST_WITNESSED]
         return most_valued(top, lambda item: item.value + self.witnesses.most_spoken(item),
                            lambda item: item.value + self.witnesses.spoken(item))  # fmt: skip
-
-
-def _families(scored: list[Scored]) -> dict[str, tuple[float, Scored]]:
-    """Return the mean evidence of each cause's trials, and its best trial."""
-    groups: dict[str, list[Scored]] = {}
-    for item in scored:
-        groups.setdefault(item.trial.cause, []).append(item)
-    found = {}
-    for name, items in groups.items():
-        values = np.array([item.value for item in items])
-        best = items[int(np.argmax(values))]
-        found[name] = (float(mean_log(values)), best)
-    return found
 
 
 def _of_drift_alone(trial: Trial) -> bool:

@@ -14,6 +14,7 @@ from hexathermal.learn.diagnosis.last_move import last_moves, steps_at_rest
 from hexathermal.learn.diagnosis.own_rates import each_run, own_rates
 from hexathermal.learn.diagnosis.pace import paces
 from hexathermal.learn.diagnosis.pieces import going_on
+from hexathermal.learn.diagnosis.stuck import stuck
 from hexathermal.learn.diagnosis.temperature_shapes import products, reached
 from hexathermal.learn.diagnosis.trials import MOVED, PREFIX, STOOD, WORN, Trial, Workbench
 from hexathermal.learn.diagnosis.view import View
@@ -92,6 +93,8 @@ def _moved(view: View) -> Iterator[Trial]:
         yield Trial(PREFIX + "the speed of the last move", columns, MOVED)
     for way_m, columns in view.once((PREFIX, "drags"), lambda: tuple(drags(view)), ()):
         yield Trial(PREFIX + "the way since a reversal", columns, MOVED, "", {"way_m": way_m})
+    for rest_s, column in view.once((PREFIX, "stuck"), lambda: tuple(stuck(view)), ()):
+        yield Trial(PREFIX + "the rests before moves", column, MOVED, "", {"rest_s": rest_s}, advantage=-IMITATING)
     for time, step in view.once((PREFIX, "steps at rest"), lambda: tuple(steps_at_rest(view)), ()):
         yield Trial(PREFIX + "the rest since a move", step, MOVED, "", {"step_after_s": time})
 

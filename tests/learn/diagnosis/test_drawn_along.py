@@ -10,6 +10,7 @@ import pytest
 
 from hexathermal.learn.diagnosis.drag import drags
 from hexathermal.learn.diagnosis.pace import paces
+from hexathermal.learn.diagnosis.stuck import stuck
 from hexathermal.learn.diagnosis.view import View
 from hexathermal.poses import FloatArray
 from tests.learn.diagnosis.campaigns import first_name, viewed
@@ -17,6 +18,7 @@ from tests.learn.diagnosis.test_further_forms import with_drift
 
 STEP_M = 1e-4
 DRAWN, FAST = "follows the way since a reversal", "follows the speed of the last move"
+STUCK = "follows the rests before moves"
 
 
 def hose(q: FloatArray, way: float) -> FloatArray:
@@ -63,6 +65,33 @@ def test_what_turns_round_over_centimetres_has_no_name(
     """Neither creep, which moves while the rod rests, nor backlash, which turns round at once."""
     view, _ = viewed(bench, 12, (), 1.0)
     assert first_name(with_drift(view, [drawn(rows.signals.q, 0.045) for rows in view.runs], 1.5)) == DRAWN
+
+
+def sticking(time: FloatArray, q: FloatArray) -> FloatArray:
+    """A seal that holds the more, by the logarithm of its rest, and is set free by strokes: half of it by each."""
+    out, held, since = np.zeros(len(q)), 0.0, time[0]
+    for k in range(1, len(q)):
+        gone = q[k] - q[k - 1]
+        if abs(gone) > STEP_M and abs(q[k - 1] - q[max(k - 2, 0)]) <= STEP_M:
+            held = 0.5 * held + np.sign(gone) * np.log1p((time[k - 1] - since) / 60.0)
+        since = time[k] if abs(gone) > STEP_M else since
+        out[k] = held
+    return out
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("bench", ["modal", "rough"])
+def test_what_sticks_the_more_the_longer_it_rested_has_no_name(bench: str) -> None:
+    """No backlash, whose size is one; where all rests are alike nothing is asked, since they are one."""
+    view, _ = viewed(bench, 12, (), 1.0)
+    assert first_name(with_drift(view, [sticking(one.time, one.q) for one in view.signals], 1.5)) == STUCK
+    even = [replace(rows, signals=replace(rows.signals, q=to_and_fro(len(rows.drift)))) for rows in view.runs]
+    assert not list(stuck(replace(view, runs=tuple(even))))
+
+
+def to_and_fro(count: int) -> FloatArray:
+    """A rod that goes 20 mm out and back, every tenth row."""
+    return np.asarray(0.02 * (np.arange(count) // 10 % 2))
 
 
 @pytest.mark.long
