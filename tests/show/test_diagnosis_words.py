@@ -273,3 +273,5 @@ def test_a_name_that_explains_as_much_as_what_has_none_is_told(evidence: float, 
     found = drawn("unexplained", candidates=(left, heat), follows=left.cause)
     words = unexplained_words(found)
     assert (f"hidden-heat (field_uT) explains about as much (log evidence {evidence}, against 352.2)" in words) is told
+    assert found.possible == (("hidden-heat",) if told else ())
+    assert ("(hidden-heat not ruled out)" in found.finding) is told

@@ -316,6 +316,11 @@ class Channel:
         """The correlation times that the slow process may have [s]."""
         return (*SLOW_TIMES, WALKING_S) if self.walks else SLOW_TIMES
 
+    def quick(self, levels: Levels) -> Levels:
+        """Return noise of the shortest slow time that changes as much within minutes as another one."""
+        time = self._times[0]
+        return levels if levels.slow_time <= time else self.levels(self._begin(levels, time), time)
+
     def _quicker(self, whole: FloatArray, found: Levels, value: float, most: int) -> tuple[Levels, float]:
         """Return levels and evidence, of a shorter slow time where that is likelier.
 

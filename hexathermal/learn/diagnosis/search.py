@@ -71,9 +71,6 @@ LEAST_SURE, SURE = 3.0, 3.5
 drift does not speak for a clock that is off, and from which it does wholly: neither law contains the other, either
 reads errors of thermometers, and the offset is the best of many."""
 
-LESS = 0.7
-"""Part of the null's slow noise up to which noise beside a cause is so much less that its trials are asked again."""
-
 FREE = 2.0
 """Evidence that a cause needs besides where its decays before each run are free: no threshold is drawn with these."""
 
@@ -151,7 +148,7 @@ class Search:
                 fits[name] = [witnessed, *others, *self._told_otherwise(witnessed, scored)]
                 found = [self._fit(item, levels)[0] for item in fits[name]]
                 pool += found
-                quicker[name] = self._in_less_noise(witnessed, found[0], levels, trials)
+                quicker[name] = self._in_quick_noise(witnessed, found[0], trials)
                 pool += [self._fit(item, found[0])[0] for _grid, item in quicker[name]]
             # every noise is open to the null and to every leader
             nulls = self.channel.evidences(self.base.X, self.base.sd, pool)
@@ -173,17 +170,16 @@ class Search:
         order = tuple(sorted(self._weighed(list(ranked.values())), key=lambda item: -item.value))
         return Step(order, levels, null)
 
-    def _in_less_noise(
-        self, best: Scored, beside: Levels, null: Levels, trials: list[Trial]
-    ) -> list[tuple[float, Scored]]:
-        """Return the best trial of a cause, and what its grid costs, in the noise beside one that leaves less of it.
+    def _in_quick_noise(self, best: Scored, beside: Levels, trials: list[Trial]) -> list[tuple[float, Scored]]:
+        """Return the best trial of a cause, and what its grid costs, if all that is slow were not noise.
 
-        In noise that has the cause in it all its trials look alike.
+        In noise that has the cause in it, as a walk has anything slow, all its trials look alike.
         """
-        if beside.slow > LESS * null.slow or not _of_drift_alone(best.trial):
+        quick = self.channel.quick(beside)
+        if not _of_drift_alone(best.trial):
             return []
         own = [one for one in trials if one.cause == best.trial.cause and bool(one.starts) == bool(best.trial.starts)]
-        found = by_cause(self.scored(beside, own)).get(best.trial.cause)  # a step may be a jolt there
+        found = by_cause(self.scored(quick, own)).get(best.trial.cause)  # a step may be a jolt there
         return [] if found is None or found[1].trial is best.trial else [(found[0] - found[1].value, found[1])]
 
     def _weighed(self, ranked: list[Ranked]) -> list[Ranked]:
