@@ -131,12 +131,12 @@ def _no_tempering() -> list[Any]:
 
 def _best_alone() -> list[Any]:
     """A cause says what its best trial says at its best size: parameters are not integrated over."""
-    from hexathermal.learn.diagnosis import chance, evidence, search
+    from hexathermal.learn.diagnosis import chance, evidence, forms
 
     def best(values: Any) -> Any:
         return values.max(axis=0)
 
-    return [patch.object(module, "mean_log", best) for module in (chance, evidence, search)]
+    return [patch.object(module, "mean_log", best) for module in (chance, evidence, forms)]
 
 
 def _no_pairs() -> list[Any]:

@@ -132,7 +132,7 @@ class Outcome:
     @property
     def right_or_equivalent(self) -> bool:
         """Whether the first name, or one that is stated to be equivalent, is hidden."""
-        return self.right or (self.kind in (ONE, TWO) and bool(set(self.equivalent) & set(self.causes)))
+        return self.right or (self.kind in (ONE, TWO) and bool(self.names and set(self.equivalent) & set(self.causes)))
 
     @property
     def wrong(self) -> bool:

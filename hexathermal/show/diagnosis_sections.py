@@ -103,7 +103,8 @@ NAMED_FIRST = (
 )
 
 NOT_LEADING = (
-    " An evidence of 0.0 tells that a cause is behind those that lead, for which alone the noise was fitted anew."
+    " An evidence of 0.0 tells that nothing more speaks for a cause: it is behind those that lead, for which alone the "
+    "noise was fitted anew, or acts as no such cause does."
 )
 
 FEIGNED = "Why none is named of those that stand above that is told under “What was found”."

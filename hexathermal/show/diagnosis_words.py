@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from hexathermal.learn.coverage import TWO_SIDED
+from hexathermal.learn.diagnosis.alike_by_nature import NEARLY
 from hexathermal.show.diagnosis_labels import CHOICES, LABELS, SHARES, SIGNALS
 
 if TYPE_CHECKING:
@@ -363,7 +364,7 @@ def _nearly_named(found: Diagnosis) -> str:
     left = next((one.evidence for one in found.candidates if one.cause == found.follows), math.inf)
     names = (one for one in found.candidates if not one.cause.startswith("follows "))
     best = max(names, key=lambda one: one.evidence, default=None)
-    if best is None or best.cause not in found.possible or math.isinf(left):
+    if best is None or best.evidence < NEARLY * left:
         return ""
     name = best.cause if best.target is None else f"{best.cause} ({best.target})"
     return (

@@ -39,7 +39,7 @@ def alike_by_nature(view: View, trial: Trial) -> tuple[str, ...]:
     return ()
 
 
-def not_ruled_out(follows: str, candidates: Sequence[Candidate]) -> tuple[str, ...]:
+def not_ruled_out(follows: str, candidates: Sequence[Candidate], known: Sequence[str] = ()) -> tuple[str, ...]:
     """Return names that something without one might have, likeliest first.
 
     They explain nearly as much, or it is in their nature: a floor that tilts with the day, and a zero that drifts at a
@@ -48,9 +48,11 @@ def not_ruled_out(follows: str, candidates: Sequence[Candidate]) -> tuple[str, .
     Parameters
     ----------
     follows : str
-        What it follows, as the candidate is called.
+        What it follows, as the candidate is called; nothing is said of another one.
     candidates : sequence of Candidate
         Of the same ranking.
+    known : sequence of str
+        Names that were given: what is left is something else.
 
     >>> not_ruled_out("follows time (a rate of each run's own)", ())
     ('zero-drift',)
@@ -58,4 +60,5 @@ def not_ruled_out(follows: str, candidates: Sequence[Candidate]) -> tuple[str, .
     left = max((one.evidence for one in candidates if one.cause == follows), default=float("inf"))
     names = [one for one in candidates if not one.cause.startswith(PREFIX) and one.evidence >= NEARLY * left]
     found = [one.cause for one in sorted(names, key=lambda one: -one.evidence)]
-    return tuple(dict.fromkeys([*found, *([DRIFT] if follows == PREFIX + OWN_RATES else [])]))
+    found += [DRIFT] if follows == PREFIX + OWN_RATES else []
+    return tuple(dict.fromkeys(name for name in found if name not in known))

@@ -296,7 +296,7 @@ class Channel:
             Where to start, with its slow time, or a shorter one where that is likelier; by default all slow times are
             tried, and the best, or the best two where they are near each other, are followed to the end.
         most : int
-            Evaluations of the likelihood.
+            Evaluations of the likelihood, for each slow time that is followed.
         near : Levels, optional
             Where to start with each slow time.
         """

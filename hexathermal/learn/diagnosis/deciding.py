@@ -193,10 +193,12 @@ def _beside_sketches(probabilities: dict[str, float], best: Ranked, standing: Se
     nearest = max(sketches, key=lambda item: item.value)
     chance = min(1.0 - (1.0 - nearest.value / best.value) / LOST, HARDLY_EVEN)
     own, beside = probabilities[best.cause], probabilities[nearest.cause]
-    if chance * own <= (1.0 - chance) * beside:
+    others = [probabilities[item.cause] for item in standing if item.named and item not in (best, nearest)]
+    # the name stays, so that no other may be likelier
+    kept = max((1.0 - chance) * (own + beside), LEAST_NAMED, *others)
+    if kept >= own:
         return probabilities
-    both = own + beside
-    return {**probabilities, best.cause: (1.0 - chance) * both, nearest.cause: chance * both}
+    return {**probabilities, best.cause: kept, nearest.cause: own + beside - kept}
 
 
 def _handed(standing: Sequence[Ranked], probabilities: dict[str, float]) -> Decision:

@@ -8,6 +8,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 import numpy as np
+import numpy.typing as npt
 
 from hexathermal.learn.diagnosis.borne_out import JOLT
 from hexathermal.learn.diagnosis.causes import catalogue
@@ -85,7 +86,7 @@ def worth(stage: Stage, after: Stage, leader: Ranked, *, later: bool) -> tuple[b
     least = LEAST_SHARE if later else -MOST_LOSS
     pays = (sure > 0.0 or falls) and not denied(stage, after, leader) and (clear or share > least)
     # what was before a run left out is not known: it is seen, although a law of its rows alone does without it
-    seen = leader.best.trial.starts > 0 and leader.gated >= FAINT and sure > -MOST_UNLIKE
+    seen = _begins(leader, stage) and leader.gated >= FAINT and sure > -MOST_UNLIKE
     feigned = stage.view.stroked and catalogue()[leader.cause].CAUSE.thermal
     told = later or share > 0.0 or not feigned or saved_besides(stage, after, leader) > 0.0
     return told and (pays or seen), told and pays and (share > 0.0 or clear)
@@ -97,9 +98,9 @@ def saved_besides(before: Stage, after: Stage, leader: Ranked) -> float:
     A first cause that goes as temperatures do and takes nothing from them stands for the law, which noise of its
     thermometers shrinks in quick changes: beside one with less noise it fits these better and slow ones worse.
     """
-    trial, run = leader.best.trial, before.channel.run
+    run = before.channel.run
     weight = np.sqrt(before.channel.rows)[:, None]
-    begun = weight * np.column_stack([np.ones(len(run)), trial.columns[:, trial.carried :]])
+    begun = weight * np.column_stack([np.ones(len(run)), _begun(leader, before)])
     sums = []
     for stage in (before, after):
         left = weight * _kinder(stage, before, leader)[:, None]
@@ -122,9 +123,26 @@ def denied(stage: Stage, after: Stage, leader: Ranked) -> bool:
 
 def _differs_by_run(leader: Ranked, stage: Stage) -> bool:
     """Return whether all columns are of one run each, as of a rhythm whose phases differ: runs foretell no other."""
-    columns, run = leader.best.trial.columns, stage.channel.run
+    return bool(_of_one_run(leader.best.trial.columns, stage).all())
+
+
+def _begins(leader: Ranked, stage: Stage) -> bool:
+    """Return whether a leader has columns of what had not come to rest before each run."""
+    return leader.best.trial.starts > 0 and _begun(leader, stage).shape[1] > 0
+
+
+def _begun(leader: Ranked, stage: Stage) -> FloatArray:
+    """Return the columns of what had not come to rest before each run, shape (n, k): such as no run foretells."""
+    trial = leader.best.trial
+    besides = trial.columns[:, trial.carried :]
+    return besides[:, _of_one_run(besides, stage)]
+
+
+def _of_one_run(columns: FloatArray, stage: Stage) -> npt.NDArray[np.bool_]:
+    """Return which columns are of one run, of several, shape (k,)."""
+    run = stage.channel.run
     shows = np.array([np.any(columns[run == k] != 0.0, axis=0) for k in np.unique(run)])
-    return len(shows) > 1 and bool((shows.sum(axis=0) == 1).all())
+    return np.asarray((shows.sum(axis=0) == 1) & (len(shows) > 1))
 
 
 def _rises(before: Stage, after: Stage, leader: Ranked) -> bool:

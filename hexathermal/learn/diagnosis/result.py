@@ -310,12 +310,12 @@ class Diagnosis(Shown):
     @property
     def possible(self) -> tuple[str, ...]:
         """Names that what has none may have all the same."""
-        return () if self.follows is None else not_ruled_out(self.follows, self.candidates)
+        return not_ruled_out(self.follows or "", self.candidates, [one.cause for one in self.effects])
 
     @property
     def finding(self) -> str:
         """What is named, or that nothing is, in words."""
-        but = f" ({' and '.join(self.possible)} not ruled out)" if self.possible else ""
+        but = f" ({', '.join(self.possible)} not ruled out)" if self.possible else ""
         left = f"omething real is left that {self.follows}{self._seen}, but no cause of the catalogue explains it{but}."
         if self.verdict == "effect":
             hidden = self.follows is not None and all(one.taken_back or one.of_judged_run for one in self.effects)

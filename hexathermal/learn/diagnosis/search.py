@@ -25,6 +25,7 @@ from hexathermal.learn.diagnosis.evidence import (
 from hexathermal.learn.diagnosis.forms import CLIMBED, as_joined, by_cause, fullest, other_form, other_lines
 from hexathermal.learn.diagnosis.ranking import Ranked, Step, most_valued
 from hexathermal.learn.diagnosis.rivals import (
+    STEP,
     beyond_chance,
     drifting,
     exchanged,
@@ -149,7 +150,7 @@ class Search:
                 found = [self._fit(item, levels)[0] for item in fits[name]]
                 pool += found
                 quicker[name] = self._in_quick_noise(witnessed, found[0], trials)
-                pool += [self._fit(item, found[0])[0] for _grid, item in quicker[name]]
+                pool += [own for _grid, _item, own in quicker[name]]
             # every noise is open to the null and to every leader
             nulls = self.channel.evidences(self.base.X, self.base.sd, pool)
             better = int(np.argmax(nulls))
@@ -158,7 +159,7 @@ class Search:
                 if name in fits:
                     grid = value - best.value
                     each = [self._beside(item, grid, pool, nulls, believing, scored) for item in fits[name]]
-                    again = [self._beside(item, own, pool, nulls, believing, scored) for own, item in quicker[name]]
+                    again = [self._beside(item, own, pool, nulls, believing, scored) for own, item, _ in quicker[name]]
                     ranked[name] = fullest([max([each[0], *again], key=lambda one: one.value), *each[1:]])
                 else:
                     value = min(value, 0.0) if name not in ranked else ranked[name].value
@@ -170,17 +171,20 @@ class Search:
         order = tuple(sorted(self._weighed(list(ranked.values())), key=lambda item: -item.value))
         return Step(order, levels, null)
 
-    def _in_quick_noise(self, best: Scored, beside: Levels, trials: list[Trial]) -> list[tuple[float, Scored]]:
-        """Return the best trial of a cause, and what its grid costs, if all that is slow were not noise.
+    def _in_quick_noise(self, best: Scored, beside: Levels, trials: list[Trial]) -> list[tuple[float, Scored, Levels]]:
+        """Return the best trial of a cause if all that is slow were not noise, what its grid costs, and its own noise.
 
-        In noise that has the cause in it, as a walk has anything slow, all its trials look alike.
+        In noise that has the cause in it, as a walk has anything slow, all its trials look alike. Steps are weighed
+        against landings that stand off, in the null's noise alone.
         """
-        quick = self.channel.quick(beside)
-        if not _of_drift_alone(best.trial):
-            return []
         own = [one for one in trials if one.cause == best.trial.cause and bool(one.starts) == bool(best.trial.starts)]
-        found = by_cause(self.scored(quick, own)).get(best.trial.cause)  # a step may be a jolt there
-        return [] if found is None or found[1].trial is best.trial else [(found[0] - found[1].value, found[1])]
+        if best.trial.cause == STEP or not all(_of_drift_alone(one) for one in (best.trial, *own)):
+            return []
+        found = by_cause(self.scored(self.channel.quick(beside), own)).get(best.trial.cause)
+        if found is None or found[1].trial.columns is best.trial.columns:
+            return []
+        levels, _ = self._fit(found[1], beside)
+        return [(found[0] - found[1].value, self.scored(levels, [found[1].trial])[0], levels)]
 
     def _weighed(self, ranked: list[Ranked]) -> list[Ranked]:
         """Return causes as they stand against each other."""

@@ -191,7 +191,8 @@ class Trial:
     alike : float
         Part of the drift's last column, squared, that goes as the fault does in the parity.
     starts : int
-        Of the columns the last so many belong to one run each, which had not come to rest before: no law carries them.
+        Of the columns so many, the last ones, are carried by no law: they belong to one run each, which had not come to
+        rest before, or to what a shape may have besides, as the bow of a scale.
     started : float
         Size of these, over `START` of what the others do.
     """

@@ -40,9 +40,10 @@ LATE_S, SWELLING_S = 1800.0, (7200.0, 21600.0)
 """Low passes of pressure and humidity [s], and of the humidity alone: granite, polymers and glue swell for hours."""
 
 IMITATING = 3.0
-"""Log evidence that the time at each displacement has less, the highest temperature so far, and products of two: where
-a rod is out as long as it is in, or it warms all along, the first two go as time does, as a zero that drifts, and a
-product as either temperature where the other stays. By so much they lead it by chance."""
+"""Log evidence that the time at each displacement has less, the highest temperature so far, products of two, and rests
+before moves: where a rod is out as long as it is in, or it warms all along, the first two go as time does, as a zero
+that drifts, a product as either temperature where the other stays, and rests as reversals where they are much alike.
+By so much they lead it by chance."""
 
 KINKS = (0.3, 0.4, 0.5, 0.6, 0.7, 0.8)
 """Where a kink in temperature may be, quantiles of it."""

@@ -85,13 +85,20 @@ def test_what_sticks_the_more_the_longer_it_rested_has_no_name(bench: str) -> No
     """No backlash, whose size is one; where all rests are alike nothing is asked, since they are one."""
     view, _ = viewed(bench, 12, (), 1.0)
     assert first_name(with_drift(view, [sticking(one.time, one.q) for one in view.signals], 1.5)) == STUCK
-    even = [replace(rows, signals=replace(rows.signals, q=to_and_fro(len(rows.drift)))) for rows in view.runs]
-    assert not list(stuck(replace(view, runs=tuple(even))))
+    for made in (to_and_fro, up_and_down_stairs):
+        even = [replace(rows, signals=replace(rows.signals, q=made(len(rows.drift)))) for rows in view.runs]
+        assert not list(stuck(replace(view, runs=tuple(even))))
 
 
 def to_and_fro(count: int) -> FloatArray:
     """A rod that goes 20 mm out and back, every tenth row."""
     return np.asarray(0.02 * (np.arange(count) // 10 % 2))
+
+
+def up_and_down_stairs(count: int) -> FloatArray:
+    """A rod that goes up five steps of 20 mm and down again, a step every tenth row."""
+    step = np.arange(count) // 10 % 10
+    return np.asarray(0.02 * np.minimum(step, 10 - step))
 
 
 @pytest.mark.long

@@ -14,7 +14,7 @@ from hexathermal.learn.diagnosis.borne_out import STEP_ALONE
 from hexathermal.learn.diagnosis.chance import FALSE_ALARMS, chance_threshold
 from hexathermal.learn.diagnosis.channels import Channel, Levels
 from hexathermal.learn.diagnosis.course import _mopped_up
-from hexathermal.learn.diagnosis.deciding import SOUND, Decision, decided
+from hexathermal.learn.diagnosis.deciding import OUTSIDE, SOUND, Decision, decided
 from hexathermal.learn.diagnosis.evidence import LEAST, RHO, TOLERATED, Base, Scored, mean_log, relevance, screened
 from hexathermal.learn.diagnosis.joining import Found
 from hexathermal.learn.diagnosis.ranking import NONE, SURE_WITNESS, Ranked, Step
@@ -226,6 +226,17 @@ def test_what_was_recorded_is_hardly_likelier_than_a_sketch_close_behind() -> No
         decided(step(ranked("missing-sensor", 100.0), ranked(name, 60.0)), LEAST) for name in ("hidden-heat", "creep")
     ]
     assert far[0].probability == pytest.approx(far[1].probability)
+
+
+def test_a_rate_of_each_runs_own_may_be_a_drift_of_the_zero() -> None:
+    """It has no name, but that is no surer than `OUTSIDE`; what is less sure goes to the name, where it was asked."""
+    own, drift = ranked("follows time (a rate of each run's own)", 100.0, columns=6), ranked("zero-drift", 10.0)
+    both, alone = decided(step(own, drift), LEAST), decided(step(own, ranked("creep", 10.0)), LEAST)
+    assert not both.named
+    assert both.probability == OUTSIDE
+    assert both.probabilities["zero-drift"] > 0.3
+    assert sum(both.probabilities.values()) == pytest.approx(SOUND)
+    assert alone.probability > 0.9
 
 
 def test_a_fault_that_the_drift_alone_speaks_for_as_well_is_stated() -> None:

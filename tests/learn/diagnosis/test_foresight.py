@@ -29,7 +29,7 @@ FOUR = SimpleNamespace(run=np.array([0, 0, 1, 1]))
 
 def stage_of(*, stroked: bool = True) -> Any:
     """What stands for a stage of a leg or an axis, or of a part whose law reads no displacement."""
-    return SimpleNamespace(view=SimpleNamespace(stroked=stroked))
+    return SimpleNamespace(view=SimpleNamespace(stroked=stroked), channel=FOUR)
 
 
 @pytest.mark.parametrize(("evidence", "share", "pays"), [
@@ -101,11 +101,22 @@ def test_runs_left_out_do_not_refuse_what_they_cannot_know(
     monkeypatch.setattr(foresight, "part_saved", lambda *_stages, within=False: -0.2)
     monkeypatch.setattr(foresight, "part_spread", lambda *_stages: 0.1)
     monkeypatch.setattr(foresight, "foresight", lambda *_stages: sure)
-    trial = Trial("frame-expansion", np.zeros((1, 2)), starts=starts)
+    trial = Trial("frame-expansion", np.array([[1.0, 0.0], [1.0, 0.0], [1.0, 1.0], [1.0, 1.0]]), starts=starts)
     best = Scored(trial, evidence, 10.0 * LEVELS.rms, LEVELS.rms, 0.0, 1.0, np.ones(2))
     nothing = stage_of()
     leader = Ranked("frame-expansion", evidence, best, LEVELS)
     assert worth(nothing, nothing, leader, later=True) == (named, False)
+
+
+def test_runs_left_out_may_refuse_what_is_the_same_in_all_runs(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The bow of a scale joins no law either, but each run foretells it of the others."""
+    monkeypatch.setattr(foresight, "part_saved", lambda *_stages, within=False: -0.4)
+    monkeypatch.setattr(foresight, "part_spread", lambda *_stages: 0.1)
+    monkeypatch.setattr(foresight, "foresight", lambda *_stages: -30.0)
+    trial = Trial("scale-error", np.array([[1.0, 1.0], [0.0, 0.5], [1.0, 1.0], [2.0, -1.0]]), starts=1)
+    best = Scored(trial, 40.0, 10.0 * LEVELS.rms, LEVELS.rms, 0.0, 1.0, np.ones(2))
+    nothing = stage_of()
+    assert worth(nothing, nothing, Ranked("scale-error", 40.0, best, LEVELS), later=False) == (False, False)
 
 
 @pytest.mark.parametrize(("share", "about_means", "sure", "stands"), [
@@ -210,7 +221,7 @@ def test_a_small_effect_of_all_runs_is_named_where_thermometers_may_feign_as_muc
 ) -> None:
     """Another thermometer that matters, no more than those of the law may feign, stands: each run left out shows it."""
     monkeypatch.setattr(rivals, "SELDOM_ELSE", (0.0, 0.0))
-    view, answer = viewed("rough", 3259304782937083, ("missing-sensor",), 1.6)
+    view, answer = viewed("rough", 3259304782937083, ("missing-sensor",), 1.3)
     best = Stage(view).step.ranking[0]
     assert (best.cause, best.best.trial.target) == ("missing-sensor", answer.targets[0])
     assert replace(best, repeated=0.0).gated < LEAST_THRESHOLD < best.gated

@@ -43,7 +43,7 @@ def trials(bench: Workbench) -> Iterator[Trial]:
 
 
 def _bow(view: View) -> FloatArray:
-    """Return a parabola about the middle of the stroke, less that at each run's zero, shape (n,)."""
+    """Return a parabola about the middle of the stroke, less that at the zero, in windows, shape (n, 1)."""
     low, high = float(view.q.min()), float(view.q.max())
-    bow = ((2.0 * view.q - low - high) / max(high - low, 1e-12)) ** 2
-    return np.asarray(bow - bow[view.channel.start][view.channel.run])
+    half = max(0.5 * (high - low), 1e-12)
+    return view.windows_zeroed([((signals.q[:, None] - 0.5 * (low + high)) / half) ** 2 for signals in view.signals])

@@ -153,7 +153,7 @@ def _hours(view: View, course: Course) -> list[FloatArray]:
     """
     if course.settles_s:
         scale = course.settles_s / 3600.0
-        return [scale * -np.expm1(-one.time / course.settles_s) for one in view.signals]
+        return [scale * -np.expm1(-(one.time - one.time[0]) / course.settles_s) for one in view.signals]
     if course.decay_runs:
         return [one.time / 3600.0 * np.exp(-run / course.decay_runs) for run, one in enumerate(view.signals)]
     clocks = view.once((CAUSE.name, "clocks"), partial(_clocks, view), ())
