@@ -174,11 +174,12 @@ class Search:
     def _in_quick_noise(self, best: Scored, beside: Levels, trials: list[Trial]) -> list[tuple[float, Scored, Levels]]:
         """Return the best trial of a cause if all that is slow were not noise, what its grid costs, and its own noise.
 
-        In noise that has the cause in it, as a walk has anything slow, all its trials look alike. Steps are weighed
-        against landings that stand off, in the null's noise alone.
+        In noise that has the cause in it, as a walk has anything slow, all its trials look alike. Not of a thermometer,
+        whose errors are slow, too; and steps are weighed against landings that stand off, in the null's noise alone.
         """
         own = [one for one in trials if one.cause == best.trial.cause and bool(one.starts) == bool(best.trial.starts)]
-        if best.trial.cause == STEP or not all(_of_drift_alone(one) for one in (best.trial, *own)):
+        read = best.trial.target in self.bench.view.sensors
+        if read or best.trial.cause == STEP or not all(_of_drift_alone(one) for one in (best.trial, *own)):
             return []
         found = by_cause(self.scored(self.channel.quick(beside), own)).get(best.trial.cause)
         if found is None or found[1].trial.columns is best.trial.columns:

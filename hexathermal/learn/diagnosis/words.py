@@ -102,7 +102,7 @@ WORKSHOP: dict[str, tuple[str, float]] = {
 
 UNITS = {"time_constant_s": "s", "source_time_constant_s": "s", "saturation_m": "m", "play_m": "m",
          "pitch_m": "m", "time_s": "s", "offset_s": "s", "gains_s_per_h": "s/h", "rate_K_per_h": "K/h",
-         "settles_s": "s", "middle_degC": "degC", "width_K": "K"}  # fmt: skip
+         "middle_degC": "degC", "width_K": "K"}  # fmt: skip
 
 
 def amplitudes_of(shape: str, count: int) -> tuple[tuple[str, ...], str, float]:

@@ -32,7 +32,7 @@ def test_the_trial_that_explains_what_is_slow_is_found(
     base = Base(rng.standard_normal((len(data), 1)), np.ones(1), 1)
 
     def search() -> Search:
-        view = SimpleNamespace(kind="component", base=(), stroked=False)
+        view = SimpleNamespace(kind="component", base=(), sensors=(), stroked=False)
         return Search(SimpleNamespace(view=view), data, base, 10.0)  # type: ignore[arg-type]
 
     null, _ = data.fitted(base.X, base.sd)

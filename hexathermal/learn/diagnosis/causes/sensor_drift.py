@@ -32,7 +32,6 @@ CAUSE = Cause(
         Parameter("time_s", "s", "in place of that any moment of any run"),
         Parameter("ends_with_run", "1", "0: it goes on in later runs; 1: it does not"),
         Parameter("power", "1", "of the time since, 0.7 to 1.6"),
-        Parameter("settles_s", "s", "none, or 20 min to 3 h: it comes to rest in each run, as what is switched on"),
         Parameter("wander", "K", "as the other thermometers tell"),
     ),
     confused_with=(
@@ -52,26 +51,17 @@ ONSETS, POWERS = (0.0, 0.2, 0.4, 0.6), (0.7, 1.0, 1.6)
 """Parts of the campaign's running time from which on it may drift, and powers of the time with which it does."""
 
 
-SETTLED_S = (1200.0, 3600.0, 10800.0)
-"""Times within which a reading comes to rest that drifts when a run begins."""
-
-
 @dataclass(frozen=True)
 class Course:
-    """How a reading drifts: in each run, less from run to run; or, without `decay_runs`, in all of them together.
-
-    In each run it may come to rest, as a channel does that warms up when it is switched on.
-    """
+    """How a reading drifts: in each run, less from run to run; or, without `decay_runs`, in all of them together."""
 
     decay_runs: float = 0.0
     from_share: float = 0.0
     power: float = 1.0
-    settles_s: float = 0.0
 
 
 COURSES = (
     *(Course(decay) for decay in DECAYS),
-    *(Course(DECAYS[0], settles_s=time) for time in SETTLED_S),
     *(Course(0.0, share, power) for share in ONSETS for power in POWERS if (share, power) != (0.0, 1.0)),
 )
 STEADY = COURSES[0]
@@ -151,9 +141,6 @@ def _hours(view: View, course: Course) -> list[FloatArray]:
 
     They run with the runs, or on the campaign's clock.
     """
-    if course.settles_s:
-        scale = course.settles_s / 3600.0
-        return [scale * -np.expm1(-(one.time - one.time[0]) / course.settles_s) for one in view.signals]
     if course.decay_runs:
         return [one.time / 3600.0 * np.exp(-run / course.decay_runs) for run, one in enumerate(view.signals)]
     clocks = view.once((CAUSE.name, "clocks"), partial(_clocks, view), ())
@@ -184,7 +171,7 @@ def _lessened(
 
     Each run drifts at its mean rate; runs that were not looked at as the last one before them did.
     """
-    if course.settles_s or (not view.zeroed_by_run and course != STEADY):
+    if not view.zeroed_by_run and course != STEADY:
         return None
     shares = [3600.0 * float((own[-1] - own[0]) / (signals.time[-1] - signals.time[0]))
               for own, signals in zip(hours, view.signals, strict=True)]  # fmt: skip
