@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from hexathermal.learn.coverage import TWO_SIDED
-from hexathermal.learn.diagnosis.alike_by_nature import NEARLY
+from hexathermal.learn.diagnosis.alike_by_nature import explaining_as_much
 from hexathermal.show.diagnosis_labels import CHOICES, LABELS, SHARES, SIGNALS
 
 if TYPE_CHECKING:
@@ -361,11 +361,10 @@ def unexplained_words(found: Diagnosis) -> str:
 
 def _nearly_named(found: Diagnosis) -> str:
     """Return the name that explains nearly what something nameless does, or more, but not clearly more; or nothing."""
-    left = next((one.evidence for one in found.candidates if one.cause == found.follows), math.inf)
-    names = (one for one in found.candidates if not one.cause.startswith("follows "))
-    best = max(names, key=lambda one: one.evidence, default=None)
-    if best is None or best.evidence < NEARLY * left:
+    best = next(iter(explaining_as_much(found.follows or "", found.candidates)), None)
+    if best is None:
         return ""
+    left = next(one.evidence for one in found.candidates if one.cause == found.follows)
     name = best.cause if best.target is None else f"{best.cause} ({best.target})"
     return (
         f" The cause {name} explains about as much (log evidence {best.evidence:.1f}, against {left:.1f}) and is not "

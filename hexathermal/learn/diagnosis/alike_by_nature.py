@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
+from hexathermal.learn.diagnosis.own_rates import OWN_RATES
 from hexathermal.learn.diagnosis.trials import PREFIX, Trial
 from hexathermal.learn.diagnosis.view import View
 
@@ -13,9 +15,8 @@ if TYPE_CHECKING:
 
 ANOTHER, TILT, DRIFT, CREEP = "missing-sensor", "abbe-tilt", "zero-drift", "creep"
 
-OWN_RATES, NEARLY = "time (a rate of each run's own)", 0.9
-"""What a zero that drifts at rates without a common one follows; and the part of the evidence of what has no name from
-which on a name is not ruled out."""
+NEARLY = 0.9
+"""Part of the evidence of what has no name from which on a name is not ruled out."""
 
 
 def alike_by_nature(view: View, trial: Trial) -> tuple[str, ...]:
@@ -39,6 +40,13 @@ def alike_by_nature(view: View, trial: Trial) -> tuple[str, ...]:
     return ()
 
 
+def explaining_as_much(follows: str, candidates: Sequence[Candidate]) -> list[Candidate]:
+    """Return names that explain about as much as something without one does, the one that explains most first."""
+    left = max((one.evidence for one in candidates if one.cause == follows), default=math.inf)
+    names = [one for one in candidates if not one.cause.startswith(PREFIX) and one.evidence >= NEARLY * left]
+    return sorted(names, key=lambda one: -one.evidence)
+
+
 def not_ruled_out(follows: str, candidates: Sequence[Candidate], known: Sequence[str] = ()) -> tuple[str, ...]:
     """Return names that something without one might have, likeliest first.
 
@@ -56,9 +64,9 @@ def not_ruled_out(follows: str, candidates: Sequence[Candidate], known: Sequence
 
     >>> not_ruled_out("follows time (a rate of each run's own)", ())
     ('zero-drift',)
+    >>> not_ruled_out("follows time (a rate of each run's own)", (), ["zero-drift"])
+    ()
     """
-    left = max((one.evidence for one in candidates if one.cause == follows), default=float("inf"))
-    names = [one for one in candidates if not one.cause.startswith(PREFIX) and one.evidence >= NEARLY * left]
-    found = [one.cause for one in sorted(names, key=lambda one: -one.evidence)]
+    found = [one.cause for one in explaining_as_much(follows, candidates)]
     found += [DRIFT] if follows == PREFIX + OWN_RATES else []
     return tuple(dict.fromkeys(name for name in found if name not in known))

@@ -318,7 +318,7 @@ class Channel:
 
     def quick(self, levels: Levels) -> Levels:
         """Return noise of the shortest slow time that changes as much within minutes as another one."""
-        time = self._times[0]
+        time = SLOW_TIMES[0]
         return levels if levels.slow_time <= time else self.levels(self._begin(levels, time), time)
 
     def _quicker(self, whole: FloatArray, found: Levels, value: float, most: int) -> tuple[Levels, float]:

@@ -7,6 +7,9 @@ import numpy as np
 from hexathermal.learn.diagnosis.view import View
 from hexathermal.poses import FloatArray
 
+OWN_RATES = "time (a rate of each run's own)"
+"""What such lines without a name follow."""
+
 FEWEST_RATES = 4
 """With fewer runs nobody tells rates that differ from a slow noise."""
 

@@ -150,7 +150,7 @@ class Search:
                 found = [self._fit(item, levels)[0] for item in fits[name]]
                 pool += found
                 quicker[name] = self._in_quick_noise(witnessed, found[0], trials)
-                pool += [own for _grid, _item, own in quicker[name]]
+                pool += [noise for _grid, _item, noise in quicker[name]]
             # every noise is open to the null and to every leader
             nulls = self.channel.evidences(self.base.X, self.base.sd, pool)
             better = int(np.argmax(nulls))
@@ -159,7 +159,9 @@ class Search:
                 if name in fits:
                     grid = value - best.value
                     each = [self._beside(item, grid, pool, nulls, believing, scored) for item in fits[name]]
-                    again = [self._beside(item, own, pool, nulls, believing, scored) for own, item, _ in quicker[name]]
+                    again = [
+                        self._beside(item, own, pool, nulls, believing, scored) for own, item, _noise in quicker[name]
+                    ]
                     ranked[name] = fullest([max([each[0], *again], key=lambda one: one.value), *each[1:]])
                 else:
                     value = min(value, 0.0) if name not in ranked else ranked[name].value

@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from dataclasses import dataclass
 
 import numpy as np
+import numpy.typing as npt
 
 from hexathermal.learn.diagnosis.view import View
 from hexathermal.machine.leg_signals import Memory
@@ -26,29 +28,46 @@ def stuck(view: View) -> Iterator[tuple[float, FloatArray]]:
     ``f <- f exp(-1 / N) + sign(move) (1 - exp(-rest / tau))`` at each move: static friction grows with the time at rest
     (Rabinowicz, Proc. Physical Society 71 (1958) 668).
     """
+    each = [_rests(one.time, one.q) for one in view.signals]
+
+    def column(moves: float, rest: float | None) -> FloatArray:
+        """Return what is left, in windows; `rest` None: as if each rest had no end."""
+        return view.windows_zeroed([own.left(moves, rest) for own in each])[:, 0]
+
     for moves in MOVES:
-        whole = view.windows_zeroed([_left(one.time, one.q, 0.0, moves) for one in view.signals])[:, 0]
+        whole = column(moves, None)
         for rest in RESTED_S:
-            column = view.windows_zeroed([_left(one.time, one.q, rest, moves) for one in view.signals])[:, 0]
-            size = float(column.std() * whole.std())
-            if size > 0.0 and abs(np.cov(column, whole, bias=True)[0, 1]) < ALIKE * size:
-                yield rest, column[:, None]
+            own = column(moves, rest)
+            size = float(own.std() * whole.std())
+            if size > 0.0 and abs(np.cov(own, whole, bias=True)[0, 1]) < ALIKE * size:
+                yield rest, own[:, None]
 
 
-def _left(time: FloatArray, q: FloatArray, rest: float, moves: float) -> FloatArray:
-    """Return what moves have left in each row, shape (n,); a move is rows in which the rod goes one way.
+@dataclass(frozen=True, eq=False)
+class _Rests:
+    """Moves of a run of some rows: where each begins, its direction, and how long the rod had rested before [s]."""
 
-    With a rest of 0 that is what rests without an end would leave.
-    """
+    rows: int
+    begins: npt.NDArray[np.intp]
+    way: FloatArray
+    rested: FloatArray
+
+    def left(self, moves: float, rest: float | None) -> FloatArray:
+        """Return what they have left in each row, shape (rows,)."""
+        kicks = self.way if rest is None else self.way * -np.expm1(-self.rested / rest)
+        now, places = 0.0, [0.0]
+        for kick in kicks.tolist():
+            now = now * np.exp(-1.0 / moves) + kick
+            places.append(now)
+        return np.repeat(places, np.diff(self.begins, prepend=0, append=self.rows))
+
+
+def _rests(time: FloatArray, q: FloatArray) -> _Rests:
+    """Return the moves of a run: each is rows in which the rod goes one way."""
     steps = Memory().moves(q)
     way = np.sign(np.where(np.abs(steps) > LEAST_MOVE_M, steps, 0.0))
-    begins = np.flatnonzero((way != 0.0) & (way != np.concatenate([[0.0], way[:-1]])))
-    ended, now, places = float(time[0]), 0.0, [0.0]
-    for first in begins.tolist():
-        rested = float(time[first - 1]) - ended
-        share = 1.0 if rest <= 0.0 else -np.expm1(-rested / rest)
-        now = now * np.exp(-1.0 / moves) + way[first] * share
-        places.append(now)
-        after = np.flatnonzero(way[first:] != way[first])
-        ended = float(time[first + int(after[0]) - 1]) if len(after) else float(time[-1])
-    return np.repeat(places, np.diff(begins, prepend=0, append=len(q)))
+    goes, rim = way != 0.0, np.zeros(1)
+    begins = np.flatnonzero(goes & (way != np.concatenate([rim, way[:-1]])))
+    ends = np.flatnonzero(goes & (way != np.concatenate([way[1:], rim])))
+    stopped = np.concatenate([time[:1], time[ends[:-1]]])[: len(begins)]
+    return _Rests(len(q), begins, way[begins], time[begins - 1] - stopped)

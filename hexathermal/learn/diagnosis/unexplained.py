@@ -11,7 +11,7 @@ from scipy.integrate import cumulative_trapezoid
 
 from hexathermal.learn.diagnosis.drag import drags
 from hexathermal.learn.diagnosis.last_move import last_moves, steps_at_rest
-from hexathermal.learn.diagnosis.own_rates import each_run, own_rates
+from hexathermal.learn.diagnosis.own_rates import OWN_RATES, each_run, own_rates
 from hexathermal.learn.diagnosis.pace import paces
 from hexathermal.learn.diagnosis.pieces import going_on
 from hexathermal.learn.diagnosis.stuck import stuck
@@ -134,7 +134,7 @@ def _rates(view: View) -> Iterator[Trial]:
     """Give a rate of each run's own, as of a floor that tilts with the day."""
     lines = own_rates(view)
     if lines is not None:
-        yield Trial(PREFIX + "time (a rate of each run's own)", lines, "t")
+        yield Trial(PREFIX + OWN_RATES, lines, "t")
 
 
 def _rhythms(view: View) -> Iterator[Trial]:

@@ -116,7 +116,7 @@ def _hours_since(view: View, onset: Onset) -> list[FloatArray]:
 
     On the campaign's clock, where all runs count from one zero; else since each one's begin.
     """
-    clocks = view.once((CAUSE.name, "clocks"), partial(_clocks, view), ())
+    clocks = _clocks(view)
     begin = clocks[onset.run][0] + (onset.moment - float(view.signals[onset.run].time[0])) / 3600.0
     rows = []
     for run, clock in enumerate(clocks):
@@ -143,7 +143,7 @@ def _hours(view: View, course: Course) -> list[FloatArray]:
     """
     if course.decay_runs:
         return [one.time / 3600.0 * np.exp(-run / course.decay_runs) for run, one in enumerate(view.signals)]
-    clocks = view.once((CAUSE.name, "clocks"), partial(_clocks, view), ())
+    clocks = _clocks(view)
     whole = float(clocks[-1][-1])
     late = (np.maximum(clock / whole - course.from_share, 0.0) for clock in clocks)
     steepest = course.power * (1.0 - course.from_share) ** (course.power - 1.0)
@@ -151,6 +151,11 @@ def _hours(view: View, course: Course) -> list[FloatArray]:
 
 
 def _clocks(view: View) -> list[FloatArray]:
+    """Return what `_counted` does, made once."""
+    return view.once((CAUSE.name, "clocks"), partial(_counted, view), ())
+
+
+def _counted(view: View) -> list[FloatArray]:
     """Return the campaign's clock in all rows of each run [h]: pauses count where they are known."""
     clocks, begun = list[FloatArray](), 0.0
     for signals, goes_on in zip(view.signals, view.goes_on, strict=True):
